@@ -1,6 +1,8 @@
 """Changes of a list of keypoints: each gives a new list, and refuses names that a dataset could not have."""
 
+import csv
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 
@@ -55,6 +57,14 @@ def free_name(keypoints: Keypoints, like: str) -> str:
 def next_name(keypoints: Keypoints) -> str:
     """Return a free name for one more keypoint, counted on from the last one's."""
     return free_name(keypoints, keypoints.names[-1] if keypoints.names else FIRST_NAME)
+
+
+def table_lines(keypoints: Keypoints) -> list[str]:
+    """Return the lines of a CSV table of the keypoints, to the last digit."""
+    table = StringIO()
+    rows = ((name, *point) for name, point in zip(keypoints.names, keypoints.points.tolist(), strict=True))
+    csv.writer(table).writerows([("name", "x", "y", "z"), *rows])
+    return table.getvalue().splitlines()
 
 
 def _require_free(keypoints: Keypoints, name: str) -> None:

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.counted import counted
+from spin_usd.dataset.keypoints.edits import table_lines
 from spin_usd.dataset.keypoints.keypoints_file import KeypointsFile
 from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.pictures import Pictures
 from spin_usd.dataset.keypoints.request import KeypointsRequest
 from spin_usd.dataset.keypoints.session import Session
 from spin_usd.dataset.keypoints.shown_target import ShownTarget
+from spin_usd.errors import SpinError
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stop_signals import Stopped
 
@@ -30,8 +32,21 @@ def pick_keypoints(request: KeypointsRequest, *, tell: Callable[[str], None]) ->
         _serve(request, session, pictures, tell)
         with session.lock:  # a change that is being saved is saved
             if session.unsaved:
-                session.save()  # raises why that fails
+                _save_at_last(session, tell)
     return session
+
+
+def _save_at_last(session: Session, tell: Callable[[str], None]) -> None:
+    """Save what could not be saved before. Where that fails again, tell the keypoints, and raise why."""
+    try:
+        session.save()
+    except SpinError:
+        tell(
+            "the keypoints are not saved; these lines, as a file that ends in .csv, are what author --keypoints reads:"
+        )
+        for line in table_lines(session.keypoints):
+            tell(line)
+        raise
 
 
 def _serve(request: KeypointsRequest, session: Session, pictures: Pictures | None, tell: Callable[[str], None]) -> None:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, renamed
+from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, renamed, table_lines
 from spin_usd.dataset.keypoints.history import History
 from spin_usd.errors import InputError
+from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.scene.source.keypoints import Keypoints
 
 THREE = Keypoints(names=("a", "b", "tip_3"), points=np.arange(9.0).reshape(3, 3))
@@ -41,6 +42,13 @@ def test_free_names_count_on() -> None:
     assert free_name(THREE, "tip_3") == "tip_4"
     assert free_name(THREE, "a") == "a_1"
     assert free_name(THREE, "new") == "new"
+
+
+def test_lines_of_a_table_are_read_as_the_same_keypoints(tmp_path) -> None:
+    odd = Keypoints(names=("a, b", 'the "tip"', "c"), points=np.array([[1 / 3, -2e-9, 7], PLACE, [0, 0, 0.1]]))
+    (tmp_path / "points.csv").write_text("\n".join(table_lines(odd)))
+    read = read_keypoints_file(tmp_path / "points.csv")
+    assert (read.names, read.points.tolist()) == (odd.names, odd.points.tolist())
 
 
 def test_history_goes_back_and_on_and_forgets_what_was_undone_before_a_change() -> None:
