@@ -60,6 +60,12 @@ TESTS = {
         "test_nesting.py::test_deep_json_is_refused_before_it_is_parsed",
         "test_nesting.py::test_deep_toml_is_refused_soon",
     ],
+    "be a web page, open in your browser": [
+        "dataset/keypoints/test_guarded_server.py::test_only_its_own_page_may_ask_it",
+        "dataset/keypoints/test_guarded_server.py::test_it_listens_on_this_machine_alone",
+        "dataset/serve/test_own_page.py::test_who_is_our_own_page",
+        "dataset/watch/test_watch.py::test_strangers_are_refused",
+    ],
     "have a name that forges lines": [
         "hostile/test_names_and_streams.py::test_a_file_name_forges_no_line_and_no_colour"
     ],
@@ -78,6 +84,8 @@ TESTS = {
 ROW = re.compile(r"^\| (?!---|a hostile file could)(.+?) \|", re.MULTILINE)
 SENTENCE = re.compile(r"^(Your own paths|No Python code).*", re.MULTILINE)
 RUNS_CODE = re.compile(r"eval|exec|compile|__import__|pickle\.\w+|.*\.(open_mainfile|libraries\.load)")
+WRITTEN_BY_US = {"blend_file.py"}  # it opens the file that it has just saved, to see that it is whole
+LISTENS = {"guarded_server.py", "own_page.py"}  # they take `socket` to be asked, not to ask
 CONNECTS = {"socket", "http.client", "urllib.request", "requests", "ftplib", "smtplib"}
 
 
@@ -109,6 +117,7 @@ def test_nothing_here_runs_code_that_it_reads() -> None:
     calls = [
         f"{path.name}:{call.lineno}: {ast.unparse(call)[:80]}"
         for path, tree in modules().items()
+        if path.name not in WRITTEN_BY_US
         for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call))
         if RUNS_CODE.fullmatch(ast.unparse(call.func)) or "allow_pickle=True" in ast.unparse(call)
     ]
@@ -116,13 +125,13 @@ def test_nothing_here_runs_code_that_it_reads() -> None:
 
 
 def test_nothing_here_imports_what_connects_to_a_network() -> None:
-    """But a cluster's own room, which speaks with the machines that the user names."""
+    """But a cluster's own room, which speaks with the machines that the user names, and what serves our own pages."""
     found = [
         f"{path.name}: {name}"
         for path, tree in modules().items()
         for node in ast.walk(tree)
         for name in _imported(node)
-        if name in CONNECTS and "cluster" not in path.parts
+        if name in CONNECTS and "cluster" not in path.parts and not (name == "socket" and path.name in LISTENS)
     ]
     assert found == []
 

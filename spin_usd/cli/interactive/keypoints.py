@@ -9,7 +9,8 @@ from spin_usd.cli.arguments.built_in import named
 from spin_usd.cli.arguments.completions import bundled
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.counted import counted
-from spin_usd.dataset.keypoints.request import LOCAL_HOST, PORT, KeypointsRequest
+from spin_usd.dataset.keypoints.request import PORT, KeypointsRequest
+from spin_usd.dataset.serve.own_page import LOCAL
 
 
 def keypoints(
@@ -42,7 +43,7 @@ def keypoints(
     host: Annotated[
         str,
         typer.Option(metavar="ADDRESS", help="Where to listen. Any other than 127.0.0.1 lets others change keypoints."),
-    ] = LOCAL_HOST,
+    ] = LOCAL,
     port: Annotated[int, typer.Option(metavar="N", help="The port to listen on; 0 for any that is free.")] = PORT,
 ) -> None:
     """Pick the keypoints of a target in the browser: click on it, name, move, copy. Saves a layer that author reads."""

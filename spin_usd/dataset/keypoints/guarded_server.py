@@ -7,19 +7,15 @@ port where one is taken, and offers to share its page by way of a server elsewhe
 
 import contextlib
 import io
-import ipaddress
 import logging
 import socket
 from collections.abc import Callable, Iterator
 from typing import Any
-from urllib.parse import urlsplit
 
 import viser
 import websockets.asyncio.server
 
-from spin_usd.errors import InputError
-
-LOCAL = "localhost"
+from spin_usd.dataset.serve.own_page import cannot_listen, is_own
 
 
 class GuardedServer(viser.ViserServer):
@@ -48,9 +44,7 @@ def _listen(host: str, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         return socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        do = "give another --port, or 0 for any that is free"
-        raise InputError(f"cannot listen on {host}, port {port} ({reason})", do=do) from None
+        raise cannot_listen(host, port, error) from None
 
 
 def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
@@ -77,25 +71,3 @@ def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
         server.stop()
         raise RuntimeError("viser listens without a check of who asks")
     return server
-
-
-def is_own(host: str, origin: str | None, listening: str) -> bool:
-    """Return whether a request with these headers comes from our own page, or from no page: the Host is an address, or
-    a name of this machine, and the Origin is that Host's. `listening`: the host that the user gave.
-
-    An address in the Host cannot be a stranger's name that was made to resolve to this machine.
-    """
-    try:
-        name = urlsplit(f"//{host}").hostname or ""
-    except ValueError:
-        return False
-    known = name in {LOCAL, listening.lower(), socket.gethostname().lower()} or _is_address(name)
-    return known and origin in (None, f"http://{host}")
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-LOCAL_HOST = "127.0.0.1"
+from spin_usd.dataset.serve.own_page import LOCAL
+
 PORT = 8642
 
 
@@ -11,18 +12,18 @@ PORT = 8642
 class KeypointsRequest:
     """What is asked of the tool. target: a name or a model file · out: the layer that is gone on with and saved into;
     named after the target if not given · units_per_metre, prim: as `author` takes them · host, port: where it listens,
-    any free port for 0 · pictures: a dataset into whose
-    pictures the keypoints are drawn."""
+    any free port for 0 · pictures: a dataset
+    into whose pictures the keypoints are drawn."""
 
     target: str
     out: Path | None = None
     units_per_metre: float | None = None
     prim: str | None = None
-    host: str = LOCAL_HOST
+    host: str = LOCAL
     port: int = PORT
     pictures: Path | None = None
 
     @property
     def is_local(self) -> bool:
         """Whether only this machine can connect."""
-        return self.host in (LOCAL_HOST, "localhost", "::1")
+        return self.host in (LOCAL, "localhost", "::1")

@@ -9,13 +9,12 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.serve.own_page import LOCAL, cannot_listen, is_own
 from spin_usd.dataset.watch.board import Board
 from spin_usd.dataset.watch.request import WatchedPicture
-from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.nesting import finite_json
 
-LOCAL = "127.0.0.1"
 PAGE = Folder(Path(__file__).parent / "page")
 MAX_PAGE_BYTES = 1 << 20
 PAGES = {
@@ -41,9 +40,7 @@ def page_server(board: Board, port: int) -> Iterator[str]:
     try:
         server = PageServer(board, port)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        do = "give another --port, or 0 for any that is free"
-        raise InputError(f"cannot listen on {LOCAL}, port {port} ({reason})", do=do) from None
+        raise cannot_listen(LOCAL, port, error) from None
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.1}, name="page server")
     thread.start()
     try:
@@ -100,11 +97,8 @@ class PageHandler(BaseHTTPRequestHandler):
         """Keep the terminal for the user."""
 
     def _is_own(self) -> bool:
-        """Return whether our own page asks, or no page: a stranger's page has another Origin, and a stranger's name
-        that was made to resolve to this machine is another Host."""
-        host = self.headers.get("Host", "")
-        own = host in (f"{LOCAL}:{self.server.server_port}", f"localhost:{self.server.server_port}")
-        return own and self.headers.get("Origin", f"http://{host}") == f"http://{host}"
+        """Return whether our own page asks, or no page."""
+        return is_own(self.headers.get("Host", ""), self.headers.get("Origin"), LOCAL)
 
     def _choice(self) -> WatchedPicture | None:
         """Read which picture is chosen; None for what is no such choice."""

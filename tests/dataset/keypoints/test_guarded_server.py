@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from spin_usd.dataset.keypoints.guarded_server import guarded_server, is_own
+from spin_usd.dataset.keypoints.guarded_server import guarded_server
 from spin_usd.errors import InputError
 
 LOCAL = "127.0.0.1"
@@ -55,22 +55,3 @@ def test_it_shares_nothing_elsewhere(server) -> None:
 def test_a_taken_port_is_said(server) -> None:
     with pytest.raises(InputError, match="give another --port"), guarded_server(LOCAL, server.get_port(), "second"):
         pass
-
-
-@pytest.mark.parametrize(
-    ("host", "origin", "expected"),
-    [
-        ("localhost:8642", None, True),
-        ("localhost:9000", "http://localhost:9000", True),
-        ("[::1]:8642", "http://[::1]:8642", True),
-        ("192.168.1.7:8642", "http://192.168.1.7:8642", True),
-        ("lab.example:8642", "http://lab.example:8642", True),
-        ("localhost:8642", "http://localhost:3000", False),
-        ("localhost:8642", "https://localhost:8642", False),
-        ("127.0.0.1.evil.example:8642", None, False),
-        ("", None, False),
-        ("[", None, False),
-    ],
-)
-def test_who_is_our_own_page(host, origin, expected) -> None:
-    assert is_own(host, origin, "lab.example") is expected

@@ -1,0 +1,24 @@
+"""Who may ask a server of ours."""
+
+import pytest
+
+from spin_usd.dataset.serve.own_page import is_own
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "expected"),
+    [
+        ("localhost:8642", None, True),
+        ("localhost:9000", "http://localhost:9000", True),
+        ("[::1]:8642", "http://[::1]:8642", True),
+        ("192.168.1.7:8642", "http://192.168.1.7:8642", True),
+        ("lab.example:8642", "http://lab.example:8642", True),
+        ("localhost:8642", "http://localhost:3000", False),
+        ("localhost:8642", "https://localhost:8642", False),
+        ("127.0.0.1.evil.example:8642", None, False),
+        ("", None, False),
+        ("[", None, False),
+    ],
+)
+def test_who_is_our_own_page(host, origin, expected) -> None:
+    assert is_own(host, origin, "lab.example") is expected
