@@ -161,6 +161,13 @@ class Child:
             self.process.wait()
         self._release()
 
+    def interrupt(self) -> None:
+        """End the child and everything it started, from another thread than the one that waits for its answer: that
+        one learns of the end, and nobody else may ask for it."""
+        if self.process.returncode is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+
     def silenced(self, within_s: float) -> ChildDiedError:
         """End the child, which said nothing for so many seconds; return what to say of it."""
         stopped = self._process_status() == psutil.STATUS_STOPPED

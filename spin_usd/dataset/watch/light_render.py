@@ -24,6 +24,7 @@ class LightRender:
         self._changed = Condition()
         self._wanted: tuple[WatchedPicture, float] | None = None
         self._busy = self._cancelled = self._ended = False
+        self._defect: Exception | None = None
         self._thread = Thread(target=self._run, name="light render")
 
     def __enter__(self) -> Self:
@@ -55,7 +56,19 @@ class LightRender:
                 self._cancelled = True
                 self._child.interrupt()
 
+    def raise_defect(self) -> None:
+        """Raise here what ended the thread before its time, if anything did."""
+        if self._defect is not None:
+            raise self._defect
+
     def _run(self) -> None:
+        try:
+            self._render_all()
+        except Exception as defect:
+            self._defect = defect
+            self._board.post(rendering=False)
+
+    def _render_all(self) -> None:
         while (wanted := self._next()) is not None:
             choice, edited = wanted
             answer = self._view(choice)

@@ -36,7 +36,7 @@ class ViewerChild:
 
     def interrupt(self) -> None:
         """End the child, from another thread than that which waits for it: its `view` raises ChildDiedError."""
-        self._child.process.kill()
+        self._child.interrupt()
 
     def close(self) -> None:
         """End the child at once."""

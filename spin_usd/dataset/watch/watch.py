@@ -76,6 +76,8 @@ class Follower:
         """Wait for an edit or another choice; of an edit until nothing is written any more."""
         while self._board.choice == self._shown:
             began = time.monotonic()
+            if self.light is not None:
+                self.light.raise_defect()
             if (now := states_of(self._files)) != self._files:
                 self._settle(now)
                 return

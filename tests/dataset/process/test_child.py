@@ -48,6 +48,16 @@ def test_a_killed_child_is_reported_and_does_not_hang() -> None:
             child.call("try_renderer", name="raycast")
 
 
+def test_an_interrupted_child_is_left_to_the_thread_that_waits_for_it() -> None:
+    with Child() as child:
+        child.interrupt()
+        assert wait_until(lambda: psutil.Process(child.process.pid).status() == psutil.STATUS_ZOMBIE)
+        assert child.process.returncode is None
+        with pytest.raises(ChildDiedError, match="SIGKILL"):
+            child.call("try_renderer", name="raycast")
+        child.interrupt()
+
+
 def test_a_child_ends_with_its_parent() -> None:
     """Also when the parent is killed and can say nothing."""
     code = (

@@ -1,10 +1,15 @@
 """`spin-usd watch`: edits of a real stage, seen as its page sees them."""
 
 import shutil
+import time
 
 import psutil
 import pytest
 
+from spin_usd.dataset.watch.board import Board
+from spin_usd.dataset.watch.light_render import LightRender
+from spin_usd.dataset.watch.request import WatchedPicture, WatchRequest
+from spin_usd.scene.effort import Effort
 from tests.cases.root_layers import over_stage
 from tests.cases.watching import save, watching
 
@@ -116,6 +121,24 @@ def test_strangers_are_refused(page):
     assert page.ask("choice", choice, Origin="null") == 403
     assert page.ask("choice", {"frame": 1}, Origin=own) == 403
     assert page.ask("picture/../../etc/passwd") == 404
+
+
+def test_what_ends_the_render_s_thread_ends_the_command(stage):
+    """As a terminal does that is gone when the image is to be shown."""
+
+    def refuse(png):
+        raise BrokenPipeError("gone")
+
+    choice = WatchedPicture(frame="0", variant="nominal")
+    request = WatchRequest(stage=stage, choice=choice, renderer="raycast", effort=Effort(samples=1), max_width=60)
+    board = Board(choice, refuse)
+    with LightRender(request, board, lambda line: None) as light:
+        light.raise_defect()
+        light.render(choice, time.monotonic())
+        board.news_after(1, within_s=60)  # the image's is the first news
+        with pytest.raises(BrokenPipeError):
+            light.raise_defect()
+    assert board.news_after(0, 0)[1]["rendering"] is False
 
 
 def test_a_port_that_is_taken_is_one_sentence(page, stage, spin_usd):
