@@ -85,6 +85,18 @@ def blender():
     renderer.close()
 
 
+@pytest.fixture(scope="session")
+def browser():
+    """The one headless Chromium of this process; without one on PATH the test is skipped."""
+    from tests.cases.chromium import NoChromiumError, headless_chromium
+
+    try:
+        with headless_chromium() as chromium:
+            yield chromium
+    except NoChromiumError as lacking:
+        pytest.skip(str(lacking))
+
+
 def speedplus_camera(divide=1):
     """SPEED+'s camera.json with an image smaller by the whole number `divide`; the same field of view and lens."""
     k = 1 / divide

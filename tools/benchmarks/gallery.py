@@ -17,11 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
 import spin_usd
 from spin_usd.dataset.gallery.data_file import DataFile
 from spin_usd.dataset.gallery.gallery_file import INDEX, PAGE
+from tests.cases.chromium import headless_chromium
 
 POSES = "range=3..20 inside=0.9 sun.direction=0,0,-1:80 count={}"
 UNTIL = """new Promise((resolve) => {
@@ -62,15 +63,12 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         again = spin_usd.show(dataset, out=page)
         sizes = bytes_of(page)
         many = repeated(page, folder / "many", options.many)
-        with sync_playwright() as playwright:
-            program = shutil.which("chromium") or shutil.which("google-chrome")
-            browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        with headless_chromium() as browser:
             times = 1 if options.quick else options.times
             seconds = {
                 str(report.pictures): opened(browser, page, times),
                 str(options.many): opened(browser, many, times),
             }
-            browser.close()
     return {
         "pictures": report.pictures,
         "write_s": report.seconds,

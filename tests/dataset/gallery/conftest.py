@@ -2,14 +2,12 @@
 
 import json
 import os
-import shutil
 
 import pytest
 
 import spin_usd
 
 LABELS = "depth,segmentation,dense_pose,normals_cam,lit"
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 @pytest.fixture(scope="session")
@@ -41,20 +39,6 @@ def shown(pictured, tmp_path_factory):
     out = tmp_path_factory.mktemp("shown") / "page"
     spin_usd.show(pictured, out=out, beside=pictured, workers=1)
     return out
-
-
-@pytest.fixture(scope="session")
-def browser():
-    """A headless Chromium; without one on PATH the test is skipped."""
-    program = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if program is None:
-        pytest.skip(f"none of {', '.join(BROWSERS)} is on PATH")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture

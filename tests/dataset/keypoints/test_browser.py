@@ -1,7 +1,6 @@
 """The keypoint tool in a real browser, by real clicks and keys."""
 
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,7 +18,6 @@ from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.triangles import unit_vectors
 from tests.conftest import REPOSITORY
 
-CHROMIUM = shutil.which("chromium")
 VIEW = {"width": 720, "height": 400}
 PATIENCE_MS = 60_000
 TRIES = 20  # of a click, until the view has settled
@@ -41,8 +39,6 @@ OFFICIAL = {
 WITHIN_M = 1e-3
 SETTLED_M = 1e-4  # of a place on the surface, when the view is where it should be
 NEAR_M, INSIDE_M = 8e-3, 2.5e-4  # beside a corner: of a first click, and of one from close by
-
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on PATH")
 
 
 @pytest.fixture(scope="module")
@@ -67,19 +63,15 @@ def served(*arguments, cwd):
 
 
 @contextmanager
-def opened(address):
+def opened(browser, address):
     """The tool's page in Chromium, when the target is there."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport=VIEW)
+    with browser.new_page(viewport=VIEW) as page:
         page.set_default_timeout(PATIENCE_MS)
         page.goto(address)
         page.get_by_role("button", name="Add keypoint").wait_for()
         for notice in page.locator(".mantine-Notification-closeButton").all():  # there is no graphics processor
             notice.click()
         yield page
-        browser.close()
 
 
 class Looking:
@@ -150,8 +142,8 @@ def pick(page, tango, name, view, official) -> None:
 
 
 @pytest.mark.slow
-def test_eleven_clicks_on_tango_are_in_the_labels(tango, tmp_path, spin_usd) -> None:
-    with served("tango", "--out", "points.usda", cwd=tmp_path) as address, opened(address) as page:
+def test_eleven_clicks_on_tango_are_in_the_labels(browser, tango, tmp_path, spin_usd) -> None:
+    with served("tango", "--out", "points.usda", cwd=tmp_path) as address, opened(browser, address) as page:
         page.get_by_role("tab", name="Keypoints").click()
         page.get_by_role("button", name="Delete all").click()
         page.get_by_role("tab", name="Pick", exact=True).click()

@@ -8,7 +8,6 @@ from tests.cases.root_layers import over_stage
 from tests.cases.watching import save, watching
 
 pytestmark = pytest.mark.slow
-CHROMIUM = shutil.which("chromium")
 FRAMES = 8
 SUN = """
 over "Lights"
@@ -61,13 +60,10 @@ def test_a_further_edit_cancels_the_older_render(page, stage):
     assert page.picture("image") == latest
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on PATH")
-def test_the_page_shows_pictures_and_slips(page, stage):
-    from playwright.sync_api import expect, sync_playwright
+def test_the_page_shows_pictures_and_slips(browser, page, stage):
+    from playwright.sync_api import expect
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": 1366, "height": 768})
+    with browser.new_page(viewport={"width": 1366, "height": 768}) as tab:
         faults = []
         tab.on("pageerror", lambda error: faults.append(str(error)))
         tab.goto(page.address)
@@ -80,5 +76,4 @@ def test_the_page_shows_pictures_and_slips(page, stage):
         expect(tab.locator("#fault")).to_contain_text("line ", timeout=30_000)
         save(stage, lit(700))
         expect(tab.locator("#fault")).to_be_hidden(timeout=30_000)
-        browser.close()
     assert not faults
