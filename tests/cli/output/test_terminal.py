@@ -53,7 +53,11 @@ def test_nothing_is_wider_than_the_terminal(arguments, columns, at_terminal) -> 
 
 def test_progress_has_a_rate_and_the_time_left(at_terminal) -> None:
     last = next(line for line in reversed(seen(at_terminal(*SHOW_PROGRESS))) if "3/8" in line)
-    assert re.fullmatch(r"rendering: picture .* 3/8 [\d.]+ per s +ETA 0:00:\d\d\s*", last)
+    shown = re.fullmatch(r"rendering: picture .* 3/8 ([\d.]+) (per s|s each) +ETA (\d+):(\d\d):(\d\d)\s*", last)
+    assert shown, last
+    rate, hours, minutes, seconds = float(shown[1]), *map(int, shown.groups()[2:])
+    left = 5 * rate if shown[2] == "s each" else 5 / rate
+    assert 3600 * hours + 60 * minutes + seconds == pytest.approx(left, abs=1.5)  # whole seconds, one digit of the rate
 
 
 def test_a_long_list_is_folded_unless_asked_for_all(at_terminal) -> None:
