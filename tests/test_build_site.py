@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import sys
 
 import pytest
 
@@ -13,7 +14,6 @@ from spin_usd.labels.table import LABELS
 from spin_usd.stage.augment.parameters import PARAMETERS
 from tests.conftest import REPOSITORY
 
-pytestmark = pytest.mark.slow
 PYTHON = REPOSITORY / ".venv-docs" / "bin" / "python"
 SCHEMAS = [path.name.removesuffix(".schema.json") for path in (REPOSITORY / "schemas").glob("*.json")]
 OFFERED = {
@@ -39,14 +39,25 @@ def site(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_every_document_is_a_page(site) -> None:
     for document in (REPOSITORY / "docs").rglob("*.md"):
         assert (site / document.relative_to(REPOSITORY)).with_suffix(".html").is_file(), document
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", OFFERED)
 def test_the_reference_has_all_that_the_code_offers(site, page) -> None:
     text = re.sub(r"<[^>]*>", "", (site / "docs" / "reference" / f"{page}.html").read_text())
     missing = [name for name in OFFERED[page] if not re.search(rf"\b{re.escape(name)}\b", text)]
     assert OFFERED[page]
     assert not missing
+
+
+def test_a_folder_of_other_things_is_kept(tmp_path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    command = [sys.executable, REPOSITORY / "tools" / "build_site", "--out", tmp_path]
+    refused = subprocess.run(command, capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert "has other things than a site in it" in refused.stderr
+    assert (tmp_path / "mine.txt").read_text() == "mine"

@@ -1,5 +1,6 @@
 """The site, built from the documents and from what the code says of itself."""
 
+import os
 import shutil
 import tempfile
 import time
@@ -24,16 +25,19 @@ TO_FIRST = '<!doctype html><meta http-equiv="refresh" content="0; url=docs/index
 
 
 def build_site(out: Path) -> bool:
-    """Build the site in the place of the folder `out`; returns whether Sphinx had nothing to warn of."""
+    """Build the site, and put it in the place of the folder `out`; returns whether Sphinx had nothing to warn of. Where
+    it had, the folder stays as it is."""
     began = time.monotonic()
-    shutil.rmtree(out, ignore_errors=True)
-    with tempfile.TemporaryDirectory() as folder:
-        source = Path(folder) / "source"
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as folder:
+        source, site = Path(folder) / "source", Path(folder) / "site"
         write_source(source)
         options = ["--quiet", "--fail-on-warning", "-c", str(ROOT / "docs"), "-d", f"{folder}/doctrees"]
-        if build_main([*options, str(source), str(out)]):
+        if build_main([*options, str(source), str(site)]):
             return False
-    (out / "index.html").write_text(TO_FIRST)
+        (site / "index.html").write_text(TO_FIRST)
+        shutil.rmtree(out, ignore_errors=True)
+        os.replace(site, out)
     print(f"{out / 'index.html'}: built in {time.monotonic() - began:.0f} s")
     return True
 
