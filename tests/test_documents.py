@@ -13,6 +13,7 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
+import spin_usd as package
 from spin_usd.cli.main import app
 from tests.conftest import REPOSITORY
 
@@ -196,6 +197,14 @@ def headings(file: Path):
     """The anchors that a code host makes of a document's headings."""
     titles = re.findall(r"^#+ (.*)$", file.read_text(), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("document", ["README.md", "ARCHITECTURE.md", "spin_usd/__init__.py"])
+def test_all_functions_of_the_package_are_listed(document) -> None:
+    listed = max(re.findall(r"(?:`\w+`,\s)+`\w+`\sand\s`\w+`", (REPOSITORY / document).read_text()), key=len)
+    assert set(re.findall(r"\w+(?=`)", listed)) == {
+        name for name in package.__all__ if name.islower() and name[0] != "_"
+    }
 
 
 def test_schemas_that_documents_name_are_there() -> None:
