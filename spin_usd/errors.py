@@ -41,6 +41,10 @@ class StageError(SpinError, ValueError):
     """A USD stage does not compose, or lacks what a picture needs."""
 
 
+class UnknownPictureError(StageError, InputError):
+    """A stage has no such variant, or no such frame."""
+
+
 class UnsupportedError(SpinError, NotImplementedError):
     """The stage asks for something that this version does not render; nothing is dropped silently."""
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spin_usd.dataset.picture.make_picture import IMAGE, Stopwatch, make_labels, render_in
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.watch.file_states import FileStates, states_of
-from spin_usd.errors import SpinError
+from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
 from spin_usd.files.given_file import read_bytes
@@ -56,8 +56,9 @@ class Viewer:
 
     def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> dict[str, Any]:
         """Return the "files" that the stage is made of, with their states before they were read, and either a "fault",
-        a sentence, or what is seen: the frame's name and place, how many there are, the variants, notes, and PNGs of
-        the image, and with `labels` of the usual labels, in base64."""
+        a sentence, and whether it is that the stage has no such picture ("unknown"), or what is seen: the frame's name
+        and place, how many there are, the variants, notes, and PNGs of the image, and with `labels` of the usual
+        labels, in base64."""
         gc.collect()  # USD would show the layers of the stage before again, as they were
         states = states_of(_files(stage))
         self._images = {key: image for key, image in self._images.items() if self._is_unchanged(key[0], states)}
@@ -68,7 +69,7 @@ class Viewer:
             error = expected(fault, stage)
             if error is None:
                 raise
-            return {"files": states, "fault": str(error)}
+            return {"files": states, "fault": str(error), "unknown": isinstance(error, UnknownPictureError)}
         return {"files": states, **seen}
 
     def _is_unchanged(self, image: str, states: FileStates) -> bool:

@@ -14,6 +14,7 @@ from spin_usd.dataset.watch.light_render import LightRender
 from spin_usd.dataset.watch.page_server import page_server
 from spin_usd.dataset.watch.request import WatchedPicture, WatchRequest
 from spin_usd.dataset.watch.viewer_child import ViewerChild
+from spin_usd.errors import UnknownPictureError
 from spin_usd.scene.effort import Effort
 from spin_usd.stop_signals import Stopped
 
@@ -24,7 +25,8 @@ SHARE = 20  # looking at the files takes this part of the time at most
 
 def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Callable[[bytes], None]) -> None:
     """Serve the page until a signal stops it. `tell` takes lines for the user, `on_image` each new image (PNG). Raises
-    InputError where the page cannot be served, UnsupportedError without the renderer."""
+    InputError where the page cannot be served or the stage has no such picture, UnsupportedError without the
+    renderer."""
     require_renderer(request.renderer, instead=ANOTHER_RENDERER)
     board = Board(request.choice, on_image)
     with suppress(Stopped), ExitStack() as stack:
@@ -34,9 +36,10 @@ def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Calla
         stack.callback(follow.close)
         if request.renderer != PREVIEW:
             follow.light = stack.enter_context(LightRender(request, board, tell))
+        follow.show(board.choice, first=True)
         while True:
-            follow.show(board.choice)
             follow.wait()
+            follow.show(board.choice)
 
 
 class Follower:
@@ -54,14 +57,17 @@ class Follower:
         """End the child."""
         self._child.close()
 
-    def show(self, choice: WatchedPicture) -> None:
-        """Read the stage, and post what is seen."""
+    def show(self, choice: WatchedPicture, *, first: bool = False) -> None:
+        """Read the stage, and post what is seen. Raises UnknownPictureError for a `first` choice that the stage does
+        not have; a later one may be there again after an edit."""
         edited = time.monotonic()
         if self.light is not None:
             self.light.cancel()
         self._board.post(status=READING, rendering=False)
         self._shown, known = choice, states_of(self._files)
         answer = self._view(choice)
+        if first and answer.get("unknown"):
+            raise UnknownPictureError(answer["fault"])
         if "fault" in answer:
             self._files = {**known, **answer["files"]}
             self._board.post(status=FAULTY, message=answer["fault"])

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from pxr import Ar, Sdf, Usd, UsdUtils
 
-from spin_usd.errors import StageError
+from spin_usd.errors import StageError, UnknownPictureError
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.composition.files import Files, files_of
 from spin_usd.stage.composition.materialx import composition_errors
@@ -71,7 +71,7 @@ def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
             do = "use small letters, digits and '_'"
             raise StageError(f"has a variant named {name!r}, which cannot name a folder", where=path, do=do)
     if variant not in names:
-        raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(names)}")
+        raise UnknownPictureError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(names)}")
     prim = stage.GetDefaultPrim()
     if not prim:
         return

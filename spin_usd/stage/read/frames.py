@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd
 
-from spin_usd.errors import InputError, StageError
+from spin_usd.errors import StageError, UnknownPictureError
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.stage.usd import schema
@@ -36,13 +36,14 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
 
 
 def frame_named(frames: Sequence[FrameId], text: str) -> FrameId:
-    """Return the frame whose name is `text`, or whose place it is, counted from 0. Raises InputError."""
+    """Return the frame whose name is `text`, or whose place it is, counted from 0. Raises
+    UnknownPictureError."""
     found = [frame for frame in frames if frame.name == text]
     if not found and text.isdecimal() and int(text) < len(frames):
         found = [frames[int(text)]]
     if not found:
         do = f"give a name such as {frames[0].name}, or a number from 0 to {len(frames) - 1}"
-        raise InputError(f"the stage has no frame {text!r}", do=do)
+        raise UnknownPictureError(f"the stage has no frame {text!r}", do=do)
     return found[0]
 
 

@@ -141,6 +141,15 @@ def test_what_ends_the_render_s_thread_ends_the_command(stage):
     assert board.news_after(0, 0)[1]["rendering"] is False
 
 
+@pytest.mark.parametrize(
+    ("frame", "variant", "said"), [("typo", "nominal", "0 to 7"), ("0", "typo", "choose one of nominal")]
+)
+def test_a_picture_that_the_stage_does_not_have_is_refused(stage, spin_usd, frame, variant, said):
+    options = ["--frame", frame, "--variant", variant, "--port", "0", "--renderer", "raycast"]
+    done = spin_usd("watch", stage, *options, code=2)
+    assert said in done.stderr
+
+
 def test_a_port_that_is_taken_is_one_sentence(page, stage, spin_usd):
     port = page.address.rstrip("/").rpartition(":")[2]
     done = spin_usd("watch", stage, "--frame", "0", "--port", port, code=2)
