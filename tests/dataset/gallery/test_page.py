@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import spin_usd
+from spin_usd.dataset.gallery import gallery, record_shelf
 from spin_usd.dataset.gallery.data_file import DataFile
 from spin_usd.dataset.gallery.in_child.body_points import STEP_M
 from spin_usd.dataset.gallery.index import pictures_of
@@ -117,6 +118,74 @@ def test_what_is_drawn_is_what_the_record_says(pictured, picture_page) -> None:
     origin = page.locator("[data-drawn=axes] line").first
     found = [float(origin.get_attribute("x1")), float(origin.get_attribute("y1"))]
     assert found == pytest.approx(picture.camera.project(picture.t_cam_body).tolist(), abs=1e-9)
+
+
+HOLD = """name => {
+  const request = requestData;
+  requestData = async (file) => {
+    if (file === name) await new Promise((resolve) => { globalThis.release = resolve; });
+    return request(file);
+  };
+}"""
+
+
+@pytest.fixture
+def held(pictured, shown, opened, tmp_path, monkeypatch):
+    """The page with a file for each record, at img000002; and a function that lets it wait for the record or the labels
+    of img000001 until it calls `release`."""
+    monkeypatch.setattr(record_shelf, "PER_FILE", 1)
+    monkeypatch.setattr(gallery, "PER_FILE", 1)
+    folder = shutil.copytree(shown, tmp_path / "page")
+    spin_usd.show(pictured, out=folder, workers=1)
+    page = wait_for(opened(folder, PICTURE), "nominal/img000002")
+    row = spin_usd.Dataset(pictured).names.index(("img000001", "nominal"))
+    record = page.evaluate(f"() => loadData('index.js').then(({{ header }}) => header.records[{row}])")
+    labels = "({ header }) => header.pictures[0].files.labels"
+
+    def hold(what):
+        name = record if what == "record" else page.evaluate(f"() => loadData('{record}').then({labels})")
+        page.evaluate(HOLD, name)
+
+    return page, hold
+
+
+def go_to(page, picture) -> None:
+    page.evaluate("picture => { location.hash = `picture/${picture}`; }", picture)
+
+
+def settle(page) -> None:
+    """Wait until the page has done with all that came."""
+    page.evaluate("() => Promise.all(loaded.values())")
+    page.wait_for_timeout(100)
+
+
+def test_a_record_that_comes_late_changes_nothing_of_the_picture_that_is_shown(held) -> None:
+    page, hold = held
+    before = page.locator(".paper img").get_attribute("src")
+    hold("record")
+    go_to(page, "nominal/img000001")
+    go_to(page, "nominal/img000002")
+    wait_for(page, "nominal/img000002")
+    page.evaluate("() => release()")
+    settle(page)
+    assert page.locator(".paper img").get_attribute("src") == before
+    assert page.locator("#side h2").inner_text() == "img000002"
+
+
+def test_until_the_labels_come_nothing_of_another_picture_lies_over_the_image(pictured, held) -> None:
+    page, hold = held
+    row, column = np.argwhere(spin_usd.Dataset(pictured).picture("img000002").depth)[0]
+    page.keyboard.press("d")
+    hold("labels")
+    go_to(page, "nominal/img000001")
+    page.get_by_role("heading", name="img000001").wait_for()
+    assert page.get_by_alt_text("img000001 of nominal").is_visible()
+    assert page.locator(".areas canvas").count() == 0
+    move_to(page, column, row)
+    assert "Depth, m" not in under_the_pointer(page)
+    page.evaluate("() => release()")
+    wait_for(page, "nominal/img000001")
+    assert page.locator(".areas canvas").count() == 1
 
 
 def test_keys_lead_through_pictures_and_variants(shown, opened) -> None:

@@ -78,6 +78,7 @@ class Page {
         byId("to-distributions").setAttribute("aria-current", shown === "distributions" ? "page" : "false");
         this.view = shown;
         if (shown === "picture") this.openPicture(row);
+        else this.picture.clear();
         if (shown === "distributions") this.distributions.draw();
         if (shown === "pictures") this.showGrid();
     }

@@ -80,10 +80,71 @@ class PictureView extends EventTarget {
         this.go(rows[rows.indexOf(this.row) + by]);
     }
 
-    /** Show the picture of that row. */
+    /** Show the picture of that row as soon as its image is there; until then the one before stays whole. */
     async open(row) {
         this.row = row;
-        const { gallery } = this;
+        delete this.stage.node.dataset.shown;
+        const faults = [this.gallery.faults.get(row)].filter(Boolean);
+        const found = await this.gallery.picture(row).catch((fault) => void faults.push(fault.message));
+        await this.stage.preload(found?.files.image);
+        if (this.row !== row) return; // another one was opened meanwhile
+        this.take(found ?? null, faults);
+        const labels = await this.labelsOf(found).catch((fault) => void (faults.length || faults.push(fault.message)));
+        if (this.row !== row) return;
+        this.takeLabels(labels ?? null, faults);
+        this.stage.node.dataset.shown = `${this.gallery.variant(row)}/${this.gallery.frame(row)}`;
+    }
+
+    /** Show nothing, so that the next picture does not begin with this one. */
+    clear() {
+        this.shown = this.labels = null;
+        this.stage.paper.hidden = true;
+        this.title.textContent = this.place.textContent = "";
+        this.about.replaceChildren();
+    }
+
+    /** Show all that is known of the row's picture without its labels. */
+    take(found, faults) {
+        this.shown = found;
+        this.labels = null;
+        if (found) this.takeImage(found);
+        this.stage.paper.hidden = !found;
+        this.sayFaults(faults);
+        this.sayPlace();
+        this.about.replaceChildren(...this.sections(found?.record));
+        this.draw();
+        this.point(null);
+    }
+
+    takeImage({ record, files, lens_limit: limit }) {
+        this.camera = new Camera(record.camera, limit);
+        this.stage.resize(record.camera.width, record.camera.height);
+        this.stage.setImage(files.image, `${record.frame} of ${record.variant}`);
+    }
+
+    takeLabels(labels, faults) {
+        this.labels = labels;
+        if (labels && !this.shown.files.image) this.overlays.showOne(labels);
+        this.sayFaults(faults);
+        this.draw();
+        this.point(null);
+    }
+
+    /** Return a promise of the labels of the picture that is shown, null where it has none. */
+    async labelsOf(found) {
+        if (!found?.files.labels) return null;
+        const { camera, gallery } = this;
+        return new Labels(await loadData(found.files.labels), found.record, camera, gallery.parts);
+    }
+
+    sayFaults(faults) {
+        this.stage.fault.hidden = faults.length === 0;
+        this.stage.fault.textContent = faults.length ? `Damaged: ${faults.join("; ")}` : "";
+    }
+
+    /** Say which picture it is. */
+    sayPlace() {
+        const { gallery, row } = this;
         const rows = gallery.variantsOf(row);
         this.title.textContent = gallery.frame(row);
         this.place.textContent = `${this.selection.rows.indexOf(row) + 1} of ${this.selection.rows.length} shown`;
@@ -91,35 +152,10 @@ class PictureView extends EventTarget {
         this.slider.max = rows.length - 1;
         this.slider.value = rows.indexOf(row);
         this.variant.textContent = gallery.variant(row);
-        const faults = [gallery.faults.get(row)].filter(Boolean);
-        const found = await gallery.picture(row).catch((fault) => void faults.push(fault.message));
-        const labels =
-            found && (await this.load(found).catch((fault) => void (faults.length || faults.push(fault.message))));
-        if (this.row !== row) return; // another one was opened meanwhile
-        this.shown = found;
-        this.labels = labels;
-        if (labels && !found.files.image) this.overlays.showOne(labels);
-        this.say(faults);
-        this.draw();
-        this.point(null);
-        this.stage.node.dataset.shown = `${gallery.variant(row)}/${gallery.frame(row)}`;
     }
 
-    /** Take the picture's image and record; return a promise of its labels, null where it has none. */
-    async load({ record, files, lens_limit: limit }) {
-        this.camera = new Camera(record.camera, limit);
-        this.stage.resize(record.camera.width, record.camera.height);
-        if (files.image) this.stage.image.src = files.image;
-        else this.stage.image.removeAttribute("src");
-        this.stage.image.alt = `${record.frame} of ${record.variant}`;
-        return files.labels ? new Labels(await loadData(files.labels), record, this.camera, this.gallery.parts) : null;
-    }
-
-    say(faults) {
-        this.stage.fault.hidden = faults.length === 0;
-        this.stage.fault.textContent = faults.length ? `Damaged: ${faults.join("; ")}` : "";
-        this.stage.paper.hidden = !this.shown;
-        const record = this.shown?.record;
+    /** Return what the side says of the row's picture; record: undefined for a damaged one. */
+    sections(record) {
         const parts = [
             section("Reproduce", true, copyable(reproduceCommand(this.gallery, this.row))),
             section("Measures", true, measureTable(this.gallery, this.row)),
@@ -129,7 +165,7 @@ class PictureView extends EventTarget {
                 ...provenance(record),
                 section("Record", false, ...Object.entries(record).map(([key, value]) => tree(key, value))),
             );
-        this.about.replaceChildren(...parts);
+        return parts;
     }
 
     draw() {

@@ -29,6 +29,20 @@ class Stage extends EventTarget {
         if (!same) this.fit();
     }
 
+    /** Return a promise that is kept when the browser can show the image at once, or never can. */
+    async preload(source) {
+        if (!source) return;
+        const image = element("img", { src: source });
+        await image.decode().catch(() => {}); // a damaged image shows its alternative text
+    }
+
+    /** Show that image, none where the source is undefined. */
+    setImage(source, alt) {
+        if (source) this.image.src = source;
+        else this.image.removeAttribute("src");
+        this.image.alt = alt;
+    }
+
     fit() {
         if (!this.width || !this.node.clientWidth) return;
         this.zoom = Math.min(this.node.clientWidth / this.width, this.node.clientHeight / this.height);
