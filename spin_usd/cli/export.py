@@ -10,6 +10,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments import options
+from spin_usd.cli.arguments.completions import listed_in
 from spin_usd.cli.output.lines import NAME, Line, Painted, show
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted
@@ -22,7 +23,14 @@ if TYPE_CHECKING:
 def export(
     context: typer.Context,
     dataset: Annotated[Path | None, typer.Argument(help="A dataset's folder.")] = None,
-    to: Annotated[str | None, typer.Option(metavar="NAME", help="The format; --list names all.")] = None,
+    to: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=listed_in("spin_usd.dataset.export.formats.table", "EXPORT_FORMATS"),
+            metavar="NAME",
+            help="The format; --list names all.",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="The export's folder. Run again, it makes what is missing.")] = None,
     split: Annotated[
         str | None,

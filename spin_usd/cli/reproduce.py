@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli.arguments.completions import frames_of_dataset, variants_of_dataset
+from spin_usd.cli.arguments.completions import frames_of_dataset, listed_in, variants_of_dataset
 from spin_usd.cli.arguments.options import Json
 from spin_usd.cli.output.lines import BAD, GOOD, Painted, show
 from spin_usd.cli.output.notes import show_note, show_notes
@@ -28,7 +28,9 @@ def reproduce(
     device: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="What renders the light: cpu, optix, cuda ...; the recorded one if not given."
+            autocompletion=listed_in("spin_usd.dataset.process.devices", "DEVICES"),
+            metavar="NAME",
+            help="What renders the light: cpu, optix, cuda ...; the recorded one if not given.",
         ),
     ] = None,
     as_json: Json = False,

@@ -1,12 +1,14 @@
 """What a shell completes besides commands and options: names that travel with spin_usd, and those in a dataset.
 
-A shell runs spin-usd each time that Tab is pressed, so nothing heavy is loaded here, and what goes wrong completes
-nothing. It takes what is printed for words: of what a dataset holds, only names that are one plain word are offered.
+A shell runs spin-usd each time that Tab is pressed, so nothing heavy is loaded before it is asked for, and what goes
+wrong completes nothing. It takes what is printed for words: of what a dataset holds, only names that are one plain word
+are offered.
 """
 
 import re
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import typer
@@ -24,6 +26,15 @@ def one_of(names: Collection[str]) -> Callable[[str], Collection[str]]:
 
     def complete(incomplete: str) -> Collection[str]:
         return names
+
+    return complete
+
+
+def listed_in(module: str, name: str, *more: str) -> Callable[[str], Collection[str]]:
+    """Return a completion to `more`, and the names in a collection of a module, which only a completion loads."""
+
+    def complete(incomplete: str) -> Collection[str]:
+        return (*more, *getattr(import_module(module), name))
 
     return complete
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from spin_usd.cli.arguments.completions import one_of
+from spin_usd.cli.arguments.completions import listed_in, one_of
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
 from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.dataset.store.stage_path import root_layer
@@ -78,6 +78,7 @@ DeviceName = Annotated[
     str,
     typer.Option(
         "--device",
+        autocompletion=listed_in("spin_usd.dataset.process.devices", "DEVICES", "auto"),
         metavar="NAME",
         help="What renders the light: cpu, optix, cuda, hip, metal or oneapi; auto for the best that is there.",
     ),

@@ -7,6 +7,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments import options
+from spin_usd.cli.arguments.completions import listed_in
 from spin_usd.cli.output.lines import show as print_lines
 from spin_usd.cli.output.lines import tell
 from spin_usd.cli.output.progress import shown
@@ -32,7 +33,12 @@ def show(
         typer.Option(metavar="NAME,...", help="Labels to show over the images, such as depth,segmentation; or none."),
     ] = "all",
     images: Annotated[
-        str, typer.Option(metavar="NAME", help="jpeg in full size; small: 960 pixels wide; original: the files.")
+        str,
+        typer.Option(
+            autocompletion=listed_in("spin_usd.dataset.gallery.request", "IMAGES"),
+            metavar="NAME",
+            help="jpeg in full size; small: 960 pixels wide; original: the files.",
+        ),
     ] = "jpeg",
     workers: options.Workers = None,
 ) -> None:
