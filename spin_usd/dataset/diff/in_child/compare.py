@@ -51,7 +51,8 @@ def compare(*, stage: str, before: str, after: str, frames: str | None, progress
     for done, each in enumerate(found):
         progress("trying alone: difference", done, len(found))
         listed.append({**asdict(each), "effect": trials.effect(each)})
-    progress("trying alone: difference", len(found), len(found))
+    if found:
+        progress("trying alone: difference", len(found), len(found))
     redrawn = selections[0].variant != selections[1].variant
     return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
 
