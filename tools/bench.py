@@ -14,6 +14,7 @@ from pathlib import Path
 from benchmarks import (
     agreement,
     calibrate,
+    debug,
     equal_error,
     frames,
     gallery,
@@ -32,7 +33,7 @@ from benchmarks import (
 from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
-PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement)
+PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement, debug)
 RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery, watch)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
