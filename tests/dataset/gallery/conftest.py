@@ -43,14 +43,16 @@ def shown(pictured, tmp_path_factory):
 
 @pytest.fixture
 def opened(browser):
-    """Open the page in a folder in a window of a small laptop; whatever goes wrong in it fails the test."""
+    """Open the page in a folder in a window of a small laptop; whatever goes wrong in it fails the test; of one
+    that is not complete, the browser may say which files are missing."""
     pages, faults = [], []
 
-    def open_page(folder, fragment="", **options):
+    def open_page(folder, fragment="", *, complete=True, **options):
         page = browser.new_page(viewport={"width": 1366, "height": 768}, **options)
         pages.append(page)
         page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+        if complete:
+            page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
         page.goto(f"{(folder / 'index.html').as_uri()}{fragment}")
         page.wait_for_selector("body[data-ready]")
         return page

@@ -242,6 +242,39 @@ def test_any_value_of_the_records_is_a_filter(pictured, shown, opened) -> None:
     assert set(frames(page)) == {max(counts, key=counts.get)}
 
 
+def test_a_range_dragged_to_the_edges_leaves_out_no_picture(shown, opened) -> None:
+    page = opened(shown)
+    box = page.get_by_label("Histogram of Range").bounding_box()
+    page.mouse.move(box["x"] + 1e-3, box["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 5)
+    page.mouse.move(box["x"] + box["width"] + 20, box["y"] + 5)
+    assert page.get_by_label("Greatest Range").input_value() == ""
+    page.mouse.up()
+    assert len(tiles(page)) == 6
+
+
+def test_a_missing_file_is_named_and_the_page_goes_on(shown, opened, tmp_path) -> None:
+    from playwright.sync_api import expect
+
+    folder = shutil.copytree(shown, tmp_path / "page")
+    page = opened(folder, complete=False)
+    name = "targets[0].pixels.visible"
+    column = page.evaluate(
+        f"() => loadData('index.js').then(({{ header }}) => header.columns.find((each) => each.name === '{name}').file)"
+    )
+    (folder / column).unlink()
+    adder = page.get_by_label("A value of the records to filter by")
+    for _ in range(2):
+        adder.fill(name)
+        adder.press("Enter")
+        expect(page.locator("#trouble")).to_contain_text(f"{column} is missing")
+        page.get_by_label("Sort by").select_option(label="Range")
+        expect(page.locator("#trouble")).to_be_empty()
+    page.get_by_label("Sort by").select_option(name)
+    expect(page.locator("#trouble")).to_contain_text(f"{column} is missing")
+
+
 def test_it_says_what_made_the_picture_and_makes_it_again(pictured, shown, opened) -> None:
     """The command as a shell reads it: the folder has a space in its name."""
     page = wait_for(opened(shown, "#picture/nominal/img000001"), "nominal/img000001")

@@ -3,8 +3,9 @@
 
 const FIRST_FILTERS = ["range@1", "sun@1", "visible@1", "brightness"];
 
-class Filters {
+class Filters extends EventTarget {
     constructor(gallery, selection, node) {
+        super();
         Object.assign(this, { gallery, selection, node, shownFilters: new Map() });
         this.more = element("div");
         node.append(this.nameFilter());
@@ -85,7 +86,9 @@ class Filters {
     async add(name) {
         if (this.shownFilters.has(name) || !(this.gallery.measureOf.has(name) || this.gallery.files.has(name))) return;
         this.shownFilters.set(name, { clear: () => {}, draw: () => {} }); // it is on its way
-        const { numbers, words } = await this.gallery.column(name);
+        const column = await this.gallery.column(name).catch((fault) => this.refuse(name, fault));
+        if (!column) return;
+        const { numbers, words } = column;
         const title = this.gallery.title(name);
         if (words.length) {
             this.more.append(this.choice(name, title, numbers, words));
@@ -94,6 +97,12 @@ class Filters {
             this.shownFilters.set(name, filter);
             this.more.append(filter.node);
         }
+    }
+
+    /** Say that there is no such filter; it may be asked for again. */
+    refuse(name, fault) {
+        this.shownFilters.delete(name);
+        this.dispatchEvent(new CustomEvent("fault", { detail: fault }));
     }
 
     /** Return the means to filter by any other value of the records. */

@@ -85,12 +85,18 @@ class RangeFilter {
     drag(event) {
         const box = this.chart.getBoundingClientRect();
         const [least, greatest] = this.extent;
-        const at = (moved) =>
-            least + Math.min(Math.max((moved.clientX - box.left) / box.width, 0), 1) * (greatest - least);
+        const span = greatest - least;
+        const step = 10 ** (Math.floor(Math.log10(span)) - 3); // ends are rounded outwards, to texts of few digits
+        const at = (moved) => (moved.clientX - box.left) / box.width;
+        const text = (share, round) => {
+            if (!(share > 0 && share < 1 && span > 0)) return ""; // at an edge no picture is left out
+            return String(Number((round((least + share * span) / step) * step).toPrecision(12)));
+        };
         const begun = at(event);
         const move = (moved) => {
-            const ends = [begun, at(moved)].sort((a, b) => a - b);
-            [this.low.value, this.high.value] = ends.map((end) => shown(end, 4));
+            const [from, to] = [begun, at(moved)].sort((a, b) => a - b);
+            this.low.value = text(from, Math.floor);
+            this.high.value = text(to, Math.ceil);
             this.draw();
         };
         this.chart.setPointerCapture(event.pointerId);

@@ -1,5 +1,6 @@
 "use strict";
-// The labels of one picture: numbers by pixel of the full frame, exactly those of the dataset's files.
+// The labels of one picture: numbers by pixel of the full frame, those of the dataset's files to the last bit;
+// the dense pose alone is rounded.
 
 class Labels {
     /** data: what loadData gives of the file · parts: of the dataset, [name, class, target] by id. */

@@ -3,7 +3,8 @@
 
 const waiting = new Map(); // what is to be called with a file's text, by the file's key
 const loaded = new Map(); // promises of content by file; the least used first
-const MOST_LOADED = 24; // label data of a large picture take some 30 MB of memory
+const sizes = new Map(); // bytes of those that are there, by file
+const MOST_BYTES = 2 ** 28; // label data of a large picture take some 30 MB
 
 function giveData(key, text) {
     waiting.get(key)?.(text);
@@ -14,8 +15,18 @@ function loadData(file) {
     const found = loaded.get(file) ?? requestData(file);
     loaded.delete(file);
     loaded.set(file, found);
-    if (loaded.size > MOST_LOADED) loaded.delete(loaded.keys().next().value);
     return found;
+}
+
+/** Forget the least used files until those that are there take no more than MOST_BYTES. */
+function forget() {
+    let held = [...sizes.values()].reduce((sum, each) => sum + each, 0);
+    for (const file of [...loaded.keys()].filter((each) => sizes.has(each))) {
+        if (held <= MOST_BYTES) return;
+        held -= sizes.get(file);
+        loaded.delete(file);
+        sizes.delete(file);
+    }
 }
 
 async function requestData(file) {
@@ -29,9 +40,13 @@ async function requestData(file) {
             script.src = file;
             document.head.append(script);
         });
-        return unpacked(await inflated(text));
+        const bytes = await inflated(text);
+        sizes.set(file, bytes.byteLength);
+        forget();
+        return unpacked(bytes);
     } catch (fault) {
         loaded.delete(file);
+        sizes.delete(file);
         throw fault;
     } finally {
         waiting.delete(key);

@@ -8,6 +8,7 @@ class Page {
         this.grid = new Grid(gallery, this.selection, byId("grid"), byId("tiles"), byId("empty"));
         this.filters = new Filters(gallery, this.selection, byId("filters"));
         this.picture = new PictureView(gallery, this.selection, byId("stage"), byId("side"));
+        this.filters.addEventListener("fault", ({ detail }) => this.say(detail));
         this.distributions = new Distributions(gallery, this.selection, byId("distributions"));
         byId("dataset").textContent = document.title = gallery.dataset;
         fillKeys(byId("keys"), this.picture.overlays);
@@ -29,7 +30,10 @@ class Page {
         );
         byId("sort").addEventListener("change", async (event) => {
             const name = event.target.value;
-            this.selection.sorting = name ? inOrder(await this.gallery.column(name)) : null;
+            const column = name ? await this.gallery.column(name).catch((fault) => this.say(fault)) : null;
+            if (column === undefined || event.target.value !== name) return; // it failed, or another was chosen
+            this.say(null);
+            this.selection.sorting = column && inOrder(column);
             this.selection.update();
         });
         byId("direction").addEventListener("click", (event) => {
@@ -50,6 +54,11 @@ class Page {
         byId("help").addEventListener("click", () => byId("keys").showModal());
         addEventListener("hashchange", () => this.route());
         addEventListener("keydown", (event) => this.key(event));
+    }
+
+    /** Say what went wrong, beside the number of pictures; null takes it away. */
+    say(fault) {
+        byId("trouble").textContent = fault ? `${fault.message}. Run spin-usd show again.` : "";
     }
 
     count() {
