@@ -18,8 +18,9 @@ KEY_LENGTH = 16  # hexadecimal digits: that two of a million files have the same
 class DataFile:
     """A JSON header and arrays by their names, which a script hands to the page.
 
-    Inside the script is text of base64 alone, so nothing that a dataset holds is ever read as program. That is zlib's
-    of: the length of the header (uint32), the header with the place of each array, and the arrays, little-endian.
+    The script holds base64 text alone, so no browser reads anything of a dataset as a program. The text decodes to
+    bytes that zlib packed: the length of the header (uint32), the header with the place of each array, and the arrays,
+    little-endian.
     """
 
     def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> None:
@@ -36,7 +37,7 @@ class DataFile:
     @property
     def key(self) -> str:
         """A key that is the same for the same content alone."""
-        return key_of(self._content)
+        return file_key(self._content)
 
     def script(self, key: str) -> bytes:
         """Return the script that hands it to the page under that key."""
@@ -44,6 +45,6 @@ class DataFile:
         return b'giveData("%s","%s");\n' % (key.encode("ascii"), packed)
 
 
-def key_of(*contents: bytes) -> str:
+def file_key(*contents: bytes) -> str:
     """Return the key of files that are made of these contents."""
     return hashlib.sha256(b"\0".join(contents)).hexdigest()[:KEY_LENGTH]

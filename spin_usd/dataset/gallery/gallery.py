@@ -35,8 +35,8 @@ def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
         folder = GalleryFolder(request.out, lease.work)
         folder.describe(request.dataset)
         pictures, header, arrays = _survey(dataset, request, folder, progress)
-        wanted = lacking(pictures, folder.present)
-        of_files = written(pictures, wanted, request, lease.work, progress=progress)
+        missing = lacking(pictures, folder.present)
+        of_files = written(pictures, missing, request, lease.work, progress=progress)
         faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
         if beside:
             others, numbers = _survey_beside(beside, request, progress)
@@ -47,8 +47,8 @@ def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
     return GalleryReport(
         page=str(request.out / PAGE),
         pictures=len(pictures),
-        made=len(wanted),
-        kept=len(pictures) - len(wanted),
+        made=len(missing),
+        kept=sum(not picture.fault for picture in pictures) - len(missing),
         damaged={f"{pictures[at].variant}/{pictures[at].frame}": fault for at, fault in faults.items()},
         bytes=folder.total_bytes(),
         seconds=time.monotonic() - began,

@@ -15,8 +15,8 @@ PICTURES_PER_CHILD = 8  # starting one takes as long as so many
 
 
 def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int, PictureKeys]:
-    """Return the keys of files that are not `present`, by the places of pictures that have them: of pictures that
-    share a file those of the first."""
+    """Return the keys of the files that are not `present`, by the place of the picture that they are made of. Where
+    pictures share a file, it is made of the first."""
     begun, found = set(present), {}
     for place, picture in enumerate(pictures):
         keys = picture.keys.without(begun)
@@ -28,21 +28,21 @@ def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int,
 
 def written(
     pictures: Sequence[SurveyedPicture],
-    wanted: Mapping[int, PictureKeys],
+    missing: Mapping[int, PictureKeys],
     request: GalleryRequest,
     work: Path,
     *,
     progress: Progress,
 ) -> dict[str, str]:
-    """Let children write the `wanted` files; return what is wrong, by the keys of files that could not be written.
+    """Let children write the `missing` files; return what is wrong, by the keys of files that could not be written.
 
     Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
     """
-    calls = [_call(pictures[place], keys, request, work) for place, keys in wanted.items()]
+    calls = [_call(pictures[place], keys, request, work) for place, keys in missing.items()]
     children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
     faults: dict[str, str] = {}
     for done, (keys, result) in enumerate(
-        zip(wanted.values(), results_of(calls, children, progress=progress), strict=True)
+        zip(missing.values(), results_of(calls, children, progress=progress), strict=True)
     ):
         progress("showing: picture", done, len(calls))
         if isinstance(result, OutputError):

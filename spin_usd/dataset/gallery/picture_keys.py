@@ -2,14 +2,15 @@
 and those that are there are not made again."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from spin_usd.dataset.gallery.data_file import key_of
+from spin_usd.dataset.gallery.data_file import file_key
 from spin_usd.dataset.gallery.gallery_file import DATA, IMAGES, THUMBNAILS, file_of
 from spin_usd.dataset.gallery.request import ORIGINAL, GalleryRequest
+from spin_usd.dataset.read.picture import Picture
 
-VERSION = "gallery-1"
+FILES_VERSION = "picture-files-1"
 """Goes up when the same picture gets other files."""
 IMAGE = "image"
 
@@ -44,8 +45,9 @@ class PictureKeys(NamedTuple):
         return self._replace(image=image, labels=self.labels if "labels" in lacking else "")
 
 
-def keys_of(record: Mapping[str, Any], request: GalleryRequest) -> PictureKeys:
-    """Return the keys of the picture with that record."""
+def keys_of(picture: Picture, request: GalleryRequest) -> PictureKeys:
+    """Return the keys of the picture's files."""
+    record = picture.record
     digests = {str(kind): str(entry["sha256"]) for kind, entry in record["files"].items()}
     kinds = tuple(kind for kind in request.labels if kind in digests)
     preview = "" if IMAGE in digests else next(iter(kinds), "")
@@ -53,7 +55,7 @@ def keys_of(record: Mapping[str, Any], request: GalleryRequest) -> PictureKeys:
     original = request.images == ORIGINAL and not preview and str(record["files"][IMAGE]["path"]).endswith(".png")
     return PictureKeys(
         image=_key("image", request.images, shown) if shown else "",
-        labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(record)) if kinds else "",
+        labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(picture)) if kinds else "",
         suffix=".png" if original else ".jpg",
         preview=preview,
         kinds=kinds,
@@ -61,9 +63,10 @@ def keys_of(record: Mapping[str, Any], request: GalleryRequest) -> PictureKeys:
 
 
 def _key(*made_of: Any) -> str:
-    return key_of(VERSION.encode(), json.dumps(made_of).encode())
+    return file_key(FILES_VERSION.encode(), json.dumps(made_of).encode())
 
 
-def _geometry(record: Mapping[str, Any]) -> Any:
+def _geometry(picture: Picture) -> Any:
     """Return what the label data depend on beside the labels: see `body_points`."""
-    return record["camera"], [target["pose"] for target in record["targets"]]
+    record, parts = picture.record, sorted((part.id, part.target) for part in picture.parts.values())
+    return record["camera"], [[target["id"], target["pose"]] for target in record["targets"]], parts

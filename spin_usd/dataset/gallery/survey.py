@@ -69,6 +69,6 @@ def _surveyed(picture: Picture, frame: str, variant: str, request: GalleryReques
         frame=frame,
         variant=variant,
         picture=picture,
-        keys=keys_of(picture.record, request),
+        keys=keys_of(picture, request),
         values={**dict(leaves(filtered)), **measured(picture)},
     )
