@@ -39,8 +39,8 @@ def author(
     sun_direction: str | Sequence[float] | None = None,
     sun_from_target: str | Sequence[float] | None = None,
     any_size: bool = False,
-    also: str | Path | Sequence[str] = (),
-    occluder: str | Path | Sequence[str] = (),
+    also: str | Sequence[str] = (),
+    occluder: str | Sequence[str] = (),
     on_progress: Progress | None = None,
 ) -> AuthorReport:
     """Make the layered stage `out`/dataset.usda, in a new folder.
@@ -139,8 +139,8 @@ def _text(given: str | Path | None) -> str | None:
     return None if given is None else str(given)
 
 
-def _texts(given: str | Path | Sequence[str]) -> list[str]:
-    return [str(given)] if isinstance(given, str | Path) else list(given)
+def _texts(given: str | Sequence[str]) -> list[str]:
+    return [given] if isinstance(given, str) else list(given)
 
 
 def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:

@@ -46,7 +46,7 @@ def scenes(report):
 
 def test_a_second_target_has_the_poses_of_its_own_list(inputs, tmp_path) -> None:
     given = [(q, (1, -0.5, 5 + i)) for i, q in enumerate(reversed(Q))]
-    report = author_stage(**inputs, also=[f"cubesat:{pose_list(tmp_path, 'second', given)}"])
+    report = author(**inputs, also=f"cubesat:{pose_list(tmp_path, 'second', given)}")
     for scene, (q, t) in zip(scenes(report), given, strict=True):
         _, second = scene.targets
         assert (second.id, second.target.name, second.target.path) == (2, "cubesat", "/World/Cubesat")
