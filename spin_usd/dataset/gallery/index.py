@@ -1,5 +1,6 @@
 """The index of a gallery: what the page knows of all pictures before it loads anything of one."""
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 
 Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
+DIGEST = re.compile("[0-9a-f]{64}")
 
 
 def pictures_of(pictures: Sequence[SurveyedPicture]) -> tuple[Header, Arrays]:
@@ -50,9 +52,11 @@ def measures_of(dataset: Dataset, columns: dict[str, Column], prefix: str = "") 
 
 
 def columns_of(columns: dict[str, Column], folder: GalleryFolder) -> Iterator[Header]:
-    """Write the columns into files of their own, and yield what each is; those of one value alone stay out."""
+    """Write the columns into files of their own, and yield what each is; those of one value alone stay
+    out, and digests, which say nothing to people."""
     for name, column in sorted(columns.items()):
-        if len(np.unique(column.numbers)) > 1:
+        digests = bool(column.words) and all(map(DIGEST.fullmatch, column.words))
+        if len(np.unique(column.numbers)) > 1 and not digests:
             file = folder.add(DataFile({"words": column.words}, {"numbers": column.numbers}))
             yield {"name": name, "file": file}
 

@@ -230,6 +230,12 @@ def test_filters_and_sorting_choose_the_pictures(pictured, shown, opened) -> Non
     assert len(tiles(page)) == 6
 
 
+def test_digests_are_nothing_to_sort_by(shown, opened) -> None:
+    offered = opened(shown).locator("#sort option").evaluate_all("them => them.map(({ value }) => value)")
+    assert "targets[0].pixels.visible" in offered
+    assert not [name for name in offered if name.startswith("provenance.keys")]
+
+
 def test_any_value_of_the_records_is_a_filter(pictured, shown, opened) -> None:
     page = opened(shown)
     adder = page.get_by_label("A value of the records to filter by")

@@ -23,8 +23,12 @@ class Measure(NamedTuple):
 MEASURES = {
     "range": Measure("Range", "m", lambda _, target: target.range),
     "visible": Measure("Visible fraction", "", lambda _, target: target.visible_fraction),
-    "u": Measure("Across the frame", "", lambda picture, target: _centre(target)[0] / picture.camera.width),
-    "v": Measure("Down the frame", "", lambda picture, target: _centre(target)[1] / picture.camera.height),
+    "u": Measure(
+        "Target across the frame, from 0 to 1", "", lambda picture, target: _centre(target)[0] / picture.camera.width
+    ),
+    "v": Measure(
+        "Target down the frame, from 0 to 1", "", lambda picture, target: _centre(target)[1] / picture.camera.height
+    ),
     "width": Measure("Width of the box", "px", lambda _, target: target.box_visible[2] - target.box_visible[0]),
     "keypoints": Measure(
         "Visible keypoints", "", lambda _, target: sum(state == "visible" for state in target.keypoint_states)
@@ -39,8 +43,8 @@ camera. Where the camera is, seen from the target: a unit vector in its axes."""
 
 OF_PICTURE = {
     "brightness": Measure("Brightness", "", lambda picture, _: _tone(picture, "mean")),
-    "dark": Measure("Dark share", "", lambda picture, _: _tone(picture, "dark")),
-    "saturated": Measure("Saturated share", "", lambda picture, _: _tone(picture, "saturated")),
+    "dark": Measure("Share of dark pixels", "", lambda picture, _: _tone(picture, "dark")),
+    "saturated": Measure("Share of saturated pixels", "", lambda picture, _: _tone(picture, "saturated")),
 }
 """Of the whole picture: of the target's pixels, as the record's `tones` has them."""
 
