@@ -115,6 +115,7 @@ def _served(request: KeypointsRequest, session: Session, pictures: Pictures | No
                 each.refresh()
 
         session.on_change = refresh
-        refresh()
+        with session.lock:
+            refresh()
         host = f"[{request.host}]" if ":" in request.host else request.host
         yield f"http://{host}:{server.get_port()}/"

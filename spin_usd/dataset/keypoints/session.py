@@ -65,18 +65,16 @@ class Session:
         return self.pick.places[self.snap] if self.pick else None
 
     def do(self, action: Callable[[], str | None]) -> None:
-        """Do `action`, one of the methods below; say what it returns, or what it refuses."""
+        """Do `action`, one of the methods below; say what it returns, or what it refuses. An
+        error of ours is said too, and raised."""
         with self.lock:
-            before = self.keypoints
             try:
-                text = action()
-                self.said = self.said if text is None else Said(text=text)
-            except SpinError as refused:
-                self.said = Said(text=str(refused), refused=True)
-            if self.keypoints is not before:
-                with suppress(SpinError):
-                    self.save()
-            self.on_change()
+                self._do(action)
+            except Exception as defect:
+                self.said = Said(text=f"an internal error: {defect}", refused=True)
+                raise
+            finally:
+                self.on_change()
 
     def click(self, origin: Float, direction: Float) -> str:
         """Take a click whose ray starts at `origin` (3,) along the unit `direction` (3,), body axes, metres: select
@@ -177,6 +175,17 @@ class Session:
         except SpinError as failed:
             self.unsaved = str(failed)
             raise
+
+    def _do(self, action: Callable[[], str | None]) -> None:
+        before = self.keypoints
+        try:
+            text = action()
+            self.said = self.said if text is None else Said(text=text)
+        except SpinError as refused:
+            self.said = Said(text=str(refused), refused=True)
+        if self.keypoints is not before:
+            with suppress(SpinError):
+                self.save()
 
     def _go(self, go: Callable[[], None], possible: bool, word: str) -> str:
         if not possible:

@@ -162,6 +162,19 @@ def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box
     assert saved(request_of_box).names == ("a", "a_1")
 
 
+def test_an_error_of_ours_is_shown_as_a_change_that_is_not_saved(session, monkeypatch) -> None:
+    def fail(keypoints):
+        raise RuntimeError("no such luck")
+
+    shown: list[tuple[str, str | None]] = []
+    monkeypatch.setattr(session, "_save", fail)
+    monkeypatch.setattr(session, "on_change", lambda: shown.append((session.said.text, session.unsaved)))
+    click(session)
+    with pytest.raises(RuntimeError):
+        session.do(lambda: session.add("a"))
+    assert shown[-1] == ("an internal error: no such luck", "the last change was not saved")
+
+
 def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> None:
     missing = tmp_path / "no" / "points.usda"
     (tmp_path / "other.usda").write_text("#usda 1.0\n")
