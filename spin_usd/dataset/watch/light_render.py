@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from spin_usd.dataset.picture.make_picture import IMAGE
 from spin_usd.dataset.process.child import ChildInternalError
+from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S
 from spin_usd.dataset.watch.board import Board
 from spin_usd.dataset.watch.request import WatchedPicture, WatchRequest
 from spin_usd.dataset.watch.viewer_child import ViewerChild
@@ -82,7 +83,7 @@ class LightRender:
     def _view(self, choice: WatchedPicture) -> dict[str, Any]:
         """Return what the child sees, or a fault."""
         try:
-            return self._child.view(self._request.of(choice), labels=False)
+            return self._child.view(self._request.of(choice), labels=False, within_s=RENDER_PATIENCE_S)
         except (SpinError, ChildInternalError) as fault:
             return {"fault": str(fault)}
 

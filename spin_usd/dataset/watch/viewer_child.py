@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.child_limits import START_PATIENCE_S, rendering_memory
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.scene.effort import Effort
 
@@ -19,11 +19,13 @@ class ViewerChild:
         self._renderer, self._effort = renderer, effort
         self._start()
 
-    def view(self, arguments: Mapping[str, Any], *, labels: bool) -> dict[str, Any]:
-        """Return what `Viewer.view` does. Raises ChildDiedError where the child ended; the next call has another."""
+    def view(self, arguments: Mapping[str, Any], *, labels: bool, within_s: float) -> dict[str, Any]:
+        """Return what `Viewer.view` does, within so many seconds. Raises ChildDiedError where the child ended; the next
+        call has another."""
         try:
-            self._child.call("open_viewer", renderer=self._renderer, effort=asdict(self._effort))
-            answer: dict[str, Any] = self._child.call("view", within_s=RENDER_PATIENCE_S, **arguments, labels=labels)
+            opened: dict[str, Any] = {"renderer": self._renderer, "effort": asdict(self._effort)}
+            self._child.call("open_viewer", within_s=START_PATIENCE_S, **opened)
+            answer: dict[str, Any] = self._child.call("view", within_s=within_s, **arguments, labels=labels)
         except ChildDiedError:
             self.replace()
             raise

@@ -7,7 +7,9 @@ from contextlib import ExitStack, suppress
 from typing import Any
 
 from spin_usd.dataset.process.child import ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.dataset.process.open_renderer import ANOTHER_RENDERER, require_renderer
+from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.dataset.watch.board import FAULTY, READING, SHOWN, Board
 from spin_usd.dataset.watch.file_states import FileStates, states_of
 from spin_usd.dataset.watch.light_render import LightRender
@@ -98,14 +100,16 @@ class Follower:
                 return
 
     def _view(self, choice: WatchedPicture) -> dict[str, Any]:
-        """Return what a child sees, a second one where the first dies, as it may of other things than the stage."""
-        arguments = self._request.of(choice)
-        try:
-            with suppress(ChildDiedError):
-                return self._child.view(arguments, labels=True)
-            return self._child.view(arguments, labels=True)
-        except (ChildDiedError, ChildInternalError) as fault:
-            return {"files": {}, "fault": str(fault)}
+        """Return what a child sees, another one where the first dies, as it may of other things than the stage."""
+        arguments, retries = self._request.of(choice), Retries(READING_TRIES)
+        while True:
+            try:
+                return self._child.view(arguments, labels=True, within_s=PATIENCE_S)
+            except ChildDiedError as died:
+                if not retries.may_try_again(died):
+                    return {"files": {}, "fault": retries.in_words(died)}
+            except ChildInternalError as fault:
+                return {"files": {}, "fault": str(fault)}
 
     def _post(self, choice: WatchedPicture, answer: Mapping[str, Any], seconds: float) -> None:
         self._board.post(
