@@ -11,7 +11,7 @@ from spin_usd.errors import InputError
 from spin_usd.scene.source.keypoints import Keypoints
 
 MAX_NAME = 64  # characters: more is no name that anybody reads in a list
-
+MAX_DIGITS = 9  # of a number at a name's end: a layer of others may hold a name of thousands
 FIRST_NAME = "point_1"
 
 
@@ -45,7 +45,7 @@ def deleted(keypoints: Keypoints, name: str) -> Keypoints:
 
 def free_name(keypoints: Keypoints, like: str) -> str:
     """Return a name that no keypoint has: `like`, its number counted on, or given one, as far as is needed."""
-    stem = like.rstrip("0123456789")
+    stem = like[:-MAX_DIGITS] + like[-MAX_DIGITS:].rstrip("0123456789")
     number = int(like[len(stem) :] or 0)
     name = like
     while name in keypoints.names:

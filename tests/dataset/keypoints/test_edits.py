@@ -42,6 +42,8 @@ def test_free_names_count_on() -> None:
     assert free_name(THREE, "tip_3") == "tip_4"
     assert free_name(THREE, "a") == "a_1"
     assert free_name(THREE, "new") == "new"
+    endless = "7" * 5000
+    assert free_name(Keypoints(names=(endless,), points=np.zeros((1, 3))), endless) == f"{endless[:-1]}8"
 
 
 def test_lines_of_a_table_are_read_as_the_same_keypoints(tmp_path) -> None:
