@@ -1,6 +1,7 @@
 """One picture of a dataset, as those who train and test with it read it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +15,7 @@ from spin_usd.dataset.read.description import DescribedPart, Description
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
+from spin_usd.dataset.store.names import record_of
 from spin_usd.dataset.store.picture_file import read_picture_file
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
@@ -127,8 +129,9 @@ class Picture:
 
     @cached_property
     def targets(self) -> tuple[PicturedTarget, ...]:
-        """The targets with their poses, in order of their ids."""
-        return tuple(map(PicturedTarget.of, self.record["targets"]))
+        """The targets with their poses, in order of their ids. Raises InputError where the record has none."""
+        with _reading_record(self.root / record_of(self.variant, self.frame)):
+            return tuple(map(PicturedTarget.of, self.record["targets"]))
 
     def mask(self, target_id: int) -> NDArray[np.bool_]:
         """Return (H, W) bool: the pixels that show the target of that id. Raises InputError where there is none."""
@@ -225,7 +228,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
     The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
     """
     path = root / name
-    try:
+    with _reading_record(path):
         record = finite_json(Folder(root).read(name, MAX_RECORD))
         if record["schema"] != SCHEMA:
             found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
@@ -242,11 +245,18 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
             T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
             description=description,
         )
+
+
+@contextmanager
+def _reading_record(path: Path) -> Iterator[None]:
+    """Raise InputError on the record at `path` where the block meets what no record has."""
+    try:
+        yield
     except InputError:
         raise
     except KeyError as e:
         raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
-    except (AttributeError, TypeError, ValueError, RecursionError) as e:
+    except (AttributeError, IndexError, OverflowError, RecursionError, TypeError, ValueError) as e:
         raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
 
 

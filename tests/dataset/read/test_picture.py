@@ -164,6 +164,13 @@ def test_a_broken_record_is_refused_by_name(copy, changes) -> None:
         copy[0]
 
 
+@pytest.mark.parametrize("targets", [[{}], [{"pose": 1}], 7])
+def test_targets_of_a_broken_record_are_refused_by_name(copy, targets) -> None:
+    change(copy, targets=targets)
+    with pytest.raises(InputError, match=r"nominal/img000001.json: is not a record of a picture .*; run spin-usd"):
+        copy[0].targets  # noqa: B018
+
+
 def test_a_record_of_another_schema_is_told_so(copy) -> None:
     change(copy, schema="record-2")
     with pytest.raises(InputError, match=r"is of schema 'record-2', and this version reads record-1; read it with"):
