@@ -1,6 +1,7 @@
 """Who may ask a server of ours: our own page, and no page of a stranger that is open in the same browser."""
 
 import ipaddress
+import os
 import socket
 from urllib.parse import urlsplit
 
@@ -26,7 +27,8 @@ def is_own(host: str, origin: str | None, listening: str) -> bool:
 
 def cannot_listen(host: str, port: int, error: OSError | OverflowError) -> InputError:
     """Return what to tell the user where a server cannot have `host` and `port`."""
-    reason = getattr(error, "strerror", None) or str(error)
+    number = getattr(error, "errno", None) or 0
+    reason = os.strerror(number) if number > 0 else getattr(error, "strerror", None) or str(error)
     do = "give another --port, or 0 for any that is free"
     return InputError(f"cannot listen on {host}, port {port} ({reason})", do=do)
 

@@ -1,8 +1,10 @@
 """Who may ask a server of ours."""
 
+import socket
+
 import pytest
 
-from spin_usd.dataset.serve.own_page import is_own
+from spin_usd.dataset.serve.own_page import cannot_listen, is_own
 
 
 @pytest.mark.parametrize(
@@ -22,3 +24,10 @@ from spin_usd.dataset.serve.own_page import is_own
 )
 def test_who_is_our_own_page(host, origin, expected) -> None:
     assert is_own(host, origin, "lab.example") is expected
+
+
+def test_a_port_that_is_taken_is_said_once() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(OSError, match="in use") as raised:
+        socket.create_server(taken.getsockname())
+    said = str(cannot_listen("127.0.0.1", 8642, raised.value))
+    assert "port 8642 (Address already in use); " in said
