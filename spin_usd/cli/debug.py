@@ -9,15 +9,18 @@ import spin_usd
 from spin_usd.cli.arguments import options
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.progress import shown
 
 
 def debug(
+    context: typer.Context,
     *,
     stage: options.Stage,
     frame: options.Frame,
     variant: options.Variant = "nominal",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The new file; FRAME_VARIANT.blend here if not given.")
+        Path | None,
+        typer.Option(metavar="FILE", help="The new file; FRAME_VARIANT.blend here if not given, FRAME as typed."),
     ] = None,
     samples: options.Samples = None,
     effort: options.EffortText = None,
@@ -28,8 +31,17 @@ def debug(
 
     Blender 5.2 opens it, and F12 renders the picture before optics and detector. The text README in it says more.
     """
-    made = spin_usd.debug(
-        stage, frame, variant=variant, out=out, samples=samples, effort=effort, quality=quality, seed=seed
-    )
+    with shown(context.obj["quiet"]) as progress:
+        made = spin_usd.debug(
+            stage,
+            frame,
+            variant=variant,
+            out=out,
+            samples=samples,
+            effort=effort,
+            quality=quality,
+            seed=seed,
+            on_progress=progress,
+        )
     show_notes(made.notes)
     show(f"{made.path}   (frame {made.frame} of {made.variant})")

@@ -83,7 +83,7 @@ class ChildCalls:
     def write_blend(self, **arguments: Any) -> Any:
         from spin_usd.dataset.debug.in_child import write_blend
 
-        return write_blend(**arguments)
+        return write_blend(progress=self._progress, **arguments)
 
     def open_viewer(self, **arguments: Any) -> None:
         from spin_usd.dataset.watch.in_child import Viewer

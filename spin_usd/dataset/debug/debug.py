@@ -5,12 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.process.ask_child import ask_child
-from spin_usd.dataset.process.child_limits import START_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, require_renderer
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
+from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
 SUFFIX = ".blend"
@@ -29,7 +30,14 @@ class DebugFile:
 
 
 def write_debug_file(
-    stage: Path, frame: str, *, variant: str, out: Path | None, effort: Effort, seed: int | None
+    stage: Path,
+    frame: str,
+    *,
+    variant: str,
+    out: Path | None,
+    effort: Effort,
+    seed: int | None,
+    progress: Progress,
 ) -> DebugFile:
     """Write the scene of a picture of the `stage` into the new file `out`, else FRAME_VARIANT.blend.
 
@@ -49,7 +57,8 @@ def write_debug_file(
             "write_blend",
             reads=stage,
             memory=rendering_memory(),
-            within_s=START_PATIENCE_S,
+            progress=progress,
+            within_s=RENDER_PATIENCE_S,
             stage=str(stage.absolute()),
             frame=frame,
             variant=variant,

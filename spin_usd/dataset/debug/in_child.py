@@ -8,6 +8,7 @@ from typing import Any
 from spin_usd.dataset.debug.readme import readme
 from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, open_renderer, open_scene_writer
+from spin_usd.progress import Progress
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.renderers.renderer import OpenableScene
@@ -20,14 +21,25 @@ from spin_usd.sensor.exposure import exposed
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 
+STEP, STEPS = "debug: step", 3  # the scene is read, its sky and exposure are computed, the file is written
+
 
 def write_blend(
-    *, stage: str, frame: str, variant: str, effort: Mapping[str, Any], seed: int | None, file: str
+    *,
+    stage: str,
+    frame: str,
+    variant: str,
+    effort: Mapping[str, Any],
+    seed: int | None,
+    file: str,
+    progress: Progress,
 ) -> dict[str, Any]:
     """Write the picture `frame` of the `variant`, as it is rendered with that `effort`, into the new `file`; return the
     frame's name, and sentences on what is rendered otherwise than the stage authors it."""
+    progress(STEP, 0, STEPS)
     reader = StageReader(stage, variant=variant)
-    scene = reader.scene(frame_named(reader.frames, frame))
+    scene = reader.scene(frame_named(reader.frames, frame, stage))
+    progress(STEP, 1, STEPS)
     of_dataset = reader.seed if seed is None else seed
     settings = RenderSettings(renderer=DEFAULT_RENDERER, effort=Effort(**effort), seed=of_dataset)
     rendered = reduced(scene, settings.effort.reduction)
@@ -40,7 +52,9 @@ def write_blend(
         exposure=_exposure(scene, settings),
         readme=readme(scene, settings, KeyMaker(settings).keys(scene), stage, stage_provenance(reader)),
     )
+    progress(STEP, 2, STEPS)
     open_scene_writer().write(openable, Path(file))
+    progress(STEP, STEPS, STEPS)
     return {"frame": scene.frame.name, "notes": in_sentences(reader.notes)}
 
 

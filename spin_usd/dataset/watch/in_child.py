@@ -79,7 +79,7 @@ class Viewer:
 
     def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> dict[str, Any]:
         reader = StageReader(stage, variant=variant, images=self._images)
-        chosen = frame_named(reader.frames, frame)
+        chosen = frame_named(reader.frames, frame, stage)
         scene = _small(self._with_known_targets(reader.scene(chosen)), max_width)
         self._images = reader.decoded_images
         pictures = dict(self._labels(scene)) if labels else {}

@@ -35,15 +35,15 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
     )
 
 
-def frame_named(frames: Sequence[FrameId], text: str) -> FrameId:
-    """Return the frame whose name is `text`, or whose place it is, counted from 0. Raises
-    UnknownPictureError."""
+def frame_named(frames: Sequence[FrameId], text: str, stage: object) -> FrameId:
+    """Return the frame whose name is `text`, or whose place it is, counted from 0. Raises UnknownPictureError,
+    which names the `stage`."""
     found = [frame for frame in frames if frame.name == text]
     if not found and text.isdecimal() and int(text) < len(frames):
         found = [frames[int(text)]]
     if not found:
         do = f"give a name such as {frames[0].name}, or a number from 0 to {len(frames) - 1}"
-        raise UnknownPictureError(f"the stage has no frame {text!r}", do=do)
+        raise UnknownPictureError(f"has no frame {text!r}", where=stage, do=do)
     return found[0]
 
 

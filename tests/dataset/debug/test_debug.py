@@ -54,7 +54,8 @@ def opened(two_bodies, tmp_path_factory, spin_usd):
     """What a plain Blender finds in the .blend of the second frame, and the frame that it renders (H, W, 3)."""
     folder = tmp_path_factory.mktemp("opened")
     blend, image = folder / "surprise.blend", folder / "surprise.exr"
-    spin_usd("debug", two_bodies, "--frame", "1", "--effort", EFFORT, "--out", blend)
+    written = spin_usd("debug", two_bodies, "--frame", "1", "--effort", EFFORT, "--out", blend)
+    assert "debug: step 3 of 3" in written.stderr
     done = subprocess.run([sys.executable, "-c", PLAIN, blend, image], capture_output=True, text=True, check=True)
     line = next(line for line in done.stdout.splitlines() if line.startswith("FOUND"))
     return json.loads(line.removeprefix("FOUND")), read_array(FileIn(Folder(folder), image.name))[..., :3]
@@ -114,6 +115,6 @@ def test_a_file_that_is_there_is_kept(two_bodies, spin_usd, tmp_path):
 
 def test_an_unknown_frame_is_refused_and_leaves_nothing(two_bodies, spin_usd, tmp_path):
     done = spin_usd("debug", two_bodies, "--frame", "img000009", "--out", tmp_path / "a.blend", code=2)
-    assert "img000009" in done.stderr
+    assert "dataset.usda: has no frame 'img000009'" in done.stderr
     assert "0 to 1" in done.stderr
     assert not list(tmp_path.iterdir())
