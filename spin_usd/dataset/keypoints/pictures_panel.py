@@ -30,7 +30,7 @@ class PicturesPanel:
         with panel.add_tab("Pictures"):
             last = max(len(pictures) - AT_ONCE, 0)
             self._first: Any = server.gui.add_slider("From picture", 0, max(last, 1), 1, 0, disabled=not last)
-            self._first.on_update(lambda _: session.do(lambda: None))
+            self._first.on_update(lambda _: self._slide())
             server.gui.add_html(f"<div style='padding:0 1em'>{LEGEND}</div>")
             self._tiles = [server.gui.add_html("") for _ in range(min(AT_ONCE, len(pictures)))]
         panel.dock_left()
@@ -45,6 +45,13 @@ class PicturesPanel:
             keypoints = Keypoints(names=names, points=points)
         for place, shown in enumerate(self._tiles):
             shown.content = self._picture_html(int(self._first.value) + place, keypoints)
+
+    def _slide(self) -> None:
+        """Draw the pictures that the slider means, unless it was moved on while another drawing went on."""
+        first = self._first.value
+        with self._session.lock:
+            if self._first.value == first:
+                self.refresh()
 
     def _picture_html(self, number: int, keypoints: Keypoints) -> str:
         try:
