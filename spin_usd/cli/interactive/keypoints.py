@@ -40,6 +40,9 @@ def keypoints(
     prim: Annotated[
         str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
     ] = None,
+    any_size: Annotated[
+        bool, typer.Option("--any-size", help="Take a model of any size, even one that no craft has.")
+    ] = False,
     host: Annotated[
         str,
         typer.Option(metavar="ADDRESS", help="Where to listen. Any other than 127.0.0.1 lets others change keypoints."),
@@ -55,6 +58,7 @@ def keypoints(
         pictures=pictures,
         units_per_metre=units_per_metre,
         prim=prim,
+        any_size=any_size,
         host=host,
         port=port,
     )

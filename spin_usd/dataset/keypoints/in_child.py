@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.model import model_file, write_model
+from spin_usd.dataset.author.model import model_file, model_unit, write_model
+from spin_usd.dataset.author.plausible_target import refuse_size
 from spin_usd.dataset.export.models.model import Model
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.errors import InputError
@@ -30,12 +31,17 @@ PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
 
 
-def save_target(*, target: str, folder: str, units_per_metre: float | None, prim: str | None) -> dict[str, Any]:
+def save_target(
+    *, target: str, folder: str, units_per_metre: float | None, prim: str | None, any_size: bool
+) -> dict[str, Any]:
     """Save the surface of the model `target`, a name or a file, as target.npz in `folder`, and return its name, notes
-    on it, and the keypoints that it has. Raises as `author` does."""
+    on it, and the keypoints that it has. Raises as `author` does, also for the size."""
+    file = model_file(target)
     with tempfile.TemporaryDirectory() as work:
-        asset, notes = write_model(model_file(target), Path(work), units_per_metre, prim)
+        asset, notes = write_model(file, Path(work), units_per_metre, prim)
         read = composed_target(asset, Path(work))
+    if not any_size:
+        refuse_size(read.mesh.hull, model_unit(file, asset, units_per_metre))
     model = Model.of(read.mesh)
     np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=_face_colors(read))
     return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}

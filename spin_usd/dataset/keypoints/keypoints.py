@@ -82,6 +82,7 @@ def _read_target(request: KeypointsRequest, child: LastingChild) -> ShownTarget:
             folder=folder,
             units_per_metre=request.units_per_metre,
             prim=request.prim,
+            any_size=request.any_size,
         )
         return ShownTarget.of(read, Path(folder, "target.npz"))
 

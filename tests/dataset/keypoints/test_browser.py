@@ -45,7 +45,7 @@ NEAR_M, INSIDE_M = 8e-3, 2.5e-4  # beside a corner: of a first click, and of one
 def tango(tmp_path_factory):
     """Tango's surface, by which the view is laid out."""
     folder = tmp_path_factory.mktemp("tango")
-    read = save_target(target="tango", folder=str(folder), units_per_metre=None, prim=None)
+    read = save_target(target="tango", folder=str(folder), units_per_metre=None, prim=None, any_size=False)
     return ShownTarget.of(read, folder / "target.npz")
 
 

@@ -162,6 +162,22 @@ def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box
     assert saved(request_of_box).names == ("a", "a_1")
 
 
+def test_two_tools_do_not_replace_one_anothers_keypoints(session, request_of_box, child) -> None:
+    other = open_session(request_of_box, child, lambda line: None)
+    click(session)
+    session.do(lambda: session.add("first"))
+    click(other)
+    other.do(lambda: other.add("second"))
+    assert "was changed by another program" in (other.unsaved or "")
+    assert saved(request_of_box).names == ("first",)
+    request_of_box.out.unlink()
+    other.do(lambda: other.copy_selected("half turn about z"))
+    assert other.unsaved is None
+    session.do(session.delete_all)
+    assert saved(request_of_box).names == ("second", "second_1")
+    request_of_box.out.unlink()
+
+
 def test_an_error_of_ours_is_shown_as_a_change_that_is_not_saved(session, monkeypatch) -> None:
     def fail(keypoints):
         raise RuntimeError("no such luck")
@@ -187,6 +203,7 @@ def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> Non
         ({"out": tmp_path / "other.usda"}, InputError, "has 0 Points prims"),
         ({"out": tmp_path / "model.usda"}, InputError, "holds more than keypoints, and would be replaced"),
         ({"out": missing}, OutputError, "cannot be written"),
+        ({"units_per_metre": 0.001}, InputError, "did you mean --units-per-metre 1 .* --any-size insists"),
     ):
         with pytest.raises(error, match=said):
             open_session(replace(request_of_box, **changes), child, lambda line: None)
