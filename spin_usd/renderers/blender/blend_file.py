@@ -15,6 +15,7 @@ from spin_usd.renderers.blender.renderer import BlenderRenderer
 from spin_usd.renderers.renderer import OpenableScene
 
 README = "README"
+MAX_STOPS = 32.0  # of the exposure with which Blender shows a picture; it would clamp more in silence
 WHOLE_FRAME = {
     "use_border": False,
     "use_crop_to_border": False,
@@ -47,7 +48,8 @@ class BlendFileWriter:
         assign(render, {**WHOLE_FRAME, "filepath": f"//{openable.scene.frame.name}"})
         assign(blender_scene.cycles, own_denoising(openable.effort))
         blender_scene.view_settings.view_transform = "Standard"
-        blender_scene.view_settings.exposure = math.log2(openable.exposure)
+        stops = math.log2(openable.exposure)
+        blender_scene.view_settings.exposure = min(max(stops, -MAX_STOPS), MAX_STOPS)
         for screen in bpy.data.screens:
             for area in screen.areas:
                 if area.type == "VIEW_3D":
