@@ -39,7 +39,7 @@ ONLY_IN = {
     "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
     "tempfile": ("dataset", "files/new_file.py", "stage/composition/images.py", "renderers/blender"),
-    "shutil": ("dataset", "files", "stage"),
+    "shutil": ("dataset", "files", "stage", "cli/arguments/help_text.py"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
 CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py", "dataset/child_calls.py")

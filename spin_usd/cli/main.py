@@ -8,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.command import Command, Group
+from spin_usd.cli.arguments.help_text import width
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
 from spin_usd.cli.check import check
@@ -24,7 +25,6 @@ from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
 from spin_usd.cli.output.lines import BAD, Painted, show, tell
 from spin_usd.cli.output.streams import LastingStream, lasting_streams
-from spin_usd.cli.output.terminal import is_terminal
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
@@ -41,9 +41,9 @@ app = typer.Typer(
     epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, "
     "129, 130 and 143 stopped by a closed terminal, Ctrl-C and SIGTERM.",
     no_args_is_help=True,
-    rich_markup_mode="rich" if is_terminal(sys.stdout) and is_terminal(sys.stderr) else None,
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "terminal_width": width()},
 )
 
 

@@ -7,6 +7,7 @@ from typing import Any, get_args, get_type_hints
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
+from spin_usd.cli.arguments.help_text import help_text
 from spin_usd.files.url import refuse_unless_path
 
 OUT = "out"
@@ -29,6 +30,9 @@ class Group(TyperGroup):
     def get_params(self, ctx: Any) -> list[Any]:
         return with_plain_flags(super().get_params(ctx))
 
+    def get_help(self, ctx: Any) -> str:
+        return help_text(super().get_help(ctx))
+
 
 class Command(TyperCommand):
     """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value, and
@@ -36,6 +40,9 @@ class Command(TyperCommand):
 
     def get_params(self, ctx: Any) -> list[Any]:
         return with_plain_flags(super().get_params(ctx))
+
+    def get_help(self, ctx: Any) -> str:
+        return help_text(super().get_help(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if ctx.resilient_parsing:
