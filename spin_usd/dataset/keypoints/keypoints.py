@@ -51,12 +51,10 @@ def _save_at_last(session: Session, tell: Callable[[str], None]) -> None:
 
 def _serve(request: KeypointsRequest, session: Session, pictures: Pictures | None, tell: Callable[[str], None]) -> None:
     """Serve the session until a signal stops it."""
-    with _served(request, session, pictures) as address:
-        tell(
-            f"{address}   (open it in a browser; Ctrl-C ends, and every change is saved in {session.saved_in} at once)"
-        )
-        with suppress(Stopped):
-            threading.Event().wait()
+    saved = f"every change is saved in {session.saved_in} at once"
+    with _served(request, session, pictures) as address, suppress(Stopped):
+        tell(f"{address}   (open it in a browser; Ctrl-C ends, and {saved})")
+        threading.Event().wait()
 
 
 def open_session(request: KeypointsRequest, child: LastingChild, tell: Callable[[str], None]) -> Session:
