@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.picture.keypoint_states import SKIN
+from spin_usd.dataset.picture.keypoint_states import skin
 from spin_usd.geometry.picking.facet import Facet
 from spin_usd.geometry.picking.snapping import Snap, met_at, snap_places
 from spin_usd.geometry.triangles import unit_vectors
@@ -98,13 +98,13 @@ class ShownTarget:
         met = np.flatnonzero(face >= 0)
         before = np.full(len(points), np.inf)
         before[met] = met_at(eye, rays[met], self.mesh.points[self.mesh.faces[face[met]]])
-        return np.asarray(before > distance - SKIN * float(self.mesh.size.max()))
+        return np.asarray(before > distance - skin(self.mesh.size))
 
     def behind(self, origin: Float, pick: Pick | None) -> float:
         """Return how far from `origin` (3,) a point is hidden by what was picked; infinity where nothing was."""
         if pick is None:
             return np.inf
-        return float(np.linalg.norm(pick.places[Snap.SURFACE] - origin)) + SKIN * float(self.mesh.size.max())
+        return float(np.linalg.norm(pick.places[Snap.SURFACE] - origin)) + skin(self.mesh.size)
 
 
 def _plain_mesh(points: Float, faces: NDArray[np.int32]) -> Mesh:

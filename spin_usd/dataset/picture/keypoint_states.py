@@ -35,6 +35,12 @@ class KeypointState(StrEnum):
     BEHIND = "behind"
 
 
+def skin(size: Float) -> float:
+    """Return how far before a keypoint, metres along the ray, a surface of its own body does not hide it yet; `size`
+    (3,) of the body's bounding box, metres."""
+    return SKIN * float(size.max())
+
+
 def keypoint_states(scenes: Sequence[Scene], own: int, caster: EmbreeCaster) -> tuple[Float, tuple[KeypointState, ...]]:
     """Return the pixels (N, 2), NaN where the lens sees none, and the states of the keypoints of the target of
     `scenes[own]`; each of the scenes holds one body alone."""
@@ -53,12 +59,13 @@ def _hiding(scenes: Sequence[Scene], own: int, points: Float, caster: EmbreeCast
     """Return (N,) the place of the body that stands first before each of the points (N, 3), camera frame, of the target
     of `scenes[own]`; -1 where none does."""
     xy = points[:, :2] / points[:, 2:]
-    size = float(scenes[own].target.mesh.size.max())
+    size = scenes[own].target.mesh.size
+    own_skin, rounding = skin(size), ROUNDING * float(size.max())
     along = points[:, 2] / np.linalg.norm(points, axis=1)  # a length along the ray, as depth
     depth = np.full((len(scenes), len(xy)), np.inf)
     for place, scene in enumerate(scenes):
         face = caster.cast(scene, xy)
         met = np.flatnonzero(face >= 0)
         depth[place, met] = surface_points(scene, face[met], xy[met])[0]
-        depth[place, depth[place] >= points[:, 2] - (SKIN if place == own else ROUNDING) * size * along] = np.inf
+        depth[place, depth[place] >= points[:, 2] - (own_skin if place == own else rounding) * along] = np.inf
     return np.where(np.isfinite(depth).any(0), depth.argmin(0), -1)

@@ -9,7 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
-from spin_usd.dataset.picture.keypoint_states import SKIN, KeypointState
+from spin_usd.dataset.picture.keypoint_states import KeypointState, skin
 from spin_usd.geometry.bounds import NEAR
 from spin_usd.scene.finding import Finding
 
@@ -76,7 +76,7 @@ def depths_around(target: CheckedTarget) -> Iterator[tuple[int, DepthAround]]:
         return
     parts = target.picture.arrays.get("segmentation", depth > 0)
     points = target.T_cam_body.points(target.keypoints)
-    skin = SKIN * float(np.ptp(target.recorded["box_3d"]["box"], axis=0).max())
+    hiding = skin(np.ptp(target.recorded["box_3d"]["box"], axis=0))
     for i, (u, v, state) in enumerate(target.recorded["keypoints"]):
         if state not in UNSEEN:
             row, column = int(v), int(u)
@@ -84,7 +84,7 @@ def depths_around(target: CheckedTarget) -> Iterator[tuple[int, DepthAround]]:
             seen = depth[window][depth[window] > 0]
             ends = (float(seen.min()), float(seen.max())) if len(seen) else (np.nan, np.nan)
             whole = len(seen) == depth[window].size and len(np.unique(parts[window])) == 1
-            yield i, DepthAround(z=float(points[i, 2]), skin=skin, near=ends[0], far=ends[1], whole=whole)
+            yield i, DepthAround(z=float(points[i, 2]), skin=hiding, near=ends[0], far=ends[1], whole=whole)
 
 
 def _misplaced(target: CheckedTarget) -> Iterator[tuple[int, str]]:
