@@ -9,7 +9,7 @@ import typer
 import spin_usd
 from spin_usd.cli.arguments.built_in import named
 from spin_usd.cli.arguments.completions import bundled
-from spin_usd.cli.arguments.options import Frames, Json
+from spin_usd.cli.arguments.options import AnySize, Frames, Json, Prim, UnitsPerMetre
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
@@ -55,12 +55,8 @@ def author(
             help=f"{named('camera')}; a SPEED+ camera.json, or a camera layer.",
         ),
     ] = None,
-    units_per_metre: Annotated[
-        float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
-    ] = None,
-    prim: Annotated[
-        str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
-    ] = None,
+    units_per_metre: UnitsPerMetre = None,
+    prim: Prim = None,
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
     preset: Annotated[
@@ -143,9 +139,7 @@ def author(
         str | None,
         typer.Option(metavar="X,Y,Z", help="To the Sun, in the target's body axes: it turns with the target."),
     ] = None,
-    any_size: Annotated[
-        bool, typer.Option("--any-size", help="Take a model of any size, even one with the camera inside it.")
-    ] = False,
+    any_size: AnySize = False,
     minimal: Annotated[
         bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
     ] = False,

@@ -21,6 +21,15 @@ Frames = Annotated[
 Frame = Annotated[str, typer.Option(metavar="FRAME", help="A frame's name, such as img000001, or its number from 0.")]
 Variant = Annotated[str, typer.Option(metavar="NAME", help="The variant of the frame.")]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
+UnitsPerMetre = Annotated[
+    float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
+]
+Prim = Annotated[
+    str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
+]
+AnySize = Annotated[
+    bool, typer.Option("--any-size", help="Take a model of any size, even one with the camera inside it.")
+]
 Samples = Annotated[
     int | None,
     typer.Option(

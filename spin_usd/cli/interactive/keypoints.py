@@ -7,6 +7,7 @@ import typer
 
 from spin_usd.cli.arguments.built_in import named
 from spin_usd.cli.arguments.completions import bundled
+from spin_usd.cli.arguments.options import AnySize, Prim, UnitsPerMetre
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.counted import counted
 from spin_usd.dataset.keypoints.request import PORT, KeypointsRequest
@@ -34,15 +35,9 @@ def keypoints(
         Path | None,
         typer.Option(metavar="DATASET", help="A dataset of the target: the keypoints are drawn into its pictures."),
     ] = None,
-    units_per_metre: Annotated[
-        float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
-    ] = None,
-    prim: Annotated[
-        str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
-    ] = None,
-    any_size: Annotated[
-        bool, typer.Option("--any-size", help="Take a model of any size, even one that no craft has.")
-    ] = False,
+    units_per_metre: UnitsPerMetre = None,
+    prim: Prim = None,
+    any_size: AnySize = False,
     host: Annotated[
         str,
         typer.Option(metavar="ADDRESS", help="Where to listen. Any other than 127.0.0.1 lets others change keypoints."),
