@@ -11,11 +11,11 @@ import numpy as np
 from spin_usd.counted import counted
 from spin_usd.dataset.keypoints.edits import table_lines
 from spin_usd.dataset.keypoints.keypoints_file import KeypointsFile
-from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.pictures import Pictures
 from spin_usd.dataset.keypoints.request import KeypointsRequest
 from spin_usd.dataset.keypoints.session import Session
 from spin_usd.dataset.keypoints.shown_target import ShownTarget
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.errors import SpinError
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stop_signals import Stopped
@@ -73,7 +73,7 @@ def open_session(request: KeypointsRequest, child: LastingChild, tell: Callable[
 
 def _read_target(request: KeypointsRequest, child: LastingChild) -> ShownTarget:
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
-        read = child.call(
+        read = child.read(
             "save_target",
             reads=request.target,
             target=request.target,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.dataset.keypoints.lasting_child import LastingChild
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
@@ -31,7 +31,7 @@ class KeypointsFile:
         self._known = self._bytes()
         if self._known is None:
             return None
-        read = self._child.call("read_keypoints", reads=self.path, path=str(self.path))
+        read = self._child.read("read_keypoints", reads=self.path, path=str(self.path))
         return Keypoints(names=tuple(read["names"]), points=np.array(read["points"], np.float64).reshape(-1, 3))
 
     def write(self, keypoints: Keypoints) -> None:
@@ -41,7 +41,7 @@ class KeypointsFile:
             do = "end this tool and start it again, or move that file elsewhere"
             raise InputError("was changed by another program", where=self.path, do=do)
         names, points = list(keypoints.names), keypoints.points.tolist()
-        text = self._child.call("keypoints_text", reads=self.path, names=names, points=points, target=self._target)
+        text = self._child.read("keypoints_text", reads=self.path, names=names, points=points, target=self._target)
         with hidden_folder(self.path.absolute().parent, self.path.name) as hidden:
             write_text(self._folder, self.path.name, text, work=hidden.folder)
         self._known = text.encode()

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.shown_target import ShownTarget
 from spin_usd.dataset.picture.keypoint_states import KeypointState, keypoint_states
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.read.picture import Picture
 from spin_usd.errors import InputError
@@ -66,7 +66,7 @@ class Pictures:
     def _tile(self, number: int) -> Tile:
         picture = self._dataset[number]
         region = self._around(picture)
-        image = self._child.call(
+        image = self._child.read(
             "picture_part",
             reads=picture.root,
             dataset=str(picture.root),

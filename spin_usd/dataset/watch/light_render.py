@@ -40,7 +40,7 @@ class LightRender:
             self._changed.notify()
         self._child.interrupt()
         self._thread.join()
-        self._child.close()
+        self._child.end()
 
     def render(self, choice: WatchedPicture, edited: float) -> None:
         """Render the picture, edited at that time of time.monotonic, instead of any other."""

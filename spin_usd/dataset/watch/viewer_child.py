@@ -4,46 +4,35 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import ChildDiedError
 from spin_usd.dataset.process.child_limits import START_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.scene.effort import Effort
 
 VIEWING_MODULE = "spin_usd.dataset.watch.in_child"  # named as text: it loads USD
 
 
-class ViewerChild:
+class ViewerChild(LastingChild):
     """A child with one renderer. It is started at once."""
 
     def __init__(self, renderer: str, effort: Effort) -> None:
-        self._renderer, self._effort = renderer, effort
-        self._start()
+        super().__init__(memory=rendering_memory(), modules=(VIEWING_MODULE, renderer_entry(renderer).module))
+        self._opened: dict[str, Any] = {"renderer": renderer, "effort": asdict(effort)}
+        self.start()
 
     def view(self, arguments: Mapping[str, Any], *, labels: bool, within_s: float) -> dict[str, Any]:
         """Return what `Viewer.view` does, within so many seconds. Raises ChildDiedError where the child ended; the next
         call has another."""
         try:
-            opened: dict[str, Any] = {"renderer": self._renderer, "effort": asdict(self._effort)}
-            self._child.call("open_viewer", within_s=START_PATIENCE_S, **opened)
-            answer: dict[str, Any] = self._child.call("view", within_s=within_s, **arguments, labels=labels)
+            self.call("open_viewer", within_s=START_PATIENCE_S, **self._opened)
+            answer: dict[str, Any] = self.call("view", within_s=within_s, **arguments, labels=labels)
         except ChildDiedError:
-            self.replace()
+            self.start()
             raise
         return answer
 
     def replace(self) -> None:
         """End the child at once, and start another."""
-        self._child.kill()
-        self._start()
-
-    def interrupt(self) -> None:
-        """End the child, from another thread than that which waits for it: its `view` raises ChildDiedError."""
-        self._child.interrupt()
-
-    def close(self) -> None:
-        """End the child at once."""
-        self._child.kill()
-
-    def _start(self) -> None:
-        module = renderer_entry(self._renderer).module
-        self._child = Child(memory=rendering_memory(), modules=(VIEWING_MODULE, module))
+        self.end()
+        self.start()

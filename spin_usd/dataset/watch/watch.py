@@ -57,7 +57,7 @@ class Follower:
 
     def close(self) -> None:
         """End the child."""
-        self._child.close()
+        self._child.end()
 
     def show(self, choice: WatchedPicture, *, first: bool = False) -> None:
         """Read the stage, and post what is seen. Raises UnknownPictureError for a `first` choice that the stage does

@@ -11,9 +11,9 @@ import trimesh
 from PIL import Image
 
 from spin_usd.dataset.keypoints.keypoints import open_session
-from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.pictures import Pictures
 from spin_usd.dataset.keypoints.request import KeypointsRequest
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.errors import InputError
 

@@ -8,9 +8,9 @@ import trimesh
 
 from spin_usd.dataset.author.additions import read_additions
 from spin_usd.dataset.keypoints.keypoints import open_session
-from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.request import KeypointsRequest
 from spin_usd.dataset.keypoints.suggestions import SuggestionMethod
+from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.errors import InputError, OutputError
 from spin_usd.geometry.picking.snapping import Snap
 from tests.conftest import REPOSITORY
