@@ -15,13 +15,15 @@ class Body:
 
     id: of a target, from 1 in the stage's order; 0 of an occluder · target: its shape, parts and materials; those of an
     occluder too · T_cam_body: its pose, in the middle of the exposure · poses: T_cam_body while the shutter is open, at
-    the times of Shutter.poses; none where nothing is blurred.
+    the times of Shutter.poses; none where nothing is blurred · parts_before: so much higher are its part ids in labels
+    than the numbers of its own parts; None for as many as the bodies before it in the scene have.
     """
 
     id: int
     target: Target
     T_cam_body: Transform
     poses: tuple[Transform, ...] = ()
+    parts_before: int | None = None
 
     def __post_init__(self) -> None:
         if self.id < OCCLUDER:

@@ -126,9 +126,14 @@ class Scene:
 
     @cached_property
     def parts_before(self) -> tuple[int, ...]:
-        """How many parts the bodies before each of `bodies` have: so much higher are its part ids in labels."""
+        """How many parts the bodies before each of `bodies` have, those that are hidden here included: so much higher
+        are its part ids in labels."""
         counts = (len(body.target.parts) for body in self.bodies)
-        return tuple(accumulate(counts, initial=0))[:-1]
+        shown = tuple(accumulate(counts, initial=0))[:-1]
+        return tuple(
+            before if body.parts_before is None else body.parts_before
+            for body, before in zip(self.bodies, shown, strict=True)
+        )
 
     @property
     def apart(self) -> "tuple[Scene, ...]":

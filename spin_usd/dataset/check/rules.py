@@ -170,6 +170,10 @@ DATASET = {
     "range": Rule(meaning="Range is not the length that depth gives."),
     "normals": Rule(meaning="Normals are not of length 1, face away, or disagree with pose or dense pose."),
     "classes": Rule(meaning="A pixel's class is not that of its part."),
+    "target-ids": Rule(
+        meaning="A record's targets have other ids than in dataset.json.",
+        remedy="`check --repair`, or `render` again: ids are the same in all variants now.",
+    ),
     "instance": Rule(meaning="A pixel's target is not that of its part."),
     "nocs": Rule(meaning="NOCS is not the dense pose as shares of the target's box."),
     "lit": Rule(meaning="Lit and normals disagree about what is turned away from the Sun."),

@@ -4,7 +4,7 @@
 so that several processes can share it. Pictures come as columns: there may be a million.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.target import Part
 from spin_usd.stage.author.provenance import origin_of
 from spin_usd.stage.composition.copy_stage import copy_stage
 from spin_usd.stage.read.stage_reader import StageReader
@@ -257,7 +258,7 @@ def _description(reader: StageReader) -> dict[str, Any]:
     scene = reader.scene(reader.frames[0])
     return {
         "targets": [described_target(body) for body in scene.targets],
-        "parts": dict(described_parts(scene)),
+        "parts": dict(described_parts(reader.numbering.bodies)),
         "bodies": len(reader.bodies),
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
@@ -280,9 +281,10 @@ def described_target(body: Body) -> dict[str, Any]:
     }
 
 
-def described_parts(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the parts of all bodies by their ids in labels."""
-    for body, before in zip(scene.bodies, scene.parts_before, strict=True):
-        for part in body.target.parts:
+def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the parts of all bodies by their ids in labels. `bodies`: of each its id, the number of parts before its
+    own, and its parts."""
+    for target, before, parts in bodies:
+        for part in parts:
             labels = {"class": part.class_name, "name": part.name}
-            yield str(before + part.id), {"path": part.path, **labels, "target": body.id}
+            yield str(before + part.id), {"path": part.path, **labels, "target": target}

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
 import numpy as np
 
@@ -14,6 +14,42 @@ from spin_usd.dataset.store.names import DESCRIPTION
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.scene.source.keypoints import Keypoints
+
+
+class Named(Protocol):
+    """What has an id and a name."""
+
+    @property
+    def id(self) -> int: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+N = TypeVar("N", bound=Named)
+
+
+class Targets(tuple[N, ...]):
+    """Targets in order of their ids: targets[0] is the first, targets["tango"] the one of that name."""
+
+    __slots__ = ()
+
+    @overload
+    def __getitem__(self, key: SupportsIndex | str, /) -> N: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> tuple[N, ...]: ...
+
+    def __getitem__(self, key: SupportsIndex | str | slice, /) -> N | tuple[N, ...]:
+        """Return the target of a place, or of a name. Raises InputError for a name that none has, or several have."""
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        found = [target for target in self if target.name == key]
+        if len(found) != 1:
+            have = "several targets are" if found else "no target is"
+            known = ", ".join(f"{target.id} {target.name!r}" for target in self)
+            raise InputError(f"{have} named {key!r}", do=f"choose among {known}; places count from 0")
+        return found[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +85,10 @@ class DescribedTarget:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Description:
-    """targets: in order of their ids · parts: of all bodies, by their ids, the numbers in the segmentation."""
+    """targets: in order of their ids, also by their names · parts: of all bodies, by their ids, the numbers in the
+    segmentation."""
 
-    targets: tuple[DescribedTarget, ...]
+    targets: Targets[DescribedTarget]
     parts: Mapping[int, DescribedPart]
 
 
@@ -66,7 +103,7 @@ def read_description(root: Path) -> Description:
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
     found = read_json(folder, DESCRIPTION, "dataset-1")
     parts = (_part(int(number), part) for number, part in found["parts"].items())
-    return Description(targets=tuple(map(_target, found["targets"])), parts={part.id: part for part in parts})
+    return Description(targets=Targets(map(_target, found["targets"])), parts={part.id: part for part in parts})
 
 
 def _part(number: int, found: Mapping[str, Any]) -> DescribedPart:

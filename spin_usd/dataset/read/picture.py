@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.dataset.read.description import DescribedPart, Description
+from spin_usd.dataset.read.description import DescribedPart, Description, Targets
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
@@ -128,13 +128,16 @@ class Picture:
         return self.description.parts
 
     @cached_property
-    def targets(self) -> tuple[PicturedTarget, ...]:
-        """The targets with their poses, in order of their ids. Raises InputError where the record has none."""
+    def targets(self) -> Targets[PicturedTarget]:
+        """The targets with their poses, in order of their ids; targets["tango"] is the one of that name. Raises
+        InputError where the record has none."""
         with _reading_record(self.root / record_of(self.variant, self.frame)):
-            return tuple(map(PicturedTarget.of, self.record["targets"]))
+            return Targets(map(PicturedTarget.of, self.record["targets"]))
 
-    def mask(self, target_id: int) -> NDArray[np.bool_]:
-        """Return (H, W) bool: the pixels that show the target of that id. Raises InputError where there is none."""
+    def mask(self, target: int | str) -> NDArray[np.bool_]:
+        """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
+        is none."""
+        target_id = self.description.targets[target].id if isinstance(target, str) else target
         if target_id not in (target.id for target in self.description.targets):
             known = ", ".join(str(target.id) for target in self.description.targets)
             raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")

@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.read.frames import read_frames
-from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.read.target.bodies import find_target
 from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.visibility import PROXIES
 

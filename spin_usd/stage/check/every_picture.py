@@ -17,6 +17,7 @@ from spin_usd.stage.check.refusals import refusals
 from spin_usd.stage.check.views import view_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_stage import open_stage, variants
+from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd.parser_faults import parser_faults
 
@@ -47,9 +48,11 @@ def scene_findings(
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
     reported: set[tuple[str, str]] = set()
     identical, shapes = IdenticalVariants(path), Shapes(target_rule)
+    numbering: Numbering | None = None
     for index, name in enumerate(names[:MAX_VARIANTS]):
-        check = _VariantCheck(path, name, reported, identical, shapes)
+        check = _VariantCheck(path, name, reported, identical, shapes, numbering)
         yield from check.findings(index, min(len(names), MAX_VARIANTS), progress)
+        numbering = check.numbering
         if index == 0 and check.views:
             on_views(check.views)
 
@@ -70,7 +73,7 @@ class Shapes:
 
 class _VariantCheck:
     """One variant's pictures. `reported`: the prims and messages reported already. `identical` and `shapes` have
-    seen the variants before."""
+    seen the variants before; `numbering` is the stage's, once a variant could be read."""
 
     def __init__(
         self,
@@ -79,16 +82,18 @@ class _VariantCheck:
         reported: set[tuple[str, str]],
         identical: IdenticalVariants,
         shapes: Shapes,
+        numbering: Numbering | None,
     ) -> None:
         self.path, self.variant, self.reported, self.identical, self.shapes = path, variant, reported, identical, shapes
-        self.picture = ""
+        self.numbering, self.picture = numbering, ""
         self.views: Views | None = None
 
     def findings(self, index: int, count: int, progress: Progress) -> Iterator[Finding]:
         """Read all pictures and yield findings. `index`: of the variant among `count`, for the progress."""
         try:
             with parser_faults(self.path):
-                reader = StageReader(self.path, variant=self.variant)
+                reader = StageReader(self.path, variant=self.variant, numbering=self.numbering)
+                self.numbering = reader.numbering
                 blended = BlendedPoses(reader)
                 seen = {str(body.prim.GetPath()): ViewCollector(target=body.id) for body in reader.bodies if body.id}
                 for done, frame in enumerate(reader.frames):

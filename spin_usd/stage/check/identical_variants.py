@@ -40,8 +40,9 @@ class IdenticalVariants:
                 return
 
     def _equal(self, a: str, b: str) -> bool:
-        readers = StageReader(self.path, variant=a), StageReader(self.path, variant=b)
-        pairs = zip(*(_contents(reader, reader.frames) for reader in readers), strict=True)
+        first = StageReader(self.path, variant=a)
+        second = StageReader(self.path, variant=b, numbering=first.numbering)
+        pairs = zip(*(_contents(reader, reader.frames) for reader in (first, second)), strict=True)
         return all(one == other for one, other in pairs)
 
 

@@ -20,13 +20,12 @@ from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights.lights import LightReader, read_light, refuse_light, visible_lights
 from spin_usd.stage.read.stage_reader import metres_per_unit
+from spin_usd.stage.read.target.bodies import find_occluders, find_targets, occluder_roots
 from spin_usd.stage.read.target.gprim import GprimReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
-from spin_usd.stage.read.target.occluders import find_occluders, occluder_roots
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
 from spin_usd.stage.read.target.renderable import is_geometry
-from spin_usd.stage.read.target.target import find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.parser_faults import parser_faults

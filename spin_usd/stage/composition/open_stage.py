@@ -1,8 +1,9 @@
 """Stages opened for reading: checked, composed without errors, one augmentation selected."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -56,6 +57,20 @@ def open_as_it_is(path: str | Path) -> Usd.Stage:
 def variants(stage: Usd.Stage) -> tuple[str, ...]:
     """List the variants that `open_stage` accepts: "nominal" first, then the others in alphabetical order."""
     return (NOMINAL, *sorted(set(_variant_names(stage)) - {NOMINAL}))
+
+
+def compositions(stage: Usd.Stage) -> Iterator[tuple[str, Callable[[], Usd.Stage]]]:
+    """Yield each of the stage's variants with what composes it anew, of the same root layer. That raises StageError for
+    what is too large to compose."""
+    for name in variants(stage):
+        yield name, partial(_composed, stage.GetRootLayer(), name)
+
+
+def _composed(root: Sdf.Layer, variant: str) -> Usd.Stage:
+    with silenced():
+        session = Sdf.Layer.CreateAnonymous("session.usda")
+        _select(default_prim_on(root, session), variant, root.realPath)
+        return stage_on(root, session)
 
 
 def _variant_names(stage: Usd.Stage) -> list[str]:

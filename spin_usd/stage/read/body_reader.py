@@ -10,8 +10,9 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
 from spin_usd.stage.read.environment.planet import MAX_DISTANCE_M
+from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
-from spin_usd.stage.read.target.occluders import OccluderPrims
+from spin_usd.stage.read.target.bodies import OccluderPrims
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.read.target.time_variation import occluder_varies, target_varies
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves
@@ -30,7 +31,7 @@ OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
 
 class BodyReader:
     """Reads one body: a target, or an occluder. `id`: the target's, 0 of an occluder · `prim`: whose axes are the
-    body's.
+    body's · `parts_before`: as Body has it.
 
     The readers refer to prims, not to this object: a reference cycle would keep the stage open for a while.
     """
@@ -39,17 +40,18 @@ class BodyReader:
         self,
         body: Usd.Prim | OccluderPrims,
         *,
-        id: int,
+        numbering: Numbering,
         camera: Usd.Prim,
         metres: float,
         open_reader: OpenReader,
         shared: SharedPoses | None = None,
     ) -> None:
-        """`camera`: the stage's · `metres`: the length of a stage unit · `shared`: the poses of the same body in
-        another variant, which are kept for further ones too."""
-        self.id, self._metres, self._open = id, metres, open_reader
+        """`numbering`, `camera`: the stage's · `metres`: the length of a stage unit · `shared`: the poses of the same
+        body in another variant, which are kept for further ones too."""
+        self._metres, self._open = metres, open_reader
         self._roots = body.roots if isinstance(body, OccluderPrims) else ()
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
+        self.id, self.parts_before = numbering.id_of(self.prim), numbering.parts_before(self.prim)
         check_chain(self.prim)
         self._above = _common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))

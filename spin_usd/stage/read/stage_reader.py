@@ -14,7 +14,7 @@ from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.finding import Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
 from spin_usd.scene.photometry.eclipse import eclipsed
-from spin_usd.scene.target import MAX_PARTS, Target
+from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Decoded, Images
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.composition.stage_hash import hash_and_files
@@ -29,9 +29,9 @@ from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.environment.planet import refuse_hidden_target
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import SharedPoses
-from spin_usd.stage.read.target.occluders import find_occluders
-from spin_usd.stage.read.target.target import TargetReader, find_targets
+from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, root_number
@@ -51,7 +51,7 @@ class StageReader:
     """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
 
     frames: the stage's frames · seed: the dataset's · variants: all that the stage has · variant: the selected one ·
-    bodies: the targets in order of their ids, then the occluders.
+    bodies: the targets in order of their ids, then the occluders · numbering: the ids of both, of all variants.
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for features not supported yet.
     """
 
@@ -64,11 +64,13 @@ class StageReader:
         after: "StageReader | None" = None,
         images: Mapping[tuple[str, str], Decoded] = NO_IMAGES,
         keep_poses: bool = False,
+        numbering: Numbering | None = None,
     ):
         """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
         sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used again.
         `images`: decoded ones of another reader, of files that have not changed since. `keep_poses`: keep the poses of
-        all pictures for readers after this one, which take them where their variants do not change them."""
+        all pictures for readers after this one, which take them where their variants do not change them. `numbering`:
+        that of another reader of the same files; that of `after` unless given."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
@@ -79,6 +81,8 @@ class StageReader:
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
+        known = numbering or (after.numbering if after else None)
+        self.numbering: Numbering = known or Numbering.of(self.stage, variant)
         self.bodies: tuple[BodyReader, ...] = self._find_bodies(after.bodies if after else (), keep_poses)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
@@ -184,35 +188,31 @@ class StageReader:
 
     def _find_bodies(self, before: Sequence[BodyReader], keep_poses: bool) -> tuple[BodyReader, ...]:
         """Find the targets and the occluders. `before`: those of a variant before, whose poses may be the same; with
-        `keep_poses` they are kept for variants after this one. Raises StageError without a target."""
-        targets, camera = find_targets(self.stage), self._camera_prim
+        `keep_poses` they are kept for variants after this one. Raises as Numbering.in_order."""
+        camera, numbering = self._camera_prim, self.numbering
         links, images, notes = self._lights.links, self._images, self._notes
 
         def open_reader(prim: Usd.Prim, time: Usd.TimeCode) -> TargetReader:
-            return TargetReader(prim=prim, time=time, group_of=links.group_of, images=images, notes=notes)
+            parts = numbering.parts_of(prim)
+            return TargetReader(prim=prim, parts=parts, time=time, group_of=links.group_of, images=images, notes=notes)
 
-        found = [*enumerate(targets, 1), *((OCCLUDER, each) for each in find_occluders(targets, camera))]
-        make = partial(BodyReader, camera=camera, metres=self.metres, open_reader=open_reader)
+        make = partial(BodyReader, camera=camera, metres=self.metres, open_reader=open_reader, numbering=numbering)
+        found = numbering.in_order(self.stage)
         if not keep_poses:
-            return tuple(make(body, id=id) for id, body in found)
+            return tuple(make(body) for body in found)
         known = [body.shared or SharedPoses() for body in before[: len(found)]]
         known += [SharedPoses() for _ in found[len(known) :]]
-        return tuple(make(body, id=id, shared=poses) for (id, body), poses in zip(found, known, strict=True))
+        return tuple(make(body, shared=poses) for body, poses in zip(found, known, strict=True))
 
     def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> list[Body]:
-        """Read the bodies that are visible in the middle of an exposure. Raises StageError for too many parts."""
+        """Read the bodies that are visible in the middle of an exposure."""
         time = Usd.TimeCode(opening.middle)
         placed = [(reader, *reader.placed(time, world)) for reader in self.bodies]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
         shown = [(reader, pose, target) for reader, pose, target in shapes if target]
-        if sum(len(target.parts) for _, _, target in shown) > MAX_PARTS:
-            do = "let parts share a name by spin:target:mergedParts, or make occluders one part each"
-            raise StageError(
-                f"its bodies have more than {MAX_PARTS} parts", where=self.stage.GetRootLayer().realPath, do=do
-            )
         poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self._camera_prim.GetPath())
         return [
-            Body(id=reader.id, target=target, T_cam_body=pose, poses=own)
+            Body(id=reader.id, target=target, T_cam_body=pose, poses=own, parts_before=reader.parts_before)
             for (reader, pose, target), own in zip(shown, poses, strict=True)
         ]
 

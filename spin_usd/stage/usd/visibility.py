@@ -28,6 +28,14 @@ def own_purpose(prim: Usd.Prim, inherited: str) -> str:
     return str(read_any(purpose)) if purpose and purpose.HasAuthoredValue() else inherited
 
 
+def purpose_of(prim: Usd.Prim) -> str:
+    """Return the purpose that `prim` has or inherits."""
+    purpose = "default"
+    for each in (*ancestors(prim), prim):
+        purpose = own_purpose(each, purpose)
+    return purpose
+
+
 def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
     """List all prims above `prim`, from the root down."""
     found: list[Usd.Prim] = []

@@ -76,6 +76,59 @@ def test_it_says_which_body_each_pixel_is_of(rendered) -> None:
         first.mask(3)
 
 
+def test_targets_are_reached_by_name(rendered) -> None:
+    dataset = Dataset(rendered)
+    picture = dataset[0]
+    assert dataset.targets["debris"].id == picture.targets["debris"].id == 2
+    assert picture.targets["craft"] is picture.targets[0]
+    np.testing.assert_array_equal(picture.mask("debris"), picture.mask(2))
+    for targets in (dataset.targets, picture.targets):
+        with pytest.raises(InputError, match="no target is named 'arm'; choose among 1 'craft', 2 'debris'"):
+            targets["arm"]
+
+
+MATERIALS = """schema = "augment-1"
+[[augmentation]]
+name = "worn"
+[augmentation.sample]
+"material.*.roughness" = { distribution = "uniform", low = 0.1, high = 0.9 }
+"""
+
+
+def test_a_variant_of_materials_renumbers_no_target(stage, tmp_path, spin_usd) -> None:
+    """Its layer names the second target first. Labels are those of the stage without it, to the byte."""
+    copy, out = shutil.copytree(stage, tmp_path / "stage"), tmp_path / "dataset"
+    (tmp_path / "spec.toml").write_text(MATERIALS)
+    spin_usd("augment", copy, "--spec", tmp_path / "spec.toml")
+    composed = Usd.Stage.Open(str(copy / "dataset.usda"))
+    composed.GetPrimAtPath("/World").GetVariantSet("augmentation").SetVariantSelection("worn")
+    names = [prim.GetName() for prim in composed.GetPrimAtPath("/World").GetChildren()]
+    assert names.index("Debris") < names.index("Target"), "USD's own order has the second target first"
+    spin_usd(
+        "render", copy, "--out", out, "--renderer", "raycast", "--samples", "1", "--variants", "all", "--frames", "0:1"
+    )
+    nominal, worn = (Dataset(out).picture("p0", variant) for variant in ("nominal", "worn"))
+    assert worn.record["targets"] == nominal.record["targets"]
+    for kind in ("segmentation", "instance", "depth", "dense_pose"):
+        assert worn.record["files"][kind]["sha256"] == nominal.record["files"][kind]["sha256"]
+    assert json.loads(spin_usd("check", out, "--json").stdout)["findings"] == []
+
+
+def test_check_says_where_a_record_numbers_its_targets_otherwise(rendered, tmp_path, spin_usd) -> None:
+    """As records of versions did that numbered each variant by itself."""
+    out = shutil.copytree(rendered, tmp_path / "dataset")
+    path = out / "records" / "nominal" / "p0.json"
+    record = json.loads(path.read_text())
+    first, second = record["targets"]
+    first["name"], second["name"] = second["name"], first["name"]
+    path.write_text(json.dumps(record))
+    found = json.loads(spin_usd("check", out, "--json", code=1).stdout)["findings"]
+    (swapped,) = (finding for finding in found if finding["code"] == "target-ids")
+    assert swapped["message"].startswith(
+        "its targets are 1 'debris', 2 'craft', but dataset.json has 1 'craft', 2 'debris'"
+    )
+
+
 def test_check_finds_nothing_wrong(rendered, stage, spin_usd) -> None:
     for path in (rendered, stage):
         assert json.loads(spin_usd("check", path, "--json").stdout)["findings"] == []

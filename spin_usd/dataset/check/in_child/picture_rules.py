@@ -9,9 +9,11 @@ from spin_usd.dataset.check.in_child.keypoints import keypoint_findings
 from spin_usd.dataset.check.in_child.labels import label_findings
 from spin_usd.dataset.check.in_child.pixel_counts import count_findings
 from spin_usd.dataset.check.in_child.pose import pose_findings
+from spin_usd.dataset.check.in_child.target_ids import target_id_findings
 from spin_usd.scene.finding import Finding
 
 PICTURE_RULES: tuple[Callable[[CheckedPicture], Iterator[Finding]], ...] = (
+    target_id_findings,
     brightness_findings,
     label_findings,
     pose_findings,

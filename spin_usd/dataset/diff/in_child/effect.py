@@ -58,7 +58,8 @@ class ComparedVariant:
             for each in differences:
                 apply_difference(each, other.reader.stage, self.trial)
                 add_schemas(each.where, other.reader.stage, self.trial)
-            tried = NeutralKeys(StageReader("", variant=self.reader.variant, stage=self.trial))
+            own = self.reader
+            tried = NeutralKeys(StageReader("", variant=own.variant, stage=self.trial, numbering=own.numbering))
             return {key for frame in frames for key in changed(self.keys(frame), tried.of(frame))}
         except SpinError:
             return None

@@ -9,6 +9,7 @@ from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.target.target_prim import asset_reference, author_target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.layer_file import author_metadata, writing
 from spin_usd.stage.usd.notes import Notes
@@ -26,4 +27,7 @@ def composed_target(asset: TargetAsset, folder: Path) -> Target:
     stage = stage_on(layer)
     author_target(stage, PRIM, asset, asset_reference(asset, f"./{asset.file.relative_to(folder).as_posix()}"))
     prim, time = stage.GetPrimAtPath(PRIM), Usd.TimeCode.EarliestTime()
-    return TargetReader(prim=prim, time=time, group_of=lambda _: 0, images=Images(), notes=Notes()).read(1.0)
+    reader = TargetReader(
+        prim=prim, parts=BodyParts().add(prim), time=time, group_of=lambda _: 0, images=Images(), notes=Notes()
+    )
+    return reader.read(1.0)

@@ -8,6 +8,7 @@ from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_as_it_is
+from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
@@ -18,8 +19,10 @@ def hull_corners(target: TargetAsset) -> Float:
     that a render will refuse."""
     stage, time = open_as_it_is(target.file), Usd.TimeCode.EarliestTime()
     root = _root(stage, target)
-    reader = TargetReader(prim=root, time=time, group_of=lambda prim: 0, images=Images(), notes=Notes())
     try:
+        reader = TargetReader(
+            prim=root, parts=BodyParts().add(root), time=time, group_of=lambda _: 0, images=Images(), notes=Notes()
+        )
         own = reader.read(1.0).mesh.hull
     except (StageError, UnsupportedError, GeometryError):
         return box_corners(target)

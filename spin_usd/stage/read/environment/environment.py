@@ -15,6 +15,7 @@ from spin_usd.stage.read.environment.planet import read_planet
 from spin_usd.stage.read.environment.stars import read_stars
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
+from spin_usd.stage.usd.prim_order import in_order
 from spin_usd.stage.usd.time_variation import CameraSpaceCache
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.values import refuse_unapplied
@@ -92,4 +93,4 @@ def _find(stage: Usd.Stage, api: str) -> list[Usd.Prim]:
                 raise StageError(f"has {api}, but no type", where=prim.GetPath(), do="make it an Xform")
             check_chain(prim)
             found.append(prim)
-    return found
+    return in_order(found)

@@ -14,6 +14,7 @@ from spin_usd.stage.read.lights.dome import is_dome, read_dome_light
 from spin_usd.stage.read.lights.emission import refuse_unsupported
 from spin_usd.stage.read.lights.linking import LightLinks, refuse_links
 from spin_usd.stage.usd.camera_space import CameraSpace
+from spin_usd.stage.usd.prim_order import in_order
 from spin_usd.stage.usd.time_variation import CameraSpaceCache, varying, visibility_varies
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
@@ -86,7 +87,7 @@ def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
 def visible_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
     """Find all lights of the stage that can be visible, supported or not."""
     lights = (prim for prim in Usd.PrimRange.Stage(stage, PROXIES) if prim.HasAPI(UsdLux.LightAPI))
-    return tuple(prim for prim in lights if not any(is_always_invisible(p) for p in (*ancestors(prim), prim)))
+    return tuple(in_order(p for p in lights if not any(is_always_invisible(each) for each in (*ancestors(p), p))))
 
 
 def refuse_light(prim: Usd.Prim) -> None:

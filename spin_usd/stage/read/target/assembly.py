@@ -1,4 +1,4 @@
-"""The target's gprims assembled: one mesh, its parts numbered; a shape with several instances is kept once."""
+"""The target's gprims assembled: one mesh; a shape with several instances is kept once."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,8 +10,8 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
-from spin_usd.scene.target import Part
 from spin_usd.stage.read.shapes.triangles import Int
+from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.gprim import PlacedGprim
 from spin_usd.stage.read.target.part_labels import Labels
 
@@ -19,18 +19,14 @@ from spin_usd.stage.read.target.part_labels import Labels
 MIN_SHARED_FACES = 1000
 
 
-def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
-    """Build one mesh of `pieces`, and its parts, numbered from 1 in order of prim path. labels: of the pieces' part
-    numbers · metres: the pieces' unit. Parts without a face are dropped."""
-    numbers = {piece.parts[index] for piece in pieces for index in piece.mesh.parts}
-    used = sorted(numbers, key=lambda number: (labels[number].part_path, number))
-    ids = np.zeros(len(labels), np.int64)
-    ids[used] = np.arange(1, len(used) + 1)
+def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, parts: BodyParts) -> Mesh:
+    """Build one mesh of `pieces`. labels: of the pieces' part numbers · metres: the pieces' unit · parts: the body's,
+    whose numbers the faces get."""
+    ids = np.array([parts.numbers.get(each.part_key, 0) for each in labels])
     channels = _channels(pieces)
     alone, shared = _by_mesh(pieces)
     instances = tuple(_instances(each, ids, metres) for each in shared)
-    mesh = Mesh(**_joined(alone, ids, metres, channels), instances=instances)
-    return mesh, tuple(_part(number, labels[index]) for number, index in enumerate(used, 1))
+    return Mesh(**_joined(alone, ids, metres, channels), instances=instances)
 
 
 def _by_mesh(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:
@@ -83,10 +79,6 @@ def _instances(pieces: list[PlacedGprim], ids: Int, metres: float) -> Instances:
         parts=ids[np.array([piece.parts for piece in pieces])].astype(np.uint16),
         groups=np.array([piece.group for piece in pieces], np.uint16),
     )
-
-
-def _part(number: int, labels: Labels) -> Part:
-    return Part(id=number, path=labels.part_path, name=labels.part_name, class_name=labels.part_class)
 
 
 def _channels(pieces: list[PlacedGprim]) -> dict[str, int]:

@@ -7,12 +7,21 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
+from spin_usd.stage.read.target.part_labels import Labels
+from spin_usd.stage.usd.prim_order import in_order
 from spin_usd.stage.usd.values import read
 
 
 def find_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
     """Find all subsets of the gprim, of any family."""
-    return list(UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim)))
+    subsets = UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim))
+    return [UsdGeom.Subset(each) for each in in_order(subset.GetPrim() for subset in subsets)]
+
+
+def named_subsets(prim: Usd.Prim, labels: Labels) -> list[tuple[UsdGeom.Subset, Labels]]:
+    """Find the subsets that are parts of their own on a gprim of `labels`, with theirs."""
+    below = ((subset, labels.below(subset.GetPrim())) for subset in find_subsets(prim))
+    return [(subset, own) for subset, own in below if own.part_key != labels.part_key]
 
 
 def binds_material(subset: UsdGeom.Subset) -> bool:

@@ -18,7 +18,13 @@ from spin_usd.stage.read.shapes.primitives import read_gprim
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
 from spin_usd.stage.read.shapes.skeletons import Skeletons
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.read.target.face_subsets import binds_material, find_subsets, painter_of, triangles_in
+from spin_usd.stage.read.target.face_subsets import (
+    binds_material,
+    find_subsets,
+    named_subsets,
+    painter_of,
+    triangles_in,
+)
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.visibility import PROXIES
@@ -82,8 +88,7 @@ class GprimReader:
         painting = [subset for subset in subsets if binds_material(subset)]
         templates = [self._template(each) for each in (prim, *(subset.GetPrim() for subset in painting))]
         primvars = self._primvars(prim, templates)
-        below = [(subset, labels.below(subset.GetPrim())) for subset in subsets]
-        named = [(subset, own) for subset, own in below if own.part_key != labels.part_key]
+        named = named_subsets(prim, labels)
         mesh = self._read(prim, templates, painting, [subset for subset, _ in named], primvars)
         found = {primvar.name for primvar in primvars}
         return PlacedGprim(

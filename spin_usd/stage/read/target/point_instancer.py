@@ -21,7 +21,7 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
     """
     instancer = UsdGeom.PointInstancer(prim)
     which = np.array(_value(instancer.GetProtoIndicesAttr(), time), np.int64)
-    prototypes = [prim.GetStage().GetPrimAtPath(path) for path in _prototype_paths(prim)]
+    prototypes = find_prototypes(prim)
     _check_arrays(instancer, time, len(which), len(prototypes), which)
     if not len(which):
         return []
@@ -39,16 +39,18 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
     ]
 
 
-def _prototype_paths(prim: Usd.Prim) -> list[Any]:
-    """Return the targets of `prototypes`, each an active, defined prim that does not contain the instancer."""
-    paths: list[Any] = UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets()
-    for path in paths:
+def find_prototypes(prim: Usd.Prim) -> list[Usd.Prim]:
+    """Find the prims that `prototypes` names. Raises StageError unless each is active, defined, and does not hold the
+    instancer."""
+    found = []
+    for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets():
         prototype = prim.GetStage().GetPrimAtPath(path)
         if not prototype or not prototype.IsActive() or not prototype.IsDefined():
             raise StageError(f"its prototype {path} does not exist", where=prim.GetPath(), do="fix its prototypes")
         if prim.GetPath().HasPrefix(path):
             raise StageError(f"its prototype {path} holds the instancer", where=prim.GetPath(), do="fix its prototypes")
-    return paths
+        found.append(prototype)
+    return found
 
 
 def _check_arrays(

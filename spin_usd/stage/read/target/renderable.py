@@ -1,9 +1,15 @@
 """Find the prims that are geometry that a render shows."""
 
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
 from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.read.shapes.primitives import SHAPES
+from spin_usd.stage.usd.prim_order import ordered_children
+
+State = TypeVar("State")
 
 
 def is_geometry(prim: Usd.Prim) -> bool:
@@ -17,3 +23,17 @@ def is_geometry(prim: Usd.Prim) -> bool:
         do = "convert it to a Mesh, make it invisible, or give it purpose guide"
         raise UnsupportedError(f"is a {prim.GetTypeName()}, which is not rendered yet", where=prim.GetPath(), do=do)
     return False
+
+
+def geometry_below(
+    root: Usd.Prim, state: State, *, enter: Callable[[Usd.Prim, State], State], shown: Callable[[Usd.Prim], bool]
+) -> Iterator[tuple[Usd.Prim, State]]:
+    """Yield `root`, which has `state`, and all prims below it that are `shown`, each with the state that it inherits:
+    `enter` gives that of a child, from its parent's. Subsets, and what is below point instancers, are left out."""
+    waiting = [(root, state)]
+    while waiting:
+        prim, own = waiting.pop()
+        yield prim, own
+        if not prim.IsA(UsdGeom.PointInstancer):
+            children = (child for child in reversed(ordered_children(prim)) if not child.IsA(UsdGeom.Subset))
+            waiting += [(child, enter(child, own)) for child in children if shown(child)]

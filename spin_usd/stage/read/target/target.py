@@ -15,16 +15,17 @@ from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.shapes.triangles import determinant
 from spin_usd.stage.read.target.assembly import assembled
+from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.read.target.renderable import geometry_below, is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
 from spin_usd.stage.usd.values import read
-from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, ancestors, is_invisible, own_purpose
+from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_invisible, own_purpose, purpose_of
 
 MAX_REACH_M, MIN_RADIUS_M = 1e12, 1e-12  # of a body: ten times as far as the Sun is, a hundredth of an atom
 
@@ -38,32 +39,14 @@ class Inherited:
     purpose: str
 
 
-def find_target(stage: Usd.Stage) -> Usd.Prim:
-    """Find the first target, whose id is 1. Raises as find_targets."""
-    return find_targets(stage)[0]
-
-
-def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
-    """Find the prims with SpinTargetAPI, in the stage's order, by which their ids count from 1. Raises StageError for
-    none, and for one below another."""
-    found = tuple(prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API))
-    if not found:
-        do = "apply SpinTargetAPI to the prim that holds the spacecraft"
-        raise StageError("the stage has no target", where=stage.GetRootLayer().realPath, do=do)
-    for prim in found:
-        above = next((other for other in ancestors(prim) if other in found), None)
-        if above:
-            found_there = f"is a target below the target {above.GetPath()}"
-            raise StageError(found_there, where=prim.GetPath(), do="remove SpinTargetAPI from one of them")
-    return found
-
-
 @dataclass(eq=False)
 class TargetReader:
-    """Reads a target, or an occluder, in the axes of `prim` at one time. `visited` collects every prim on which the
-    result depends; `group_of` gives the light-link group of a gprim or point instancer; `images` are the stage's."""
+    """Reads a target, or an occluder, in the axes of `prim` at one time; `parts` has its parts. `visited` collects
+    every prim on which the result depends; `group_of` gives the light-link group of a gprim or point instancer;
+    `images` are the stage's."""
 
     prim: Usd.Prim
+    parts: BodyParts
     time: Usd.TimeCode
     group_of: Callable[[Usd.Prim], int]
     images: Images
@@ -76,7 +59,7 @@ class TargetReader:
 
     def read(self, metres: float) -> Target:
         """Read the target; one unit of its own axes is `metres`. Raises StageError where it has nothing to render."""
-        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=self._purpose())
+        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=purpose_of(self.prim))
         pieces = list(self._below(self.prim, start)) if self._shown() else []
         if not pieces:
             do = "add visible gprims of purpose default or render below it"
@@ -88,7 +71,7 @@ class TargetReader:
     def read_occluder(self, roots: Sequence[Usd.Prim], metres: float) -> Target | None:
         """Read the geometry at and below `roots`, which are the prim itself or children of it; None where nothing is
         visible."""
-        start = Inherited(matrix=np.eye(4), labels=Labels(), purpose=self._purpose())
+        start = Inherited(matrix=np.eye(4), labels=Labels(), purpose=purpose_of(self.prim))
         pieces: list[PlacedGprim] = []
         for root in roots if self._shown() else ():
             if root == self.prim:
@@ -98,33 +81,19 @@ class TargetReader:
         return self._assembled(pieces, str(roots[0].GetName()), metres) if pieces else None
 
     def _assembled(self, pieces: list[PlacedGprim], name: str, metres: float) -> Target:
-        mesh, parts = assembled(pieces, self._pieces.labels, metres)
+        mesh = assembled(pieces, self._pieces.labels, metres, self.parts)
         _refuse_size(mesh, self.prim)
         materials = tuple(self._pieces.materials)
-        return Target(path=str(self.prim.GetPath()), name=name, mesh=mesh, parts=parts, materials=materials)
-
-    def _purpose(self) -> str:
-        """Return the purpose that the prim has or inherits."""
-        purpose = "default"
-        for prim in (*ancestors(self.prim), self.prim):
-            purpose = own_purpose(prim, purpose)
-        return purpose
+        return Target(path=str(self.prim.GetPath()), name=name, mesh=mesh, parts=self.parts.parts, materials=materials)
 
     def _shown(self) -> bool:
         return not any(is_invisible(prim, self.time) for prim in (*ancestors(self.prim), self.prim))
 
     def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[PlacedGprim]:
         """Read the gprims at and below `prim`, whose own transform and labels `inherited` includes."""
-        waiting = [(prim, inherited)]
-        while waiting:
-            current, state = waiting.pop()
+        for current, state in geometry_below(prim, inherited, enter=self._entered, shown=self._visible):
             self._count(current)
             yield from self._own(current, state)
-            if current.IsA(UsdGeom.PointInstancer):
-                continue
-            for child in reversed(current.GetFilteredChildren(PROXIES)):
-                if not child.IsA(UsdGeom.Subset) and self._visible(child):
-                    waiting.append((child, self._entered(child, state)))
 
     def _entered(self, prim: Usd.Prim, state: Inherited) -> Inherited:
         matrix = local_matrix(prim, self.time, self.notes) @ state.matrix

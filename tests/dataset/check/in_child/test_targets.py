@@ -58,7 +58,9 @@ def picture_of(s, tmp_path):
     facts = target_facts(s, None, CASTER)
     targets = [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)]
     record = {"camera": recorded_camera(s.camera), "pose": targets[0]["pose"], "targets": targets}
-    description = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(s))}
+    bodies = [(body.id, before, body.target.parts) for body, before in zip(s.bodies, s.parts_before, strict=True)]
+    parts = dict(described_parts(bodies))
+    description = {"targets": [described_target(body) for body in s.targets], "parts": parts}
     return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
 
 

@@ -1,14 +1,17 @@
-"""Find the geometry of a stage that is no target's: it occludes, shades and is seen in reflections."""
+"""Find the bodies of a stage: its targets, and the geometry that is no target's, which occludes, shades and is seen in
+reflections."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.prim_order import in_order, ordered_children
 from spin_usd.stage.usd.time_variation import POSE
-from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_always_invisible, own_purpose
+from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_always_invisible, own_purpose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -18,6 +21,31 @@ class OccluderPrims:
 
     frame: Usd.Prim
     roots: tuple[Usd.Prim, ...]
+
+
+def prim_of(body: Usd.Prim | OccluderPrims) -> Usd.Prim:
+    """Return the prim in whose axes the body is."""
+    return body.frame if isinstance(body, OccluderPrims) else body
+
+
+def find_target(stage: Usd.Stage) -> Usd.Prim:
+    """Find the first target, whose id is 1. Raises as find_targets."""
+    return find_targets(stage)[0]
+
+
+def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
+    """Find the prims with SpinTargetAPI, in the order in which the stage's layers define them. Raises StageError for
+    none, and for one below another."""
+    found = tuple(in_order(prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)))
+    if not found:
+        do = "apply SpinTargetAPI to the prim that holds the spacecraft"
+        raise StageError("the stage has no target", where=stage.GetRootLayer().realPath, do=do)
+    for prim in found:
+        above = next((other for other in ancestors(prim) if other in found), None)
+        if above:
+            found_there = f"is a target below the target {above.GetPath()}"
+            raise StageError(found_there, where=prim.GetPath(), do="remove SpinTargetAPI from one of them")
+    return found
 
 
 def find_occluders(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> tuple[OccluderPrims, ...]:
@@ -54,7 +82,7 @@ def occluder_roots(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> Iterator[Us
 
 def _children(prim: Usd.Prim) -> list[Usd.Prim]:
     """List the children in reverse, as a stack takes them."""
-    return list(reversed(prim.GetFilteredChildren(PROXIES)))
+    return list(reversed(ordered_children(prim)))
 
 
 def _holds_geometry(root: Usd.Prim, purpose: str) -> bool:

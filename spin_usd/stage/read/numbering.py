@@ -1,0 +1,96 @@
+"""The numbers of all targets and parts of a stage: the same in every picture, whatever hides, adds or reorders prims.
+
+They count what any variant can show at any time, body by body: targets in the order of their ids, then occluders; the
+parts of a body in order of their prim paths.
+"""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from pxr import Usd
+
+from spin_usd.errors import SpinError, StageError
+from spin_usd.scene.body import OCCLUDER
+from spin_usd.scene.target import MAX_PARTS, Part
+from spin_usd.stage.composition.open_stage import compositions
+from spin_usd.stage.read.camera.camera import find_camera
+from spin_usd.stage.read.target.bodies import OccluderPrims, find_occluders, find_targets, prim_of
+from spin_usd.stage.read.target.body_parts import BodyParts
+
+
+@dataclass(eq=False)
+class Numbering:
+    """targets: the paths of the stage's targets, whose ids count from 1."""
+
+    targets: tuple[str, ...] = ()
+    _bodies: dict[str, BodyParts] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, stage: Usd.Stage, variant: str) -> "Numbering":
+        """Number the bodies of `stage`, which is composed in `variant`. A further variant that cannot be read counts
+        for nothing: it is refused when it is rendered. Raises what reading `variant` does."""
+        numbering = cls()
+        for name, composed in compositions(stage):
+            if name == variant:
+                numbering._add(stage)
+            else:
+                with suppress(SpinError):
+                    numbering._add(composed())
+        return numbering
+
+    def in_order(self, stage: Usd.Stage) -> list[Usd.Prim | OccluderPrims]:
+        """Find the bodies of the stage as it is composed, in the order of their numbers. Raises StageError unless it
+        has the same targets as in its other variants: a target's id would mean another one there."""
+        targets = find_targets(stage)
+        for path in sorted({*self.targets} ^ {str(prim.GetPath()) for prim in targets}):
+            found = "is no target of this variant" if path in self.targets else "is a target of this variant alone"
+            do = "give all variants the same targets: their ids hold in all of them"
+            raise StageError(found, where=path, do=do)
+        bodies = [*targets, *find_occluders(targets, find_camera(stage))]
+        for prim in map(prim_of, bodies):
+            if str(prim.GetPath()) not in self._bodies:
+                raise StageError("is geometry that no variant has", where=prim.GetPath(), do="read the stage again")
+        return sorted(bodies, key=lambda body: self.parts_before(prim_of(body)))
+
+    def id_of(self, body: Usd.Prim) -> int:
+        """Return the id of the body in the axes of that prim: a target's, or OCCLUDER."""
+        return self._id_of(str(body.GetPath()))
+
+    @property
+    def bodies(self) -> Iterator[tuple[int, int, tuple[Part, ...]]]:
+        """Yield of each body in order its id, the number of parts before its own, and its parts."""
+        for path, before in self._before.items():
+            yield self._id_of(path), before, self._bodies[path].parts
+
+    def parts_of(self, body: Usd.Prim) -> BodyParts:
+        """Return the parts of the body in the axes of that prim."""
+        return self._bodies[str(body.GetPath())]
+
+    def parts_before(self, body: Usd.Prim) -> int:
+        """Count the parts of the bodies before the one in the axes of that prim: its part ids in labels are so much
+        higher than its parts' numbers."""
+        return self._before[str(body.GetPath())]
+
+    @cached_property
+    def _before(self) -> dict[str, int]:
+        counts: dict[str, int] = {}
+        total = 0
+        for path in (*self.targets, *(path for path in self._bodies if path not in self.targets)):
+            counts[path] = total
+            total += len(self._bodies[path].numbers)
+        if total > MAX_PARTS:
+            do = "let parts share a name by spin:target:mergedParts, or make occluders one part each"
+            raise StageError(f"its bodies have more than {MAX_PARTS} parts", do=do)
+        return counts
+
+    def _id_of(self, path: str) -> int:
+        return self.targets.index(path) + 1 if path in self.targets else OCCLUDER
+
+    def _add(self, stage: Usd.Stage) -> None:
+        targets = find_targets(stage)
+        occluders = find_occluders(targets, find_camera(stage))
+        self.targets = self.targets or tuple(str(prim.GetPath()) for prim in targets)
+        for body in (*targets, *occluders):
+            self._bodies.setdefault(str(prim_of(body).GetPath()), BodyParts()).add(body)
