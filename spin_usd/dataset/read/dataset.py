@@ -6,7 +6,7 @@ from operator import index
 from pathlib import Path
 from typing import SupportsIndex, overload
 
-from spin_usd.dataset.read.description import DescribedPart, DescribedTarget, read_description
+from spin_usd.dataset.read.description import DescribedPart, DescribedTarget, Targets, read_description
 from spin_usd.dataset.read.picture import Picture, read_picture
 from spin_usd.dataset.store.names import RECORDS, is_record, picture_of, record_of
 from spin_usd.errors import InputError
@@ -70,7 +70,7 @@ class Dataset(Sequence[Picture]):
         return tuple(dict.fromkeys(variant for _, variant in self._names))
 
     @property
-    def targets(self) -> tuple[DescribedTarget, ...]:
+    def targets(self) -> Targets[DescribedTarget]:
         """The targets in order of their ids, which are the numbers in the label `instance`."""
         return self._description.targets
 
