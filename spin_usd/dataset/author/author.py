@@ -154,7 +154,7 @@ def _author(
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
         composed, remarks = _composed_target(folder, poses, sources, asset, choices.units_per_metre)
-        hull = composed.mesh.hull if composed else corners
+        hull = composed.mesh.hull
         if not choices.any_size:
             refuse_implausible(hull, unit, lens, poses)
         camera_notes = (*sources.camera_notes, *_colour_notes(sources.camera_file, composed, choices.additions))
@@ -167,7 +167,7 @@ def _author(
         target=asset.name,
         meshes=asset.gprims,
         camera=sources.camera_file.name,
-        views=composed.views if composed else None,
+        views=composed.views,
         notes=(*camera_notes, *sources.map_notes, *notes, *remarks),
     )
 
@@ -221,20 +221,17 @@ def _composed_target(
     sources: Sources,
     asset: TargetAsset,
     units_per_metre: float | None,
-) -> tuple[ComposedTarget | None, tuple[str, ...]]:
-    """Return what the pictures of the stage in `folder` show, and notes on that and on the target; None for a stage
-    that a render will refuse. Raises as check_written."""
+) -> tuple[ComposedTarget, tuple[str, ...]]:
+    """Return what the pictures of the stage in `folder` show, and notes on that and on the target. Raises as
+    check_written, and what a render of the stage would raise."""
     selected = sources.preset.chosen(asset.variants) if sources.preset else {}
-    notes: tuple[str, ...] = ()
-    unknown = "the target's size could not be compared with its file's"
     try:
         reader = StageReader(folder / ROOT)
         notes = check_written(reader, sources.target_file, asset, units_per_metre, selected)
-        unknown = "what its pictures show is not known"
         composed = read_composed_target(reader, poses)
     except (StageError, UnsupportedError, GeometryError) as refused:
-        reason = str(refused).replace(f"{folder}/", "")
-        return None, (*notes, f"{unknown}, for it cannot be rendered: {reason}")
+        where = str(refused.where).replace(f"{folder}/", "") if refused.where else None  # the folder will be gone
+        raise type(refused)(refused.found.replace(f"{folder}/", ""), where=where, do=refused.do) from None
     return composed, (*notes, *sentences(composed.views))
 
 
@@ -249,8 +246,8 @@ def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
     return tuple(f"the target has no variant set '{name}', so its materials stay as they are" for name in missing)
 
 
-def _colour_notes(camera: Path, composed: ComposedTarget | None, additions: Additions) -> tuple[str, ...]:
+def _colour_notes(camera: Path, composed: ComposedTarget, additions: Additions) -> tuple[str, ...]:
     """Return a note where the target has colours and the camera's file does not say that it sees them."""
-    if composed and composed.grey and camera.suffix.lower() == ".json" and not additions.channels:
+    if composed.grey and camera.suffix.lower() == ".json" and not additions.channels:
         return (f"{camera.name} says nothing of colour: pictures are grey; --channels rgb has colour",)
     return ()

@@ -12,7 +12,7 @@ class AuthorReport:
     """A stage that author wrote.
 
     root: its root layer's path · frames: how many pictures it has · target: the target's name · meshes: how many it has
-    · camera: the camera's file · views: what the pictures show, None where a render will refuse the stage · notes:
+    · camera: the camera's file · views: what the pictures show · notes:
     sentences on what a user should know.
     """
 
@@ -21,7 +21,7 @@ class AuthorReport:
     target: str
     meshes: int
     camera: str
-    views: Views | None
+    views: Views
     notes: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -29,8 +29,7 @@ class AuthorReport:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> "AuthorReport":
-        views = Views.from_json(fields["views"]) if fields["views"] else None
-        return cls(**{**fields, "views": views, "notes": tuple(fields["notes"])})
+        return cls(**{**fields, "views": Views.from_json(fields["views"]), "notes": tuple(fields["notes"])})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)
-LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are looked at: each takes about a millisecond
+LIGHTS_READ = 1000  # pictures, of those whose light is their own, of which the Sun is compared with the target
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,13 +28,17 @@ class ComposedTarget:
 
 def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget:
     """Read the target of the stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError
-    as a render would."""
-    scene = reader.scene(reader.frames[0])
+    and GeometryError as a render would, of whichever picture."""
+    count = len(poses)
+    looked_at = {0} if reader.light_is_still else set(np.linspace(0, count - 1, min(LIGHTS_READ, count)).astype(int))
+    suns = {}
+    for i, frame in enumerate(reader.frames):  # all, as a render does: any of them may be refused
+        scene = reader.scene(frame)
+        if i in looked_at:
+            suns[i] = suns_of(scene)
     if reader.light_is_still:
-        suns = dict.fromkeys(range(len(poses)), suns_of(scene))
-    else:
-        some = np.unique(np.linspace(0, len(poses) - 1, min(LIGHTS_READ, len(poses))).astype(int)).tolist()
-        suns = {i: suns_of(reader.scene(reader.frames[i])) for i in some}
+        suns = dict.fromkeys(range(count), suns[0])
+    scene = reader.scene(reader.frames[0])
     rotations = matrices_from_quaternions(poses.q_cam_body)
     mesh = scene.target.mesh
     found = views_of(mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
