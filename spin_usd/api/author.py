@@ -38,6 +38,7 @@ def author(
     lidar: str | Path | None = None,
     sun_direction: str | Sequence[float] | None = None,
     sun_from_target: str | Sequence[float] | None = None,
+    keep_transparent: bool = False,
     any_size: bool = False,
     also: str | Sequence[str] = (),
     occluder: str | Sequence[str] = (),
@@ -73,6 +74,7 @@ def author(
         sun_direction: x, y, z of a vector to the Sun in camera axes (x right, y down, z forward); -z is behind;
             numbers, or text with commas between.
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
+        keep_transparent: keep surfaces whose material has opacity 0, which no picture shows, in the labels.
         any_size: take a model of any size, even one with the camera inside it.
         also: further targets, each a name or a model file, or "MODEL:POSES" with a pose list that has a pose for each
             picture, in their order, before `frames` chooses; without one it moves with the first target, in whose axes
@@ -104,6 +106,7 @@ def author(
             "lidar": _text(lidar),
             "sun_direction": _numbers("sun_direction", sun_direction),
             "sun_from_target": _numbers("sun_from_target", sun_from_target),
+            "keep_transparent": keep_transparent,
         },
         "any_size": any_size,
         "also": _texts(also),

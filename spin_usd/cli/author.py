@@ -139,6 +139,10 @@ def author(
         str | None,
         typer.Option(metavar="X,Y,Z", help="To the Sun, in the target's body axes: it turns with the target."),
     ] = None,
+    keep_transparent: Annotated[
+        bool,
+        typer.Option("--keep-transparent", help="Keep surfaces of opacity 0, which no picture shows, in the labels."),
+    ] = False,
     any_size: AnySize = False,
     minimal: Annotated[
         bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
@@ -174,6 +178,7 @@ def author(
             lidar=lidar,
             sun_direction=sun_direction,
             sun_from_target=sun_from_target,
+            keep_transparent=keep_transparent,
             any_size=any_size,
             also=also or (),
             occluder=occluder or (),
@@ -184,8 +189,7 @@ def author(
         return
     show_notes(report.notes)
     show(f"{report.root}   ({counted(report.frames, 'frame')})")
-    if report.views:
-        show(*summary(report.views).split("\n"))
+    show(*summary(report.views).split("\n"))
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:

@@ -74,6 +74,15 @@ class Material:
         return (isinstance(texture, Texture) and texture.coordinates.primvar) or "st"
 
     @property
+    def absent(self) -> bool:
+        """True where nothing of it can be seen: its opacity is the constant 0, and no light or gloss of it remains, as
+        they do in the mode TRANSPARENT, of glass."""
+        black = (0.0, 0.0, 0.0)
+        dull = self.specular_color == black if self.use_specular_workflow else self.ior == 1.0
+        remains = self.emissive_color != black or self.clearcoat != 0.0 or not dull
+        return self.opacity == 0.0 and (self.cut_out or self.opacity_mode == PRESENCE or not remains)
+
+    @property
     def cut_out(self) -> bool:
         """True where some of its points may not be there."""
         return self.opacity_threshold > 0

@@ -22,6 +22,7 @@ from spin_usd.stage.author.added.add_keypoints import add_keypoints
 from spin_usd.stage.author.added.add_lidar import add_lidar
 from spin_usd.stage.author.added.add_parts import add_parts
 from spin_usd.stage.author.camera_layer import set_channels
+from spin_usd.stage.author.target.target_prim import keep_transparent
 from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")
@@ -34,7 +35,7 @@ class Additions:
 
     files: the files that were given, by what they hold · keypoints · parts: rules, in their order · channels: "mono" or
     "rgb" · lidar: what is mounted on the camera · sun_from_camera, sun_from_target: directions to the Sun, in camera
-    and in body axes, of which one at most is given.
+    and in body axes, of which one at most is given · keep_transparent: label surfaces of opacity 0 too.
     """
 
     files: Mapping[str, Path]
@@ -44,11 +45,14 @@ class Additions:
     lidar: Lidar | None = None
     sun_from_camera: tuple[float, float, float] | None = None
     sun_from_target: tuple[float, float, float] | None = None
+    keep_transparent: bool = False
 
     def write(self, root: Path) -> tuple[str, ...]:
         """Write all but the Sun overlaid the stage at `root`; returns notes on what was made. Raises InputError for
         rules that do not fit the model, OutputError."""
         notes: tuple[str, ...] = ()
+        if self.keep_transparent:
+            keep_transparent(root)
         if self.channels is not None:
             set_channels(root.parent / "layers" / "camera.usda", self.channels)
         if self.lidar is not None:
@@ -85,6 +89,7 @@ def read_additions(
     lidar: str | Path | None = None,
     sun_direction: Sequence[float] | None = None,
     sun_from_target: Sequence[float] | None = None,
+    keep_transparent: bool = False,
 ) -> Additions:
     """Read the additions that these files and values describe. Raises InputError."""
     if channels is not None and channels not in CHANNELS:
@@ -102,6 +107,7 @@ def read_additions(
         lidar=None if lidar_file is None else read_lidar_file(lidar_file),
         sun_from_camera=_direction(sun_direction),
         sun_from_target=_direction(sun_from_target),
+        keep_transparent=keep_transparent,
     )
 
 

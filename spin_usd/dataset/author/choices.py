@@ -145,6 +145,7 @@ def _options(choices: Choices) -> dict[str, Option]:
         "channels": choices.additions.channels,
         "sun_direction": choices.additions.sun_from_camera,
         "sun_from_target": choices.additions.sun_from_target,
+        "keep_transparent": choices.additions.keep_transparent or None,
     }
     return {name: value for name, value in options.items() if value is not None}
 

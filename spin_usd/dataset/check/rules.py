@@ -115,6 +115,10 @@ STAGE = {
         meaning="A material is for another renderer; the display colour is rendered.",
         remedy="Author a UsdPreviewSurface.",
     ),
+    "material-transparent": Rule(
+        meaning="A material has opacity 0; what has it is left out of labels and pictures.",
+        remedy="Remove what has it, or set spin:target:keepTransparent on the target.",
+    ),
     "mesh-empty": Rule(meaning="A mesh has no faces.", remedy="Remove it, or give it faces."),
     "faces-coincident": Rule(
         meaning="Faces lie in one another where that is seen: labels show the first, and light is lost.",

@@ -14,7 +14,7 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mtl_maps import MapStatement, image_of, is_map, map_statement
 from spin_usd.formats.mesh.mtl_opacity import Statements, opacity, opacity_note, tr_is_opacity
-from spin_usd.scene.material import Material
+from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.source.asset import ImageMap, ModelMaterial
 from spin_usd.scene.texture import Color
 
@@ -76,6 +76,8 @@ def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: lis
             continue
         images[name] = image
         notes += [f"{about}: {statement.key} {statement.file}: {remark}" for remark in remarks]
+    if constants.opacity != 1 or "opacity" in images:  # d dissolves the whole surface, its gloss too
+        constants = replace(constants, opacity_mode=PRESENCE)
     return ModelMaterial(constants=constants, images=images)
 
 

@@ -178,6 +178,21 @@ class StageReader:
         assert target  # else it was refused
         return target
 
+    def whole_target_at(self, time_code: float) -> Target:
+        """Read the first target alone at a time code, metres, with the surfaces that cannot be seen."""
+        time, prim = Usd.TimeCode(time_code), self.bodies[0].prim
+        scale = self.bodies[0].placed(time, UsdGeom.XformCache(time))[1]
+        reader = TargetReader(
+            prim=prim,
+            parts=self.numbering.parts_of(prim),
+            time=time,
+            group_of=self._lights.links.group_of,
+            images=self._images,
+            notes=Notes(),
+            whole=True,
+        )
+        return reader.read(scale * self.metres)
+
     def targets_at(self, time_code: float) -> dict[int, Target]:
         """Read all targets at a time code, metres, by their ids."""
         time = Usd.TimeCode(time_code)

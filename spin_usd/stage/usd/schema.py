@@ -99,6 +99,7 @@ CAPTURE_SEED = "spin:capture:seed"
 TARGET_NAME = "spin:target:name"
 TARGET_KEYPOINTS = "spin:target:keypoints"
 TARGET_MERGED_PARTS = "spin:target:mergedParts"
+TARGET_KEEP_TRANSPARENT = "spin:target:keepTransparent"
 KEYPOINT_NAME = "primvars:keypointName"
 KEYPOINT_POSITIONS = "spin:keypoints:positions"
 

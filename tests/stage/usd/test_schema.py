@@ -24,7 +24,12 @@ SCHEMAS = {
     schema.SHUTTER_API: {schema.SHUTTER_READOUT_TIME},
     schema.LIDAR_API: {*schema.LIDAR.values()},
     schema.CAPTURE_API: {schema.CAPTURE_FRAME, schema.CAPTURE_SOURCE_FILE, schema.CAPTURE_SEED},
-    schema.TARGET_API: {schema.TARGET_NAME, schema.TARGET_KEYPOINTS, schema.TARGET_MERGED_PARTS},
+    schema.TARGET_API: {
+        schema.TARGET_NAME,
+        schema.TARGET_KEYPOINTS,
+        schema.TARGET_MERGED_PARTS,
+        schema.TARGET_KEEP_TRANSPARENT,
+    },
     schema.KEYPOINTS_API: {schema.KEYPOINT_POSITIONS},
     schema.PLANET_API: {
         schema.PLANET_RADII,

@@ -1,9 +1,14 @@
 """A target's prim in a stage, and below it the model, which refers to the target's asset."""
 
+from pathlib import Path
+
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom
 
 from spin_usd.stage.author.target.target_asset import TargetAsset
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
+from spin_usd.stage.read.target.bodies import find_targets
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import writing
 
 MODEL = "Model"
 
@@ -35,6 +40,16 @@ def author_model(stage: Usd.Stage, path: Sdf.Path, target: TargetAsset, referenc
         # Outermost: the asset's own operations stay in its own units.
         UsdGeom.Xformable(model).CreateXformOpOrderAttr([schema.UNITS_OP, *target.order])
     return model
+
+
+def keep_transparent(root: Path) -> None:
+    """Keep surfaces of opacity 0 in the labels of all targets of the stage at `root`. Raises OutputError."""
+    layer = open_layer(root)
+    stage = stage_on(layer)
+    for prim in find_targets(stage):
+        prim.GetAttribute(schema.TARGET_KEEP_TRANSPARENT).Set(True)
+    with writing(root):
+        layer.Save()
 
 
 def asset_reference(target: TargetAsset, asset_path: str) -> Sdf.Reference:

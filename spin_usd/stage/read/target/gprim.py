@@ -35,13 +35,15 @@ class GprimMesh:
     """A gprim's triangles in its own axes; equal instances share the object.
 
     part, material (T,): which of the gprim's parts and materials, from 0, each triangle has · painters: where each
-    material comes from, 0 for the gprim itself, from 1 for its subsets that bind a material.
+    material comes from, 0 for the gprim itself, from 1 for its subsets that bind a material · left_out: likewise of the
+    materials that cannot be seen, whose triangles are not here.
     """
 
     triangles: Triangles
     part: Int
     material: Int
     painters: tuple[int, ...]
+    left_out: tuple[int, ...]
 
     @cached_property
     def parts(self) -> tuple[int, ...]:
@@ -66,12 +68,13 @@ class PlacedGprim:
 class GprimReader:
     """Reads gprims at one time, numbering their parts and materials from 0 as they come: `labels` and `materials` are
     the lists that they index. `visited` collects the prims on which the result depends besides the gprim; `images` are
-    the stage's."""
+    the stage's. Faces whose material nobody can see are left out, unless `keep_transparent`."""
 
     time: Usd.TimeCode
     images: Images
     visited: list[Usd.Prim]
     notes: Notes
+    keep_transparent: bool = False
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -81,20 +84,27 @@ class GprimReader:
         self._templates = MaterialReader(time=self.time, images=self.images, notes=self.notes)
         self._skeletons = Skeletons(time=self.time, visited=self.visited)
 
-    def read(self, prim: Usd.Prim, labels: Labels) -> PlacedGprim:
-        """Read `prim`, which has `labels`, in its own axes."""
+    def read(self, prim: Usd.Prim, labels: Labels) -> PlacedGprim | None:
+        """Read `prim`, which has `labels`, in its own axes; None where nothing of it can be seen."""
         subsets = find_subsets(prim)
         self.visited += [subset.GetPrim() for subset in subsets]
         painting = [subset for subset in subsets if binds_material(subset)]
         templates = [self._template(each) for each in (prim, *(subset.GetPrim() for subset in painting))]
         primvars = self._primvars(prim, templates)
         named = named_subsets(prim, labels)
-        mesh = self._read(prim, templates, painting, [subset for subset, _ in named], primvars)
         found = {primvar.name for primvar in primvars}
+        materials = [template.material(found) for template in templates]
+        absent = tuple(material.absent and not self.keep_transparent for material in materials)
+        mesh = self._read(prim, templates, painting, [subset for subset, _ in named], primvars, absent)
+        for index in mesh.left_out:
+            found_there = "has opacity 0: surfaces of it are left out of labels and pictures"
+            self.notes.add("material-transparent", materials[index].path, found_there)
+        if not len(mesh.part):
+            return None
         return PlacedGprim(
             mesh=mesh,
             parts=tuple(self._part(each) for each in (labels, *(own for _, own in named))),
-            materials=tuple(self._material(templates[index].material(found)) for index in mesh.painters),
+            materials=tuple(self._material(materials[index]) for index in mesh.painters),
         )
 
     def _template(self, prim: Usd.Prim) -> MaterialTemplate:
@@ -119,32 +129,46 @@ class GprimReader:
         painting: list[UsdGeom.Subset],
         named: list[UsdGeom.Subset],
         primvars: list[FoundPrimvar],
+        absent: tuple[bool, ...],
     ) -> GprimMesh:
-        """Read the prim's triangles, displaced. Subsets in `painting` bind a material, those in `named` are parts.
+        """Read the prim's triangles, displaced. Subsets in `painting` bind a material, those in `named` are parts;
+        `absent`: which of the `templates` give a material that leaves nothing to see.
         Equal instances are read once, except those that skeletons deform, whose animations may differ."""
         deformation = self._skeletons.deformation(prim)
         path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not deformation else prim).GetPath()
         names = {primvar.name for primvar in primvars}
         amounts = tuple(resolved(template.displacement, names) for template in templates)
         parts = tuple(subset.GetPrim().GetName() for subset in named)
-        key = (path, amounts, tuple(primvar.key for primvar in primvars), parts)
+        key = (path, amounts, tuple(primvar.key for primvar in primvars), parts, absent)
         if key not in self._meshes:
             read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
             triangles = read(prim, self.time, primvars, deformation)
             painter = painter_of(painting, triangles, prim, self.time)
             triangles = displaced(triangles, painter, amounts, prim.GetPath())
-            self._meshes[key] = self._mesh_of(prim, triangles, painting, named)
+            self._meshes[key] = self._mesh_of(prim, triangles, painting, named, absent)
         return self._meshes[key]
 
     def _mesh_of(
-        self, prim: Usd.Prim, triangles: Triangles, painting: list[UsdGeom.Subset], named: list[UsdGeom.Subset]
+        self,
+        prim: Usd.Prim,
+        triangles: Triangles,
+        painting: list[UsdGeom.Subset],
+        named: list[UsdGeom.Subset],
+        absent: tuple[bool, ...],
     ) -> GprimMesh:
         part = np.zeros(len(triangles.corners), np.int64)
         for number, subset in enumerate(named, 1):
             part[triangles_in(subset, triangles, prim, self.time)] = number
         painter = painter_of(painting, triangles, prim, self.time)
-        painters, material = np.unique(painter, return_inverse=True)
-        return GprimMesh(triangles=triangles, part=part, material=material, painters=tuple(painters.tolist()))
+        left_out = np.array(absent)[painter]
+        painters, material = np.unique(painter[~left_out], return_inverse=True)
+        return GprimMesh(
+            triangles=triangles.kept(~left_out) if left_out.any() else triangles,
+            part=part[~left_out],
+            material=material,
+            painters=tuple(painters.tolist()),
+            left_out=tuple(np.unique(painter[left_out]).tolist()),
+        )
 
     def _part(self, labels: Labels) -> int:
         """Return the number of the part that `labels` name. Raises StageError where it has another class elsewhere."""

@@ -24,7 +24,7 @@ from spin_usd.stage.read.target.renderable import geometry_below, is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
-from spin_usd.stage.usd.values import read
+from spin_usd.stage.usd.values import DEFAULT_TIME, read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_invisible, own_purpose, purpose_of
 
 MAX_REACH_M, MIN_RADIUS_M = 1e12, 1e-12  # of a body: ten times as far as the Sun is, a hundredth of an atom
@@ -43,7 +43,8 @@ class Inherited:
 class TargetReader:
     """Reads a target, or an occluder, in the axes of `prim` at one time; `parts` has its parts. `visited` collects
     every prim on which the result depends; `group_of` gives the light-link group of a gprim or point instancer;
-    `images` are the stage's."""
+    `images` are the stage's. Surfaces that cannot be seen are left out, unless the prim says otherwise, or `whole` is
+    asked for."""
 
     prim: Usd.Prim
     parts: BodyParts
@@ -52,10 +53,18 @@ class TargetReader:
     images: Images
     notes: Notes
     visited: list[Usd.Prim] = field(default_factory=list)
+    whole: bool = False
     _faces: int = 0
 
     def __post_init__(self) -> None:
-        self._pieces = GprimReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
+        self._pieces = GprimReader(
+            time=self.time,
+            images=self.images,
+            visited=self.visited,
+            notes=self.notes,
+            keep_transparent=self.whole
+            or bool(read(self.prim.GetAttribute(schema.TARGET_KEEP_TRANSPARENT), DEFAULT_TIME)),
+        )
 
     def read(self, metres: float) -> Target:
         """Read the target; one unit of its own axes is `metres`. Raises StageError where it has nothing to render."""
@@ -63,6 +72,8 @@ class TargetReader:
         pieces = list(self._below(self.prim, start)) if self._shown() else []
         if not pieces:
             do = "add visible gprims of purpose default or render below it"
+            if any(finding.code == "material-transparent" for finding in self.notes.findings):
+                do += ", or keep those of opacity 0 by spin:target:keepTransparent (author's --keep-transparent)"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
         name = str(read(self.prim.GetAttribute(schema.TARGET_NAME)) or self.prim.GetName())
@@ -114,7 +125,9 @@ class TargetReader:
         elif prim.IsA(UsdGeom.Mesh) and not read(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), self.time):
             self.notes.add("mesh-empty", prim.GetPath(), "is a mesh without faces, of which nothing is rendered")
         else:
-            yield self._placed(self._pieces.read(prim, state.labels.of_gprim(prim)), state.matrix, prim)
+            piece = self._pieces.read(prim, state.labels.of_gprim(prim))
+            if piece:
+                yield self._placed(piece, state.matrix, prim)
 
     def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[PlacedGprim]:
         for prototype, matrices in read_instances(prim, self.time):

@@ -34,6 +34,9 @@ def material(inputs="", interface="", nodes="", kind="UsdPreviewSurface"):
     return MATERIAL.format(inputs=inputs, interface=interface, nodes=nodes, id=kind)
 
 
+KEEP = "uniform bool spin:target:keepTransparent = true"
+
+
 @pytest.fixture
 def read_material(read_scene):
     def read(*arguments, **options):
@@ -94,8 +97,10 @@ def test_values_from_the_materials_interface(read_material) -> None:
 
 
 @pytest.mark.parametrize(("opacity", "seen"), [(0.4, 0.0), (0.6, 1.0)])
-def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen) -> None:
-    assert read_material(f"float inputs:opacity = {opacity}\nfloat inputs:opacityThreshold = 0.5").opacity == seen
+def test_a_threshold_makes_opacity_all_or_nothing(read_scene, opacity, seen) -> None:
+    inputs = f"float inputs:opacity = {opacity}\nfloat inputs:opacityThreshold = 0.5"
+    (found,) = read_scene(f"{KEEP}\n{material(inputs)}").target.materials
+    assert found.opacity == seen
 
 
 @pytest.mark.parametrize(

@@ -277,8 +277,7 @@ def test_parts_and_classes_from_the_nearest_label(read_scene) -> None:
     assert np.bincount(target.mesh.face_part).tolist() == [0, 12, 24, 8, 4]
 
 
-def test_materials_by_face_and_leftover_faces(read_scene) -> None:
-    geometry = """
+TWO_MATERIALS = """
     def Mesh "M" (
         prepend apiSchemas = ["MaterialBindingAPI"]
     )
@@ -296,6 +295,11 @@ def test_materials_by_face_and_leftover_faces(read_scene) -> None:
         }
     }
     """.replace("MESH", MESH)
+
+
+def two_materials(**inputs):
+    """A cube of Red, one of its faces Blue, with these inputs."""
+    geometry = TWO_MATERIALS
     for name, color in {"Red": (1, 0, 0), "Blue": (0, 0, 1)}.items():
         geometry += f"""
     def Material "{name}"
@@ -305,10 +309,15 @@ def test_materials_by_face_and_leftover_faces(read_scene) -> None:
         {{
             uniform token info:id = "UsdPreviewSurface"
             color3f inputs:diffuseColor = {color}
+            {inputs.get(name, "")}
             token outputs:surface
         }}
     }}"""
-    target = read_scene(geometry).target
+    return geometry
+
+
+def test_materials_by_face_and_leftover_faces(read_scene) -> None:
+    target = read_scene(two_materials()).target
     colors = np.array([m.diffuse_color for m in target.materials])[target.mesh.face_material]
     assert (colors == [0, 0, 1]).all(1).sum() == 2
     assert (colors == [1, 0, 0]).all(1).sum() == 10
@@ -382,3 +391,35 @@ def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene) -> None:
     geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LODRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
         read_scene(geometry)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "kept"),
+    [
+        ('float inputs:opacity = 0\ntoken inputs:opacityMode = "presence"', False),
+        ('float inputs:opacity = 0.001\ntoken inputs:opacityMode = "presence"', True),
+        ("float inputs:opacity = 0\nfloat inputs:ior = 1", False),
+        ("float inputs:opacity = 0", True),  # glass, which reflects
+        ("float inputs:opacity = 0.3\nfloat inputs:opacityThreshold = 0.4", False),
+        ("float inputs:opacity = 0\ncolor3f inputs:emissiveColor = (1, 0, 0)", True),
+    ],
+)
+def test_faces_that_cannot_be_seen_are_left_out_and_told(make_stage, inputs, kept) -> None:
+    reader = StageReader(make_stage(two_materials(Blue=inputs)))
+    mesh = reader.scene(reader.frames[0]).target.mesh
+    assert len(mesh.faces) == (12 if kept else 10)
+    told = [] if kept else [("material-transparent", "/World/Target/Blue")]
+    assert [(note.code, note.where) for note in reader.notes] == told
+    assert len(reader.whole_target_at(0).mesh.faces) == 12
+
+
+def test_a_gprim_that_cannot_be_seen_has_no_faces_and_keeps_its_number(read_scene) -> None:
+    gone = 'float inputs:opacity = 0\ntoken inputs:opacityMode = "presence"'
+    alone = two_materials(Blue=gone, Red=gone) + '\ndef Cube "Alone" {}'
+    target, kept = (
+        read_scene(alone).target,
+        read_scene(f"uniform bool spin:target:keepTransparent = true\n{alone}").target,
+    )
+    assert [part.name for part in target.parts if part.id in target.mesh.face_part] == ["Alone"]
+    assert set(kept.mesh.face_part) == {1, 2}
+    assert kept.parts == target.parts
