@@ -1,8 +1,8 @@
-"""The order of prims by which ids, faces and lights are numbered: that in which the layers that define them list them.
+"""The order of prims by which ids, faces and lights are numbered: USD's own, but for variants and `reorder`.
 
-USD's own order is of all opinions: an override of a variant, or `reorder` in a stronger layer, may put any child first.
-Numbers must not change by what only overrides a prim. So here a child stands where the weakest layer that defines it
-lists it, before those that a variant alone brings.
+USD lists children as the weakest layer does that names them, if only to override them, and variants are weaker than the
+layers that have them: so any of them may put another child first, and so may `reorder` in a stronger layer. Here what
+variants name comes last, and `reorder` says nothing: neither changes a number.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,8 +20,7 @@ def ordered_children(prim: Usd.Prim) -> list[Usd.Prim]:
     specs = [*_specs(prim.GetPrimIndex().rootNode)]
     if len(specs) == 1 and not specs[0][0].nameChildrenOrder:
         return children
-    places = _places([spec for spec, in_variant in specs if not in_variant])
-    places = _places([spec for spec, in_variant in specs if in_variant], after=places)
+    places = _places(spec for spec, _ in sorted(specs, key=lambda each: each[1]))
     return sorted(children, key=lambda child: places.get(child.GetName(), len(places)))
 
 
@@ -55,13 +54,7 @@ def _specs(node: Pcp.NodeRef, in_variant: bool = False) -> Iterator[tuple[Sdf.Pr
             yield spec, in_variant
 
 
-def _places(specs: list[Sdf.PrimSpec], after: dict[str, int] | None = None) -> dict[str, int]:
-    """Number the names of the children of `specs`, the weakest first: those that they define, then those that they
-    override. Those in `after` keep their numbers."""
-    places = dict(after or {})
-    for overrides in (False, True):
-        for spec in specs:
-            for name, child in spec.nameChildren.items():
-                if (child.specifier == Sdf.SpecifierOver) == overrides:
-                    places.setdefault(name, len(places))
-    return places
+def _places(specs: Iterable[Sdf.PrimSpec]) -> dict[str, int]:
+    """Number the names of the children of `specs` in the order in which they come first."""
+    names = dict.fromkeys(child.name for spec in specs for child in spec.nameChildren.values())
+    return {name: place for place, name in enumerate(names)}

@@ -177,7 +177,7 @@ over "World"
 }
 """)
     expected = scene_of(plain)
-    assert [body.target.path for body in expected.targets] == ["/World/Second", "/World/First"], "as they are defined"
+    assert [body.target.path for body in expected.targets] == ["/World/Second", "/World/First"]
     for scene in (scene_of(shuffled, "shuffled"), scene_of(above)):
         assert ids(scene) == ids(expected)
         for body, other in zip(scene.bodies, expected.bodies, strict=True):

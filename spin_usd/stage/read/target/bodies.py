@@ -34,7 +34,7 @@ def find_target(stage: Usd.Stage) -> Usd.Prim:
 
 
 def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
-    """Find the prims with SpinTargetAPI, in the order in which the stage's layers define them. Raises StageError for
+    """Find the prims with SpinTargetAPI, in the order of their ids. Raises StageError for
     none, and for one below another."""
     found = tuple(in_order(prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)))
     if not found:
