@@ -120,6 +120,7 @@ MAY_OPEN = {
     "cli/output/streams.py": "opens the null device in place of a closed stream",
     "dataset/process/child_limits.py": PROC,
     "dataset/process/peak_memory.py": PROC,
+    "dataset/process/usage.py": PROC,
 }
 # fmt: off
 OPENING_CALLS = {

@@ -73,8 +73,9 @@ def render(
         verify: read what is there before it is used again, and make damaged pictures anew.
         shard: "I/N": make the pictures of shard I of N alone, I from 0. All shards may write one folder at the same
             time, or each its own, which `merge` puts together.
-        picture_timeout: seconds for one picture, 1 to 604800: after that it is tried once more, and then has failed;
-            ten times what it is expected to take, and a minute at least, if not given.
+        picture_timeout: seconds of processor time for one picture, 1 to 604800, of its worker's busiest thread: after
+            that it is tried once more, and then has failed; ten times what it is expected to take, and a minute at
+            least, if not given.
         on_progress: called with what is counted, how many are done and how many there are.
         on_note: called with what is to be said meanwhile. Ctrl-C lets running pictures be finished, which it says, and
             raises KeyboardInterrupt then; pressed again it raises that at once.

@@ -24,6 +24,7 @@ from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
 from spin_usd.cli.output.lines import BAD, Painted, show, tell
+from spin_usd.cli.output.notes import show_warnings
 from spin_usd.cli.output.streams import LastingStream, lasting_streams
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
@@ -65,6 +66,7 @@ def common(
     from spin_usd.dataset.process.child_limits import refuse_tight_limits
 
     refuse_tight_limits()
+    show_warnings()
     context.obj = {"quiet": quiet}
 
 

@@ -13,8 +13,9 @@ import psutil
 
 import spin_usd
 from spin_usd.dataset.picture.versions import LIBRARIES
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import rendering_memory
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.devices import graphics_processors
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus

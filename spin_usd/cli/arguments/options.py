@@ -125,8 +125,8 @@ PictureTimeout = Annotated[
     str | None,
     typer.Option(
         metavar="SECONDS",
-        help="The time for one picture, 1 s to a week: after that it is tried once more, and then reported as failed. "
-        "If not given, ten times what is expected, and a minute at least.",
+        help="The processor time of the busiest thread for one picture, 1 s to a week: then it is tried once more, "
+        "and then reported as failed. If not given, ten times what is expected, and a minute at least.",
     ),
 ]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]

@@ -6,7 +6,7 @@ from typing import Any
 from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
 from spin_usd.dataset.check.provenance import provenance_findings
-from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.shared_calls import Call
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import SpinError

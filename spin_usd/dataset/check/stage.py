@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.shared_calls import Call
 from spin_usd.errors import SpinError
 from spin_usd.scene.derived.views import Views

@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any
 
 from spin_usd.dataset.cluster.worker_actor import Message, WorkerActor, WorkerOpening
-from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.deaths import ChildDiedError
 
 
 class LocalConnection:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from spin_usd.dataset.cluster.worker_actor import Message, WorkerActor, WorkerOpening
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
 from spin_usd.errors import InputError
 
 LOOK_S = 1.0

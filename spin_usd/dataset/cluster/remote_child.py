@@ -2,14 +2,18 @@
 
 import os
 import threading
+import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Future
 from typing import Any, Protocol
 
 from spin_usd.dataset.cluster.worker_actor import Message
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause, returned
+from spin_usd.dataset.process.child import returned
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
+from spin_usd.dataset.process.patience import Patience
 from spin_usd.dataset.process.readable import readable
+from spin_usd.dataset.process.usage import Usage
 
 
 class ActorConnection(Protocol):
@@ -39,6 +43,8 @@ class RemoteChild:
         self._heard: deque[Message | BaseException] = deque()
         self._readable, self._writable = os.pipe()  # it holds a byte for each that was heard
         self._lock, self._ended = threading.Lock(), False
+        self._heard_at = time.monotonic()
+        self._usage: Usage | None = None  # as its actor reported it last
         self._opened = connection.open()
         self._opened.add_done_callback(self._take)
 
@@ -76,14 +82,23 @@ class RemoteChild:
         self._hang_up()
         self._connection.kill()
 
-    def silenced(self, within_s: float) -> ChildDiedError:
-        """End the worker, which said nothing for so many seconds; return what to say of it."""
-        placed = self._opened.done()
-        self.kill()
-        if placed:
-            found = f"the worker process gave no answer within {within_s:g} s"
-            return ChildDiedError(found, cause=DeathCause.SILENT)
-        return ChildDiedError(f"no processor was free for a worker within {within_s:g} s", cause=DeathCause.LOST)
+    def overdue(self, patience: Patience) -> ChildDiedError | None:
+        """End the worker if it has run away or hangs, by what its actor reports, or nothing is heard of it; return what
+        to say of it."""
+        died = self._missed(patience.limit_s)
+        if died is None and self._usage is not None:
+            died = patience.exhausted(self._usage, "a worker process on another machine")
+        if died:
+            self.kill()
+        return died
+
+    def _missed(self, limit_s: float) -> ChildDiedError | None:
+        """Return what to say of a worker that has no machine yet, or of whose machine nothing was heard for so long."""
+        if time.monotonic() - self._heard_at <= limit_s:
+            return None
+        if self._opened.done():
+            return ChildDiedError(f"the worker's machine said nothing for {limit_s:g} s", cause=DeathCause.HUNG)
+        return ChildDiedError(f"no processor was free for a worker within {limit_s:g} s", cause=DeathCause.LOST)
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
         """Its actor ends it where it grows."""
@@ -94,8 +109,12 @@ class RemoteChild:
         if error := said.exception():
             self._hear(error)
             return
+        self._heard_at = time.monotonic()
         for message in said.result():
-            self._hear(message)
+            if "usage" in message:
+                self._usage = Usage(**message["usage"])
+            else:
+                self._hear(message)
         at_work = not said.result() if said is self._opened else not any("died" in message for message in said.result())
         if at_work and (next_words := self._asked()):
             next_words.add_done_callback(self._take)

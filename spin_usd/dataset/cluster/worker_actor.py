@@ -5,27 +5,31 @@ The worker, which reads what strangers wrote, is a child process with a clean en
 """
 
 import socket
+import time
 import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from spin_usd.dataset.cluster.worker_folder import Output, WorkerFolder
 from spin_usd.dataset.picture.versions import library_versions
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.process.readable import readable
 from spin_usd.dataset.publish.publish_picture import publish_picture
 from spin_usd.errors import InputError, SpinError
 
 LOOK_S = 1.0  # between two looks at whether a worker grows
+REPORT_S = 2.0  # between two reports of what a worker does with the processors
 LARGEST_SHARE = 0.9  # of the machine's memory, for all workers together
 MIN_MEMORY = 2 << 30  # bytes that a worker may always hold
 
 Message = Mapping[str, Any]
-"""What a worker says, as it said it; {"died": {"found": ..., "cause": ...}} where it has ended."""
+"""What a worker says, as it said it; {"died": {"found": ..., "cause": ...}} where it has ended, {"usage": {...}} for
+what it did with the processors."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,11 +75,16 @@ class WorkerActor:
         self._child.send(call, **arguments)
 
     def receive(self) -> list[Message]:
-        """Wait for what the worker says next, and return it; its pictures are published by then."""
+        """Wait for what the worker says next, and return it; its pictures are published by then. At the latest after
+        REPORT_S its usage is returned."""
         assert self._child
         try:
+            report_at = time.monotonic() + REPORT_S
             while not readable(self._child, LOOK_S):
                 self._refuse_growth(self._child)
+                usage = self._child.usage()
+                if time.monotonic() >= report_at:
+                    return [{"usage": asdict(usage)}]
             return [self._published(message) for message in self._child.messages()]
         except ChildDiedError as died:
             return [{"died": {"found": died.found, "cause": died.cause}}]

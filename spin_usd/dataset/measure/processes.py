@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import START_PATIENCE_S
+from spin_usd.dataset.process.deaths import ChildDiedError, Retries
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
-from spin_usd.dataset.process.retries import Retries
 from spin_usd.errors import OutputError, RenderError
 
 

@@ -10,11 +10,11 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.columns import COLUMNS, PLANNING
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_ahead import next_child
 from spin_usd.dataset.process.child_limits import PATIENCE_S
+from spin_usd.dataset.process.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
-from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.content_keys import RenderSettings

@@ -1,4 +1,4 @@
-"""The time limit of pictures that a user gives, in seconds."""
+"""The time limit of pictures that a user gives, in seconds of processor time."""
 
 from spin_usd.errors import InputError
 

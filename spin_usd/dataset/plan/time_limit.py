@@ -1,4 +1,5 @@
-"""How long a worker may take for a picture before it is taken for one that hangs, and is replaced."""
+"""How long a worker may take for a picture before it is replaced, in the seconds that Patience counts: those of the
+processor, not of the clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,11 +7,11 @@ from dataclasses import dataclass
 from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
-from spin_usd.dataset.plan.wall_time import Work, worker_seconds
+from spin_usd.dataset.plan.wall_time import Work, thread_seconds
 from spin_usd.dataset.plan.work import RunOptions, Task
 
 TIMES, MIN_S = 10.0, 60.0
-GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture
+GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture; a worker that waits for it is idle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,5 +37,5 @@ class TimeLimits:
         task = Task(picture=picture, label_pass=True, render=not RENDERED.isdisjoint(kinds))
         expected = expected_work(task, self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
-        slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
+        slowest = max(thread_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
         return max(self.min_s, TIMES * slowest)

@@ -60,8 +60,12 @@ def wall_seconds(
 
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
     """Return the wall-clock seconds that the work takes one of so many workers."""
-    faster, slower = _pace(workers, cores)
-    return slower * (work.render / faster + work.rest)
+    return _pace(workers, cores)[1] * thread_seconds(work, workers=workers, cores=cores)
+
+
+def thread_seconds(work: Work, *, workers: int, cores: int) -> float:
+    """Return the processor seconds that the work takes the busiest thread of one of so many workers."""
+    return work.render / _pace(workers, cores)[0] + work.rest
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:

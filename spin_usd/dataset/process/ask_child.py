@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from typing import Any
 
-from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import PATIENCE_S
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
 from spin_usd.errors import RenderError, SpinError, StageError
 
 
@@ -30,9 +31,12 @@ def ask_child(
 
 
 def unreadable(died: ChildDiedError, where: object) -> SpinError:
-    """Return the error on a file of which a child died when it read it; where something else killed that, one that does
-    not blame the file."""
+    """Return the error on a file of which a child died when it read it; where something else killed that, or it
+    waited for something, one that does not blame the file."""
     if died.cause is DeathCause.KILLED:
         do = "look for what ends processes, such as a lack of memory, and run it again"
+        return RenderError(f"was not read: {died.found}", where=where, do=do)
+    if died.cause is DeathCause.HUNG:
+        do = "look at the disk, network or driver that it waits for, and run it again"
         return RenderError(f"was not read: {died.found}", where=where, do=do)
     return StageError(f"cannot be read: {died.found}", where=where, do="simplify it, or look for what multiplies in it")

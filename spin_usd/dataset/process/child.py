@@ -13,7 +13,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
 
@@ -21,8 +20,11 @@ import psutil
 
 from spin_usd import errors
 from spin_usd.dataset.process.child_limits import PATIENCE_S, reading_memory
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
+from spin_usd.dataset.process.patience import LOOK_S, Patience
 from spin_usd.dataset.process.readable import readable
-from spin_usd.errors import RenderError, SpinError
+from spin_usd.dataset.process.usage import Usage, UsageMeter
+from spin_usd.errors import SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
 KEPT_VARIABLES = (
@@ -33,25 +35,6 @@ LOG_TAIL = 2000
 READ_BYTES = 1 << 16
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
 OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
-
-
-class DeathCause(StrEnum):
-    """The cause of a child's end before it answered: a crash of its own, something outside that killed or stopped it,
-    its machine lost to the cluster, too much memory, or too long without a word."""
-
-    CRASHED = "crashed"
-    KILLED = "killed"
-    LOST = "lost"
-    GREW = "grew"
-    SILENT = "silent"
-
-
-class ChildDiedError(RenderError):
-    """The child process ended before it answered, for this `cause`."""
-
-    def __init__(self, found: str, *, cause: DeathCause) -> None:
-        super().__init__(found)
-        self.cause = cause
 
 
 class Child:
@@ -86,6 +69,7 @@ class Child:
         )
         self._memory = reading_memory() if memory is None else memory
         self._limit(self._memory)
+        self._meter = UsageMeter(self.process.pid)
 
     def __enter__(self) -> Self:
         return self
@@ -114,7 +98,7 @@ class Child:
         """Receive the next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or
         ChildDiedError.
 
-        A child that says nothing for `within_s` seconds is ended.
+        A child that takes more than `within_s` seconds for it is ended, as Patience counts them.
         """
         return returned(self._message(within_s=within_s))
 
@@ -168,12 +152,16 @@ class Child:
             with suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
 
-    def silenced(self, within_s: float) -> ChildDiedError:
-        """End the child, which said nothing for so many seconds; return what to say of it."""
-        stopped = self._process_status() == psutil.STATUS_STOPPED
-        self.kill()
-        how, cause = ("was stopped, and gave", DeathCause.KILLED) if stopped else ("gave", DeathCause.SILENT)
-        return ChildDiedError(f"the worker process {how} no answer within {within_s:g} s", cause=cause)
+    def usage(self) -> Usage:
+        """Look at what the child and all that it started do with the processors."""
+        return self._meter.look()
+
+    def overdue(self, patience: Patience) -> ChildDiedError | None:
+        """End the child if it has run away or hangs; return what to say of it."""
+        died = patience.exhausted(self.usage(), f"the worker process {self.process.pid}")
+        if died:
+            self.kill()
+        return died
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
         """End the child if it holds more than so many bytes of memory; return what to say of it."""
@@ -198,11 +186,13 @@ class Child:
                 resource.prlimit(self.process.pid, resource.RLIMIT_CORE, (0, 0))
 
     def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        patience = None if within_s is None else Patience(within_s)
         looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
         while (end := self._heard.find(b"\n", looked)) < 0:
             looked = len(self._heard)
-            if within_s is not None and not readable(self, within_s):
-                raise self.silenced(within_s)
+            while patience and not readable(self, LOOK_S):
+                if died := self.overdue(patience):
+                    raise died
             more = os.read(self.fileno(), READ_BYTES)
             if not more:
                 raise self._died()
@@ -232,11 +222,6 @@ class Child:
         _, status, used = os.wait4(self.process.pid, 0)
         self.process.returncode = os.waitstatus_to_exitcode(status)
         return int(used.ru_maxrss) * RSS_UNIT
-
-    def _process_status(self) -> str:
-        with suppress(psutil.Error):
-            return psutil.Process(self.process.pid).status()
-        return psutil.STATUS_DEAD
 
     def _died(self) -> ChildDiedError:
         """Wait for the end of the child, which has closed its answers, and return what to say of it."""

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
 
-PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be made never to open
+# Seconds of a processor, not of the clock (see Patience), from one word of a child to the next.
+PATIENCE_S = 120.0  # for a child that reads: a stage can be made never to open
 START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
 RENDER_PATIENCE_S = 3600.0  # for one that renders a picture of which nobody said how long it takes
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import rendering_memory
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.renderers.device import DEVICES

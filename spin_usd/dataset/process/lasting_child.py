@@ -4,8 +4,9 @@ from types import TracebackType
 from typing import Any, Self
 
 from spin_usd.dataset.process.ask_child import unreadable
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import PATIENCE_S
+from spin_usd.dataset.process.deaths import ChildDiedError
 
 
 class LastingChild:

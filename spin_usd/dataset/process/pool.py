@@ -1,19 +1,38 @@
-"""A pool of children that work at once: what they say, and that they died, hang or grew, comes as events in a queue."""
+"""A pool of children that work at once: what they say, and that they died, run away, hang or grew, comes as events in
+a queue."""
 
 import selectors
 import time
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Any, Generic, Self, TypeVar
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, Self, TypeVar
 
-from spin_usd.dataset.process.child import ChildDiedError, ChildInternalError
-from spin_usd.dataset.process.child_protocol import ChildProtocol
+from spin_usd.dataset.process.child import ChildInternalError
+from spin_usd.dataset.process.deaths import ChildDiedError
+from spin_usd.dataset.process.patience import LOOK_S, Patience
 from spin_usd.errors import SpinError
 
-LOOK_S = 0.5  # between two looks at whether children hang or grow
-
 Key = TypeVar("Key", bound=Hashable)
+
+
+class ChildProtocol(Protocol):
+    """A child that is asked and answers in its own time, here or on another machine; `Child` says what each method
+    does."""
+
+    def fileno(self) -> int: ...
+
+    def send(self, call: str, **arguments: Any) -> None: ...
+
+    def received(self) -> Iterator[Mapping[str, Any]]: ...
+
+    def close(self) -> None: ...
+
+    def kill(self) -> None: ...
+
+    def overdue(self, patience: Patience) -> ChildDiedError | None: ...
+
+    def outgrown(self, limit: int) -> ChildDiedError | None: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,22 +61,20 @@ class Failed(Generic[Key]):
 
 @dataclass(kw_only=True, eq=False)
 class _Member(Generic[Key]):
-    """A child of the pool. within_s: how long it may say nothing while it is at work, None while it is idle · since:
-    when it was last heard of."""
+    """A child of the pool, with the patience for its next word; None while it is idle."""
 
     key: Key
     child: ChildProtocol
-    within_s: float | None = None
-    since: float = field(default_factory=time.monotonic)
+    patience: Patience | None = None
 
-    def give(self, within_s: float | None) -> None:
+    def give(self, within_s: float) -> None:
         """Give it so many seconds from now for its next word."""
-        self.within_s, self.since = within_s, time.monotonic()
+        self.patience = Patience(within_s)
 
 
 class Pool(Generic[Key]):
-    """Children by keys of the caller's choice. One at work that says nothing for longer than it was given, or holds
-    more than `memory` bytes, is killed.
+    """Children by keys of the caller's choice. One at work that takes more for its next word than it was given, as
+    Patience counts the seconds, or holds more than `memory` bytes, is killed.
 
     All children that are left are killed when the pool's block ends.
     """
@@ -87,7 +104,7 @@ class Pool(Generic[Key]):
 
     def add(self, key: Key, child: ChildProtocol, *, within_s: float | None = None) -> None:
         """Take `child` into the pool; with `within_s` it was already asked something, and has so many seconds."""
-        member = _Member(key=key, child=child, within_s=within_s)
+        member = _Member(key=key, child=child, patience=None if within_s is None else Patience(within_s))
         self._members[key] = member
         self._selector.register(child, selectors.EVENT_READ, member)
 
@@ -105,10 +122,11 @@ class Pool(Generic[Key]):
 
     def idle(self) -> list[Key]:
         """Return the keys of the children that wait to be asked."""
-        return [key for key, member in self._members.items() if member.within_s is None]
+        return [key for key, member in self._members.items() if member.patience is None]
 
     def wait(self) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
-        """Wait for children to say something, at most LOOK_S; yield what they say, and who died, hangs or grew."""
+        """Wait for children to say something, at most LOOK_S; yield what they say, and who died, ran away, hangs or
+        grew."""
         for ready, _ in self._selector.select(timeout=LOOK_S):
             if self._holds(ready.data):
                 yield from self._read(ready.data)
@@ -131,15 +149,15 @@ class Pool(Generic[Key]):
         return self._members.get(member.key) is member
 
     def _ended(self, member: _Member[Key]) -> ChildDiedError | None:
-        """End a child at work that hangs or grew too large, and return why; None for any other."""
-        if member.within_s is None:
+        """End a child at work that ran away, hangs or grew too large, and return why; None for any other."""
+        if member.patience is None:
             return None
-        if time.monotonic() - member.since > member.within_s:
-            return self._remove(member.key).silenced(member.within_s)
-        if self.memory is not None and (died := member.child.outgrown(self.memory)):
+        died = member.child.overdue(member.patience)
+        if died is None and self.memory is not None:
+            died = member.child.outgrown(self.memory)
+        if died:
             self._remove(member.key)
-            return died
-        return None
+        return died
 
     def _remove(self, key: Key) -> ChildProtocol:
         child = self._members.pop(key).child
@@ -154,12 +172,13 @@ class Pool(Generic[Key]):
             self.kill(member.key)
             yield Failed(key=member.key, reason=died)
         except (SpinError, ChildInternalError) as reason:
-            member.within_s = None
+            member.patience = None
             yield Failed(key=member.key, reason=reason)
 
     def _event(self, member: _Member[Key], message: Mapping[str, Any]) -> Reported[Key] | Answered[Key]:
         if "progress" in message:
-            member.since = time.monotonic()
+            if member.patience:
+                member.give(member.patience.limit_s)
             return Reported(key=member.key, message=message["progress"])
-        member.within_s = None
+        member.patience = None
         return Answered(key=member.key, result=message["result"])

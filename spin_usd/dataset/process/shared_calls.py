@@ -4,10 +4,10 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import PATIENCE_S
+from spin_usd.dataset.process.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
-from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import SpinError
 from spin_usd.progress import Progress
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spin_usd.dataset.picture.versions import library_versions
-from spin_usd.dataset.process.child_protocol import ChildProtocol
+from spin_usd.dataset.process.pool import ChildProtocol
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.dataset_folder import Lease, Store

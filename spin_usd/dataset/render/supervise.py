@@ -8,11 +8,9 @@ from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.dataset.process.child_limits import PATIENCE_S, START_PATIENCE_S
-from spin_usd.dataset.process.child_protocol import ChildProtocol
-from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
-from spin_usd.dataset.process.retries import Retries
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause, Retries
+from spin_usd.dataset.process.pool import Answered, ChildProtocol, Failed, Pool, Reported
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError
 from spin_usd.stop_signals import StopRequest
@@ -44,7 +42,7 @@ class WorkerLimits:
 @dataclass(kw_only=True, eq=False)
 class WorkerSlot:
     """The place of a worker: whether that has started, what it is at, the variant that it has open, and the seconds
-    that its picture may take, None as long as its stage is opened."""
+    that its picture may take, as Patience counts them, None as long as its stage is opened."""
 
     number: int
     started: bool = False
@@ -188,8 +186,10 @@ class _Supervisor:
 
 
 def _why(slot: WorkerSlot, task: RenderTask, died: ChildDiedError) -> str:
-    """Say why the task is given up, of a picture that took too long with the option that gives it more time."""
-    if died.cause is not DeathCause.SILENT or slot.limit_s is None:
-        return task.retries.in_words(died)
-    late = ChildDiedError(f"the picture took longer than its limit of {slot.limit_s:g} s", cause=died.cause)
-    return f"{task.retries.in_words(late)}; --picture-timeout gives it more"
+    """Say why the task is given up, of a picture that ran away or hangs with what can be done."""
+    why = task.retries.in_words(died)
+    if died.cause is DeathCause.RAN_AWAY and slot.limit_s is not None:
+        return f"{why}; --picture-timeout gives it more"
+    if died.cause is DeathCause.HUNG:
+        return f"{why}; look at the disk, network or driver that it waits for"
+    return why

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.retries import Retries
+from spin_usd.dataset.process.deaths import Retries
 from spin_usd.labels.table import LABELS
 
 

@@ -7,10 +7,11 @@ from functools import partial
 import psutil
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
-from spin_usd.dataset.process.child_protocol import ChildProtocol
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.open_renderer import renderer_entry
+from spin_usd.dataset.process.pool import ChildProtocol
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.destination import Destination, StartWorker
 from spin_usd.dataset.render.report import RunListener

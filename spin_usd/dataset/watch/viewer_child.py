@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from spin_usd.dataset.process.child import ChildDiedError
 from spin_usd.dataset.process.child_limits import START_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.lasting_child import LastingChild
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.scene.effort import Effort

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from spin_usd.dataset.process.child import ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child import ChildInternalError
 from spin_usd.dataset.process.child_limits import PATIENCE_S
+from spin_usd.dataset.process.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.dataset.process.open_renderer import ANOTHER_RENDERER, require_renderer
-from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.dataset.watch.board import FAULTY, READING, SHOWN, Board
 from spin_usd.dataset.watch.file_states import FileStates, states_of
 from spin_usd.dataset.watch.light_render import LightRender

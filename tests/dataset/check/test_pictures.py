@@ -10,7 +10,7 @@ import pytest
 
 from spin_usd.dataset.check.dataset import dataset_findings
 from spin_usd.dataset.check.in_child.picture import picture_findings
-from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.deaths import ChildDiedError
 from spin_usd.dataset.process.shared_calls import Call, results_of
 from spin_usd.errors import InputError
 from spin_usd.progress import ignore

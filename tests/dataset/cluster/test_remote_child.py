@@ -13,7 +13,7 @@ from spin_usd.dataset.cluster.remote_child import RemoteChild
 from spin_usd.dataset.cluster.worker_actor import WorkerOpening
 from spin_usd.dataset.cluster.worker_folder import SharedFolder
 from spin_usd.dataset.picture.versions import library_versions
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
 from spin_usd.dataset.process.pool import Answered, Failed, Pool
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError

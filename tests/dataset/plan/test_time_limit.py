@@ -42,8 +42,13 @@ def test_what_a_run_takes_longer_counts_and_what_it_takes_less_does_not() -> Non
     assert limits.of(PICTURE, KINDS) == pytest.approx(2.5 * before, rel=1e-3)  # little work is not measured
 
 
-def test_workers_that_share_a_core_have_longer() -> None:
-    assert replace(LIMITS, workers=4).of(PICTURE, KINDS) > 4 * LIMITS.of(PICTURE, KINDS)
+def test_workers_that_share_a_core_need_no_more_of_its_time() -> None:
+    assert replace(LIMITS, workers=4).of(PICTURE, KINDS) == LIMITS.of(PICTURE, KINDS)
+
+
+def test_threads_share_the_render() -> None:
+    """What counts is the processor time of the busiest thread."""
+    assert replace(LIMITS, cores=4).of(PICTURE, KINDS) < LIMITS.of(PICTURE, KINDS) / 3
 
 
 def test_the_users_own_limit_holds_for_all() -> None:

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from spin_usd.dataset.doctor import _devices
-from spin_usd.dataset.process import devices
+from spin_usd.dataset.process import child, devices
 from spin_usd.errors import UnsupportedError
 from spin_usd.renderers.device import DEVICES
 
@@ -22,7 +22,8 @@ def test_the_processor_is_always_there_and_comes_last(usable) -> None:
 
 def test_drivers_that_hang_end_with_the_child_and_doctor_goes_on(monkeypatch) -> None:
     monkeypatch.setattr(devices, "PATIENCE_S", 0.01)
-    with pytest.raises(UnsupportedError, match=r"no answer within 0.01 s; choose --device cpu"):
+    monkeypatch.setattr(child, "LOOK_S", 0.05)
+    with pytest.raises(UnsupportedError, match=r"processor time.*; choose --device cpu"):
         devices.usable_devices()
     line = _devices()
     assert line.found.startswith("cpu; the search for others failed")

@@ -1,12 +1,12 @@
 """A pool of real children: their answers, their deaths and their hangs."""
 
-import signal
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.deaths import ChildDiedError, DeathCause
 from spin_usd.dataset.process.pool import Answered, Failed, Pool
 
 
@@ -65,7 +65,7 @@ def test_only_a_child_at_work_can_hang(pool) -> None:
     pool.add("waiting", waiting)
     (hung,) = events(pool, 1)
     assert hung.key == "working"
-    assert "no answer within 0.1 s" in hung.reason.found
+    assert "processor time" in hung.reason.found
     assert working.process.poll() is not None
     assert pool.idle() == ["waiting"]
 
@@ -75,15 +75,6 @@ def test_children_end_with_their_pool() -> None:
     with Pool[Any]() as pool:
         pool.add("one", child, within_s=60.0)
     assert child.process.poll() is not None
-
-
-def test_a_child_that_is_stopped_is_not_taken_for_one_that_hangs_by_itself(pool) -> None:
-    child = Child()
-    child.process.send_signal(signal.SIGSTOP)
-    pool.add("stopped", child, within_s=0.1)
-    (event,) = events(pool, 1)
-    assert (event.reason.cause, child.process.poll()) == (DeathCause.KILLED, -signal.SIGKILL)
-    assert "was stopped" in event.reason.found
 
 
 def test_a_child_at_work_that_grows_is_ended() -> None:

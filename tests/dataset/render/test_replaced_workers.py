@@ -8,8 +8,7 @@ import psutil
 import pytest
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
-from spin_usd.dataset.process.retries import TRIES
+from spin_usd.dataset.process.deaths import TRIES, ChildDiedError, DeathCause, Retries
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import RenderError
@@ -79,21 +78,22 @@ def files(out):
 
 
 @pytest.mark.slow
-def test_a_worker_that_is_stopped_is_replaced_and_its_picture_made(small_stage, tmp_path, monkeypatch) -> None:
+def test_a_worker_that_is_stopped_for_longer_than_its_limit_makes_its_picture(small_stage, tmp_path, monkeypatch):
     """It is stopped where its time for the picture begins."""
-    limit = TimeLimits.of
     stopped: list[psutil.Process] = []
 
     def stop(limits, picture, kinds):
-        if stopped:
-            return limit(limits, picture, kinds)
-        stopped.extend(children())
-        stopped[0].send_signal(signal.SIGSTOP)
-        return 0.1
+        if not stopped:
+            stopped.extend(children())
+            stopped[0].send_signal(signal.SIGSTOP)
+            threading.Timer(4.0, stopped[0].send_signal, [signal.SIGCONT]).start()
+        return 2.0
 
     rendered(small_stage, tmp_path / "whole")
     monkeypatch.setattr(TimeLimits, "of", stop)
-    report = rendered(small_stage, tmp_path / "stopped")
+    with monkeypatch.context() as patched:
+        patched.setattr(Retries, "may_try_again", lambda *_: False)
+        report = rendered(small_stage, tmp_path / "stopped")
     assert len(stopped) == 1
     assert (report.made, report.failed) == (2, [])
     assert files(tmp_path / "stopped") == files(tmp_path / "whole")
@@ -106,7 +106,7 @@ def test_a_picture_that_takes_too_long_has_failed_and_the_run_goes_on(small_stag
     report = rendered(small_stage, tmp_path, effort=Effort(samples=10**6), picture_timeout=1)
     assert [name for name, _ in report.failed] == ["nominal/img000001", "nominal/img000002"]
     for index, (_, reason) in enumerate(report.failed):
-        assert "the picture took longer than its limit of 1 s, twice; --picture-timeout gives it more; to" in reason
+        assert "s of processor time, more than its limit of 1 s, twice; --picture-timeout gives it more; to" in reason
         assert reason.endswith(" --picture-timeout 1")
         assert (
             f"spin-usd render {small_stage} --out {tmp_path} --frames {index}:{index + 1} --variants nominal" in reason

@@ -1,20 +1,43 @@
-"""How often a piece of work is tried again whose child process died."""
+"""Why a child process ended before it answered, and how often work is tried again after that."""
 
 from collections import Counter
 from collections.abc import Mapping
+from enum import StrEnum
 
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
+from spin_usd.errors import RenderError
+
+
+class DeathCause(StrEnum):
+    """The cause of a child's end before it answered: a crash of its own, something outside that killed or stopped it,
+    its machine lost to the cluster, too much memory, more processor time than its limit, or none for too long."""
+
+    CRASHED = "crashed"
+    KILLED = "killed"
+    LOST = "lost"
+    GREW = "grew"
+    RAN_AWAY = "ran away"
+    HUNG = "hung"
+
+
+class ChildDiedError(RenderError):
+    """The child process ended before it answered, for this `cause`."""
+
+    def __init__(self, found: str, *, cause: DeathCause) -> None:
+        super().__init__(found)
+        self.cause = cause
+
 
 TRIES: Mapping[DeathCause, int] = {
     DeathCause.CRASHED: 2,
     DeathCause.KILLED: 5,  # from outside: hardly the work's own fault
     DeathCause.LOST: 10,  # nodes come and go; but one picture after which ten went has a hand in it
     DeathCause.GREW: 2,
-    DeathCause.SILENT: 2,
+    DeathCause.RAN_AWAY: 2,
+    DeathCause.HUNG: 2,
 }
 """A piece of work is given up when children died of it so often for one cause: that is no accident any more."""
 
-READING_TRIES: Mapping[DeathCause, int] = {**TRIES, DeathCause.GREW: 1, DeathCause.SILENT: 1}
+READING_TRIES: Mapping[DeathCause, int] = {**TRIES, DeathCause.GREW: 1, DeathCause.RAN_AWAY: 1, DeathCause.HUNG: 1}
 """The same for work that reads: what takes all memory or all time does so again."""
 
 

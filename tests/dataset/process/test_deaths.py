@@ -2,8 +2,7 @@
 
 import pytest
 
-from spin_usd.dataset.process.child import ChildDiedError, DeathCause
-from spin_usd.dataset.process.retries import TRIES, Retries
+from spin_usd.dataset.process.deaths import TRIES, ChildDiedError, DeathCause, Retries
 
 
 def death(cause):
