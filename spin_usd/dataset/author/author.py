@@ -136,7 +136,7 @@ def _author(
         if light is not None and not choices.any_size:
             refuse_size(corners, unit)  # poses are sampled for it, and would never have all of it in the picture
         poses = pictures(lens, asset)
-        notes += _lists_note(poses)
+        notes += (*_lists_note(poses), *poses.notes)
         write_stage(
             folder,
             poses=poses,
@@ -191,7 +191,7 @@ def _write_other(
         add_occluder(folder / ROOT, asset, own)
     else:
         add_target(folder / ROOT, asset, own or poses)
-    return notes
+    return (*notes, *own.notes) if own else notes
 
 
 def _refuse_other_length(own: PoseList, frames: str | None, whole: int) -> None:

@@ -59,20 +59,22 @@ def _planned_and_written(request: ExportRequest, progress: Progress) -> tuple[Ex
 def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progress) -> Counts:
     """Write all files, and return how many there are of each kind."""
     exported, layout = plan.exported, plan.layout
-    indexes = {LIST: csv_table(Entry._fields), **layout.indexes(exported)}
+    indexes = {LIST: csv_table((*Entry._fields, "file")), **layout.indexes(exported)}
     writer = Writer(out=request.out, work=work, indexes=indexes, copy=request.copy)
     try:
         for output in layout.shared(exported):
             writer.write(output)
         for done, picture in enumerate(exported):
             progress("exporting: picture", done, len(exported))
-            writer.write(IndexRow(path=LIST, value=exported.entries[done]))
-            for output in layout.files(exported, picture):
+            outputs = list(layout.files(exported, picture))
+            file = layout.file(exported, picture) if layout.file else outputs[0].path
+            writer.write(IndexRow(path=LIST, value=(*exported.entries[done], file)))
+            for output in outputs:
                 writer.write(output)
         progress("exporting: picture", len(exported), len(exported))
         writer.finish()
-        for file in (*layout.last(exported, request.out), *card_files(plan)):
-            writer.write(file)
+        for last in (*layout.last(exported, request.out), *card_files(plan)):
+            writer.write(last)
     finally:
         writer.close()
     return writer.counts

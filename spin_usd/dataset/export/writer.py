@@ -10,10 +10,10 @@ from shutil import copyfileobj
 from typing import TextIO
 
 from spin_usd.dataset.export.layout.index_file import IndexFile
-from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output
+from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output, SecondName
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically
 from spin_usd.errors import InputError, OutputError, UnsupportedError
-from spin_usd.files.folder import Folder
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE
 
@@ -71,8 +71,9 @@ class Writer:
         self._refuse_strange(folder, output.path)
         if folder.type_of(output.path):
             self.counts.kept += 1
-        elif isinstance(output, LinkedFile):
-            link_atomically(folder, output.path, output.source, work=self.work, copy=self.copy)
+        elif isinstance(output, LinkedFile | SecondName):
+            source = output.source if isinstance(output, LinkedFile) else FileIn(folder, output.of)
+            link_atomically(folder, output.path, source, work=self.work, copy=self.copy)
             self.counts.linked += 1
         else:
             write_atomically(folder, output.path, output.write, work=self.work)

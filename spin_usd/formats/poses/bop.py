@@ -57,7 +57,7 @@ def _number(text: Any) -> int:
 
 BOP = PoseFormat(
     name="BOP",
-    recognises=lambda path, head: path.name == FILE,
+    recognises=lambda path, head: path.name == FILE or (head.lstrip().startswith("{") and '"cam_R_m2c"' in head),
     read=read,
     lists=files_like(FILE, f"*/{FILE}", f"*/*/{FILE}", f"*/*/*/{FILE}"),
 )

@@ -15,19 +15,27 @@ class PoseEntry:
     t_cam_body: Sequence[float]
 
 
+SCALAR_FIRST, SCALAR_LAST = (
+    "a unit quaternion, scalar first (w, x, y, z)",
+    "a unit quaternion, scalar last (x, y, z, w)",
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class PoseFormat:
     """A format of pose lists.
 
     name: for messages · recognises: whether a file is of it, from its path and its first characters · read: the file's
     entries in order; raises InputError that names the file and the entry · lists: the files in the folder of a data set
-    that may be its lists, in order; they are those that the format recognises.
+    that may be its lists, in order; they are those that the format recognises · rotation: what the file's own numbers
+    of a rotation must be, in words.
     """
 
     name: str
     recognises: Callable[[Path, str], bool]
     read: Callable[[Path], Iterator[PoseEntry]]
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
+    rotation: str = SCALAR_FIRST
 
 
 def files_like(*patterns: str) -> Callable[[Path], Sequence[Path]]:

@@ -18,6 +18,7 @@ from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, r
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
+ROUNDED = 1e-3  # off a norm of 1, as four decimals leave a quaternion at the most, and some that are worse
 
 
 def read_pose_list(path: str | Path) -> PoseList:
@@ -36,10 +37,12 @@ def read_pose_list(path: str | Path) -> PoseList:
         raise InputError(f"names the same picture as entry {pair[0]}", where=entries[pair[1]].where, do=do)
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
-    _check_norms(q, entries)
+    q, notes = _normalised(q, entries, lists[0][1])
     said = _said(lists) if path.is_dir() else ""
     files = tuple(entry.pose.filename for entry in entries)
-    return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path), lists=said)
+    return PoseList(
+        names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path), lists=said, notes=notes
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +113,21 @@ def _picture_name(filename: str, where: str) -> str:
     return name
 
 
-def _check_norms(q: Float, entries: Sequence[NamedPose]) -> None:
+def _normalised(q: Float, entries: Sequence[NamedPose], of: PoseFormat) -> tuple[Float, tuple[str, ...]]:
+    """Return the quaternions (N, 4) with norm 1, and a note where rounding had left some of them visibly off. Raises
+    InputError for one that is further off, or zero."""
     norm = np.linalg.norm(q, axis=1)
-    off = np.flatnonzero(np.abs(norm - 1) > QUATERNION_NORM_TOLERANCE)
-    if not len(off):
-        return
-    i = int(off[0])
-    found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
-    raise InputError(f"the quaternion {found}", where=entries[i].where, do="give a unit quaternion, scalar first")
+    off = np.abs(norm - 1)
+    if (off > ROUNDED).any():
+        i = int(np.argmax(off > ROUNDED))
+        found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
+        raise InputError(f"the quaternion {found}", where=entries[i].where, do=f"give {of.rotation}")
+    rounded = np.flatnonzero(off > QUATERNION_NORM_TOLERANCE)
+    if not len(rounded):
+        return q, ()
+    worst = entries[int(np.argmax(off))]
+    note = (
+        f"{len(rounded)} of {len(q)} quaternions were normalised: norms are off 1 by up to {off.max():.2g} "
+        f"({worst.where}), as few decimals leave them"
+    )
+    return q / norm[:, None], (note,)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.numbers import cells, csv_rows
-from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.formats.poses.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 
 POSITION = ("Tx", "Ty", "Tz")
 QUATERNION = ("Qx", "Qy", "Qz", "Qw")
@@ -34,4 +34,5 @@ STREAM_2 = PoseFormat(
     recognises=lambda path, head: head.replace(" ", "").startswith(HEAD),
     read=read,
     lists=files_like("*.csv", "*/*.csv"),
+    rotation=SCALAR_LAST,
 )

@@ -12,7 +12,7 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.poses.numbers import cells, csv_rows
-from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.formats.poses.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.formats.text_file import read_any_text
 
 POSITION = ("x", "y", "z")
@@ -49,4 +49,5 @@ URSO = PoseFormat(
     recognises=lambda path, head: head.replace(" ", "").startswith(HEAD),
     read=read,
     lists=files_like(f"*{POSES}", f"*/*{POSES}"),
+    rotation=SCALAR_LAST,
 )

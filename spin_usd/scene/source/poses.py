@@ -31,7 +31,7 @@ class PoseList:
     """names (N) are unique, also where capitals do not count · q_cam_body (N, 4) unit quaternions, scalar first ·
     t_cam_body (N, 3) metres · files (N): what the names are called where they come from, such as img000001.jpg; empty
     where that is nowhere · source is where they come from · lists: how many lists of which format a folder had, in
-    words; "" for a file.
+    words; "" for a file · notes: what was decided when they were read, for the user.
 
     Quaternions are normalised; GeometryError when one is off by more than rounding.
     """
@@ -42,6 +42,7 @@ class PoseList:
     files: tuple[str, ...] = ()
     source: str = ""
     lists: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -72,4 +73,5 @@ class PoseList:
             files=self.files[chosen],
             source=self.source,
             lists=self.lists,
+            notes=self.notes,
         )

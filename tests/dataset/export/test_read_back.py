@@ -61,6 +61,26 @@ def test_an_exports_folder_is_a_pose_list(dataset, tmp_path, to) -> None:
         np.testing.assert_allclose(t, wanted[frame][1], rtol=0, atol=EXACT)
 
 
+@pytest.mark.parametrize("to", sorted(EXPORT_FORMATS))
+def test_the_list_of_pictures_says_where_each_one_is(dataset, tmp_path, to) -> None:
+    write_export(dataset, to, tmp_path / to)
+    with (tmp_path / to / "pictures.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["frame"] for row in rows} == set(poses_of(dataset))
+    assert all((tmp_path / to / row["file"]).is_file() for row in rows)
+    endings = (".tar",) if to == "webdataset" else (".jpg", ".png")
+    assert all(row["file"].endswith(endings) for row in rows)
+
+
+def test_a_bop_list_is_known_by_what_it_holds(dataset, tmp_path) -> None:
+    write_export(dataset, "bop", tmp_path / "bop")
+    (scene,) = (tmp_path / "bop").glob("*/*/scene_gt.json")
+    other = shutil.copy(scene, scene.with_name("poses_of_my_run.json"))
+    poses, wanted = read_pose_list(other), read_pose_list(scene)
+    assert poses.names == wanted.names
+    np.testing.assert_array_equal(poses.q_cam_body, wanted.q_cam_body)
+
+
 @pytest.mark.parametrize("to", ["coco", "webdataset", "croissant"])
 def test_poses_of_pictures_that_do_not_show_the_target_come_back(blanked, tmp_path, to) -> None:
     write_export(blanked, to, tmp_path / to)

@@ -187,7 +187,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("a.csv", HEAD + "a.png,GT1,0,0\n", "Qx is ''"),
         ("a.csv", HEAD + ",GT1,0,0,1,0,0,0,1\n", "no filename"),
         ("a.csv", HEAD + "a.png,GT1,0,0,nan,0,0,0,1\n", "NaN"),
-        ("a.csv", HEAD + "a.png,GT1,0,0,1,0,0,0,2\n", "norm 2"),
+        ("a.csv", HEAD + "a.png,GT1,0,0,1,0,0,0,2\n", "norm 2, expected 1; give a unit quaternion, scalar last"),
         ("a.csv", HEAD, "holds no poses"),
         ("scene_gt.json", [], "not an object of images"),
         ("scene_gt.json", {"one": [TURN]}, "'one' is not a number"),

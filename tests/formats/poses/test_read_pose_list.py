@@ -56,6 +56,19 @@ def test_only_image_extensions_are_dropped(tmp_path: Path) -> None:
     assert poses.names == ("a", "b.0001", "c", "d.e")
 
 
+def test_quaternions_of_few_decimals_are_normalised_with_a_note(tmp_path: Path) -> None:
+    """Four decimals leave a norm off by up to 1e-4; the rotation is the nearest."""
+    exact = np.array([0.123456789, -0.4, 0.6, 0.0])
+    exact[3] = np.sqrt(1 - exact @ exact)
+    rounded = np.round(exact, 4)
+    poses = read_pose_list(write(tmp_path, [GOOD, GOOD | {"filename": "b.jpg", "q_vbs2tango_true": rounded.tolist()}]))
+    np.testing.assert_allclose(poses.q_cam_body[1], rounded / np.linalg.norm(rounded), atol=UNIT)
+    (note,) = poses.notes
+    assert note.startswith("1 of 2 quaternions were normalised: norms are off 1 by up to ")
+    assert "entry 1 ('b')" in note
+    assert not read_pose_list(write(tmp_path, [GOOD])).notes
+
+
 def test_a_target_behind_the_camera_is_legal(tmp_path: Path) -> None:
     assert len(read_pose_list(write(tmp_path, [GOOD | {"r_Vo2To_vbs_true": [0, 0, -5]}]))) == 1
 

@@ -47,7 +47,7 @@ def visibility_entry(
     count = int(visible.sum())
     whole = round(count / fraction) if count and fraction > 0 else int(amodal.sum())
     return {
-        "bbox_obj": _box_of_outline(outline) if count else NO_BOX,
+        "bbox_obj": _box_of_silhouette(amodal, outline) if count else NO_BOX,
         "bbox_visib": _box_of_mask(visible) if count else NO_BOX,
         "px_count_all": whole,
         "px_count_valid": int(amodal.sum()),
@@ -82,15 +82,22 @@ def _box_of_mask(mask: NDArray[np.bool_]) -> list[int]:
     return _box(columns[0], rows[0], columns[-1], rows[-1])
 
 
-def _box_of_outline(outline: Float) -> list[int]:
-    """Return the box of the pixels whose centres lie within the outline's extent, as they do of a mask.
+def _box_of_silhouette(amodal: NDArray[np.bool_], outline: Float) -> list[int]:
+    """Return the box of the silhouette's pixels, as bop_toolkit counts them in its own renders: those of the mask
+    (H, W), and beyond a side of the frame that it touches, those whose centres lie within the outline's extent. There
+    a tip so thin that it lies between the centres of pixels counts too.
 
     In the outline's pixels (0, 0) is the corner of the image, so pixel i has its centre half a pixel further, at
-    i + 0.5. The box is that of the silhouette's mask where the target is whole and nothing hides it; a tip so thin that
-    it lies between the centres of pixels still counts.
+    i + 0.5.
     """
-    low, high = np.ceil(outline.min(0) - 0.5), np.ceil(outline.max(0) - 0.5) - 1
-    return _box(*low, *np.maximum(high, low))
+    beyond_low, beyond_high = np.ceil(outline.min(0) - 0.5), np.ceil(outline.max(0) - 0.5) - 1
+    columns, rows = np.flatnonzero(amodal.any(0)), np.flatnonzero(amodal.any(1))
+    low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]])
+    end = np.array(amodal.shape[::-1]) - 1
+    return _box(
+        *np.where(low == 0, np.minimum(low, beyond_low), low),
+        *np.where(high == end, np.maximum(high, beyond_high), high),
+    )
 
 
 def _box(left: float, top: float, right: float, bottom: float) -> list[int]:

@@ -49,7 +49,10 @@ CONVENTIONS = (
     "cam_K, and cx and cy in camera.json, are in pixels whose centres are at whole numbers: half a pixel less than in "
     "the dataset.",
     "Boxes are x, y, width and height, these being the greatest pixel less the least, as bop_toolkit counts them; "
-    "bbox_obj is that of the projected model, out of the frame too. Where nothing is visible they are -1 -1 -1 -1.",
+    "bbox_obj is that of the whole silhouette's pixels, out of the frame too. Where nothing is visible they are "
+    "-1 -1 -1 -1.",
+    "bop_toolkit's OpenGL renderers count (cx, cy) from the first pixel's corner: give them cx + 0.5 and cy + 0.5. Its "
+    "other programs read K as it is.",
     "A scene is a variant in a split, and an image has the number of its place in the stage. mask is the silhouette as "
     "if nothing else were there, mask_visib what is seen of it.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",

@@ -100,6 +100,10 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
     yield IndexRow(path=TABLE, value=row)
 
 
+def _image_of(dataset: ExportedDataset, picture: ExportedPicture) -> str:
+    return f"{IMAGE}/{picture.name}{kinds_of(dataset)[IMAGE]}"
+
+
 def _last(dataset: ExportedDataset, out: Path) -> Iterator[MadeFile]:
     yield MadeFile(path=METADATA, write=write_json_file(metadata(dataset, sha256_of(out / TABLE))))
 
@@ -166,7 +170,13 @@ def _field(name: str, meaning: str, data_type: str, source: Mapping[str, Any]) -
 
 
 LAYOUT = Layout(
-    needs=(IMAGE,), conventions=CONVENTIONS, indexes=_indexes, files=_files, last=_last, limits=(same_files,)
+    needs=(IMAGE,),
+    conventions=CONVENTIONS,
+    indexes=_indexes,
+    files=_files,
+    file=_image_of,
+    last=_last,
+    limits=(same_files,),
 )
 
 

@@ -34,6 +34,10 @@ BOXES = (
 CLASS = "Class is the target's name. Pictures that show nothing of it are left out."
 ROWS_FIRST = f"bbox is [Rmin, Cmin, Rmax, Cmax]: rows first. {BOXES}"
 COLUMNS_FIRST = f"Bounding box is (xmin, ymin, xmax, ymax): columns first. {BOXES}"
+LOADERS = (
+    "The challenge's own names are kept. Some public loaders look for 'SPLIT labels.csv', SPLIT/CLASS/ and "
+    "depth/CLASS/ instead of SPLIT_labels.csv, SPLIT_rgb/CLASS/ and SPLIT_depth/CLASS/: rename, or link, for those."
+)
 DEPTH = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
 LAYERS = f"A mask is red for the body and blue for parts of the class {PANEL_CLASS}; black is nothing. {JPEG}."
 
@@ -129,7 +133,7 @@ def layout(options: Mapping[str, Any]) -> Layout:
                 files=_files_2021,
                 index="{split}_labels.csv",
                 columns=("image", "depth", "class", "bbox"),
-                conventions=(ROWS_FIRST, *([DEPTH] if depth else [])),
+                conventions=(ROWS_FIRST, *([DEPTH] if depth else []), LOADERS),
                 validation="validate",
                 depth=depth,
             )

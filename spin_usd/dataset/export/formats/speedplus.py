@@ -1,6 +1,7 @@
 """SPEED+: camera.json, then for a domain its images, masks, and lists of poses.
 
-Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, masks/NAME.png), JotaBravo/spacecraft-uda (camera.json).
+Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, and a mask of the same file name in masks/),
+JotaBravo/spacecraft-uda (camera.json).
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,14 +13,18 @@ from spin_usd.dataset.export.layout.images import GREY_JPEG, grey_image, mask_im
 from spin_usd.dataset.export.layout.index_file import IndexFile, json_list
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import one_camera, parts_at_most
-from spin_usd.dataset.export.layout.output import IndexRow, Output
+from spin_usd.dataset.export.layout.output import IndexRow, Output, SecondName
 from spin_usd.dataset.export.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 
+TWICE = (
+    "Readers that look for a mask under its image's name find it: masks/NAME.jpg is the same PNG, without loss; "
+    "programs that open images go by what a file holds, not by its name."
+)
 MASKS = {"silhouette": mask_image, "parts": part_image}
 MEANING = {
-    "silhouette": "masks/NAME.png is 255 where the target is visible, else 0.",
-    "parts": "masks/NAME.png has the ids of parts, 0 for nothing.",
-    "none": "There are no masks.",
+    "silhouette": ("masks/NAME.png is 255 where the target is visible, else 0.", TWICE),
+    "parts": ("masks/NAME.png has the ids of parts, 0 for nothing.", TWICE),
+    "none": ("There are no masks.",),
 }
 SPLITS = {"train": "train", "validation": "validation", "test": "test"}
 
@@ -32,7 +37,7 @@ def layout(options: Mapping[str, Any]) -> Layout:
         conventions=(
             *POSE_CONVENTIONS,
             GREY_JPEG,
-            MEANING[masks],
+            *MEANING[masks],
         ),
         shared=lambda dataset: iter((camera_file(dataset),)),
         indexes=_indexes,
@@ -55,7 +60,10 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
     filename = f"{picture.name}.{dataset.options['image']}"
     yield grey_image(picture, f"{domain}/images/{filename}")
     if masks in MASKS:
-        yield MASKS[masks](picture, f"{domain}/masks/{picture.name}.png")
+        mask = MASKS[masks](picture, f"{domain}/masks/{picture.name}.png")
+        yield mask
+        if filename != f"{picture.name}.png":
+            yield SecondName(path=f"{domain}/masks/{filename}", of=mask.path)
     yield IndexRow(path=_list(dataset, picture.split), value=pose_row(picture, filename, "q_vbs2tango_true"))
 
 

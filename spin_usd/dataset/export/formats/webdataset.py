@@ -67,6 +67,15 @@ def _shards(dataset: ExportedDataset) -> dict[int, tuple[str, list[int]]]:
     return found
 
 
+def _shard_of(dataset: ExportedDataset, picture: ExportedPicture) -> str:
+    """Return the name of the shard that holds the picture: the first whose last picture is not before it, of its
+    split."""
+    shards = _shards(dataset).items()
+    return next(
+        name for last, (name, numbers) in sorted(shards) if picture.number <= last and picture.number in numbers
+    )
+
+
 def _write_shard(dataset: ExportedDataset, numbers: list[int], path: Path) -> None:
     write_tar(path, (member for number in numbers for member in _members(dataset.picture(number))))
 
@@ -82,7 +91,7 @@ def _members(picture: ExportedPicture) -> Iterator[Member]:
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:
-    return Layout(needs=(), conventions=CONVENTIONS, files=_files, indexes=_indexes, several=True)
+    return Layout(needs=(), conventions=CONVENTIONS, files=_files, file=_shard_of, indexes=_indexes, several=True)
 
 
 WEBDATASET = ExportFormat(

@@ -58,6 +58,7 @@ class Layout:
     last: outputs that need the finished indexes, which lie in the folder given
     limits: what is refused before anything is written
     splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
+    file: the path of a picture's image, where that is not of the first output that `files` yields for it
     several: whether it holds all targets of a picture, or the chosen one alone
     visible_only: whether pictures that show nothing of the target are left out, as a format of boxes has to
     """
@@ -70,6 +71,7 @@ class Layout:
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     limits: tuple[Limit, ...] = ()
     splits: Mapping[str, str] | None = None
+    file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
     several: bool = False
     visible_only: bool = False
 

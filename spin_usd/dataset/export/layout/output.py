@@ -26,6 +26,15 @@ class MadeFile:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SecondName:
+    """A second name, `path`, of the file `of` that came before it in the export: a hard link, or a copy where asked
+    for."""
+
+    path: str
+    of: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class IndexRow:
     """An entry of the index `path`, in the order in which they come. value: what that index's style takes · section:
     the list that it goes to, in an index of several."""
@@ -35,4 +44,4 @@ class IndexRow:
     section: str = ""
 
 
-Output: TypeAlias = LinkedFile | MadeFile | IndexRow
+Output: TypeAlias = LinkedFile | MadeFile | SecondName | IndexRow

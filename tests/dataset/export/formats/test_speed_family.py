@@ -116,6 +116,15 @@ def test_images_are_grey_and_masks_are_the_target(published, speedplus) -> None:
     assert np.array_equal(mask, np.where(parts > 0, 255, 0))
 
 
+def test_a_mask_is_found_under_its_images_name(speedplus) -> None:
+    """As spnv2's preprocessing looks for it, with OpenCV, which goes by a file's content: without loss."""
+    for image in sorted((speedplus / "synthetic" / "images").iterdir()):
+        found = cv2.imread(str(speedplus / "synthetic" / "masks" / image.name), cv2.IMREAD_GRAYSCALE)
+        mask = cv2.imread(str(speedplus / "synthetic" / "masks" / f"{image.stem}.png"), cv2.IMREAD_GRAYSCALE)
+        assert found.any()
+        assert np.array_equal(found, mask)
+
+
 def test_part_masks_and_linked_images(published, tmp_path) -> None:
     write_export(
         published, "speedplus", tmp_path / "out", options={"masks": "parts", "image": "png", "domain": "sunlamp"}
