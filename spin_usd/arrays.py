@@ -26,6 +26,14 @@ def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 
 def finite(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
     """Return `values` as a frozen float64 array of `shape` (None = any length); NaN and infinity are refused."""
+    array = shaped(values, shape, name)
+    if not np.isfinite(array).all():
+        raise GeometryError(f"{name} holds NaN or infinity")
+    return array
+
+
+def shaped(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
+    """Return `values` as a frozen float64 array of `shape` (None = any length)."""
     array = np.asarray(values, dtype=np.float64)
     fits = array.shape == shape or (
         array.ndim == len(shape)
@@ -33,8 +41,6 @@ def finite(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
     )
     if not fits:
         raise GeometryError(f"{name} has shape {array.shape}, expected {tuple(shape)}")
-    if not np.isfinite(array).all():
-        raise GeometryError(f"{name} holds NaN or infinity")
     return frozen(array)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
+from spin_usd.formats.mesh.gltf_meshopt import MESHOPT, decoded_view
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.nesting import parsed_json
 from spin_usd.scene.shape import MAX_FACES
@@ -28,7 +29,7 @@ from spin_usd.scene.source.asset import ImageFile
 GLB_MAGIC = b"glTF"
 BIN = 0x004E4942
 TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 MAX_ELEMENTS = 3 * MAX_FACES
 
 
@@ -91,13 +92,22 @@ class Document:
         return texture_beside(self.path, unquote(entry["uri"]), self.path.parent)
 
     def view(self, index: int) -> bytes:
-        """Return the bytes of a buffer view."""
-        view = at(self.entries("bufferViews"), index)
-        start, length = view.get("byteOffset", 0), view["byteLength"]
-        data: bytes = self.buffers[view["buffer"]]
-        if start < 0 or length < 0 or start + length > len(data):
-            raise ValueError(f"buffer view {index} reaches beyond its buffer")
-        return data[start : start + length]
+        """Return the bytes of a buffer view, decompressed."""
+        if index not in self._views:
+            view = at(self.entries("bufferViews"), index)
+            packed = view.get("extensions", {}).get(MESHOPT)
+            stored = packed or view
+            start, length = stored.get("byteOffset", 0), stored["byteLength"]
+            data = self.buffer(stored["buffer"])
+            if start < 0 or length < 0 or start + length > len(data):
+                raise ValueError(f"buffer view {index} reaches beyond its buffer")
+            data = data[start : start + length]
+            self._views[index] = decoded_view(packed, data) if packed else data
+        return self._views[index]
+
+    @cached_property
+    def _views(self) -> dict[int, bytes]:
+        return {}
 
     def _strided(self, view: int, offset: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
         data, item = self.view(view), kind.itemsize * width
@@ -110,10 +120,15 @@ class Document:
         kind = np.dtype(TYPES[part["componentType"]]).newbyteorder("<")
         return self._strided(part["bufferView"], part.get("byteOffset", 0), kind, count, width)
 
+    def buffer(self, index: int) -> bytes:
+        """Return the bytes of a buffer, from its file beside this one where it has one."""
+        if index not in self._buffers:
+            self._buffers[index] = self._buffer(at(self.entries("buffers"), index), index)
+        return self._buffers[index]
+
     @cached_property
-    def buffers(self) -> list[bytes]:
-        """The bytes of each buffer, from its file beside this one where it has one."""
-        return [self._buffer(entry, index) for index, entry in enumerate(self.entries("buffers"))]
+    def _buffers(self) -> dict[int, bytes]:
+        return {}
 
     def _buffer(self, entry: dict[str, Any], index: int) -> bytes:
         if "uri" not in entry:

@@ -3,7 +3,8 @@
 Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -25,18 +26,19 @@ from spin_usd.formats.mesh.gltf_materials import (
     primvar,
     read_material,
 )
+from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
+from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedMesh, Values, placed_meshes
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
-from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.scene.material import Material
+from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = "TEXCOORD_", "COLOR_0"
-HANDLED = {*MATERIAL_EXTENSIONS, DRACO, "KHR_mesh_quantization"}
-
-Values = Callable[[int], NDArray[Any]]
-"""The numbers of an accessor, by its index."""
+HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, VISIBILITY, "KHR_mesh_quantization"}
+MOVING = ("CESIUM_RTC",)
+MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metadata|structural|animation)_")
 
 
 @dataclass
@@ -54,7 +56,7 @@ def read_gltf(path: Path) -> MeshAsset:
     """Read the model, metres. Raises InputError that names the file."""
     try:
         document = read_document(path)
-        _refuse_required(document)
+        _refuse_unread(document)
         model = _Model(document)
         _read_parts(model)
     except (InputError, GeometryError):
@@ -73,30 +75,31 @@ def read_gltf(path: Path) -> MeshAsset:
     return MeshAsset(name=path.stem, parts=tuple(model.parts), materials=materials, notes=(*model.notes, *notes))
 
 
-def _refuse_required(document: Document) -> None:
-    """Refuse what requires an extension that this reader does not have: the standard forbids to load it."""
-    unknown = sorted(set(document.json.get("extensionsRequired", [])) - HANDLED)
+def _refuse_unread(document: Document) -> None:
+    """Refuse extensions that move geometry and are not read, and required ones of which it is not known that they do
+    not: without them the model would be another."""
+    used = set(document.json.get("extensionsUsed", [])) & set(MOVING)
+    required = {name for name in document.json.get("extensionsRequired", []) if not MOVES_NOTHING.match(name)}
+    unknown = sorted((used | required) - HANDLED)
     if unknown:
         do = "export the model without it"
-        raise InputError(f"requires the glTF extension {', '.join(unknown)}", where=document.path, do=do)
+        raise InputError(f"needs the glTF extension {', '.join(unknown)}", where=document.path, do=do)
 
 
 def _read_parts(model: _Model) -> None:
-    places: dict[int, list[tuple[str, Float]]] = {}
-    for node, to_body in _placed(model.document):
-        places.setdefault(node["mesh"], []).append((str(node.get("name", "")), to_body))
-        if "skin" in node:
-            model.notes["its skins are not applied: the meshes are in their bind pose"] = None
+    places: dict[int, list[PlacedMesh]] = {}
+    for place in placed_meshes(model.document):
+        places.setdefault(place.mesh, []).append(place)
     taken: set[str] = set()
     for index in sorted(places):
         mesh = at(model.document.entries("meshes"), index)
         if mesh.get("weights") or any("targets" in primitive for primitive in mesh["primitives"]):
             model.notes["its morph targets are not applied"] = None
-        for node_name, to_body in places[index]:
-            own = str(mesh.get("name") or node_name or model.document.path.stem)
-            name = node_name if len(places[index]) > 1 and node_name else own
+        for place in places[index]:
+            own = str(mesh.get("name") or place.name or model.document.path.stem)
+            name = place.name if len(places[index]) > 1 and place.name else own
             for primitive in mesh["primitives"]:
-                _read_primitive(model, primitive, to_body, _unique(name, taken))
+                _read_primitive(model, primitive, place, _unique(name, taken))
 
 
 def _unique(name: str, taken: set[str]) -> str:
@@ -109,38 +112,7 @@ def _unique(name: str, taken: set[str]) -> str:
     return found
 
 
-def _placed(document: Document) -> Iterator[tuple[dict[str, Any], Float]]:
-    """Yield (node, 4x4 to body axes) of the scene's nodes that have a mesh, in the scene's order."""
-    nodes, scenes = document.entries("nodes"), document.entries("scenes")
-    children = {child for node in nodes for child in node.get("children", [])}
-    roots = [i for i in range(len(nodes)) if i not in children]
-    if scenes:
-        roots = at(scenes, document.json.get("scene", 0)).get("nodes", [])
-    seen: set[int] = set()
-    stack = [(root, np.eye(4)) for root in reversed(roots)]
-    while stack:
-        index, parent = stack.pop()
-        if index in seen:
-            raise ValueError(f"node {index} has two parents")
-        seen.add(index)
-        node = at(nodes, index)
-        to_body = parent @ _local(node)
-        if "mesh" in node:
-            yield node, to_body
-        stack += [(child, to_body) for child in reversed(node.get("children", []))]
-
-
-def _local(node: dict[str, Any]) -> Float:
-    if "matrix" in node:
-        return np.array(node["matrix"], np.float64).reshape(4, 4).T  # column after column
-    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), np.float64) / np.linalg.norm(node.get("rotation", 1))
-    found = np.eye(4)
-    found[:3, :3] = matrix_from_quaternion((w, x, y, z)) * np.array(node.get("scale", (1, 1, 1)))
-    found[:3, 3] = node.get("translation", (0, 0, 0))
-    return found
-
-
-def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float, name: str) -> None:
+def _read_primitive(model: _Model, primitive: Mapping[str, Any], place: PlacedMesh, name: str) -> None:
     if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
         model.notes[f"{name!r} is made of points or lines, which are skipped"] = None
         return
@@ -149,35 +121,58 @@ def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float,
         return
     primitive, decoded = decompressed(model.document, primitive)
     values, attributes = partial(model.document.values, decoded=decoded), primitive["attributes"]
-    points, linear = values(attributes["POSITION"]).astype(np.float64), to_body[:3, :3]
+    points = values(attributes["POSITION"]).astype(np.float64)
     faces, rest = _faces(values, primitive, len(points))
     if rest:
         model.notes[f"{name!r} ends with {rest} corners that make no triangle, which are skipped"] = None
-    volume = np.linalg.det(linear)
-    if volume < 0:
-        faces = faces[:, ::-1]  # a mirrored face is seen from its other side
     if not len(faces):
         return
     corners = faces.ravel()
     if corners.max() >= len(points):
         raise GeometryError(f"part {name!r} has a face with point {corners.max()}, expected 0 to {len(points) - 1}")
-    normals = values(attributes["NORMAL"]) @ np.linalg.inv(linear) if "NORMAL" in attributes and volume else None
+    normals = values(attributes["NORMAL"]).astype(np.float64) if "NORMAL" in attributes else None
     sets = [int(key[len(COORDINATES) :]) for key in attributes if key.startswith(COORDINATES)]
     primvars = {primvar(i): values(attributes[f"{COORDINATES}{i}"]) * (1, -1) + (0, 1) for i in sorted(sets)}
     material, colors = _material(model, primitive, frozenset(sets), name, values)
     if colors is not None:
         primvars[DISPLAY_COLOR] = colors
+    transforms = place.transforms(attributes, values)
+    if len(transforms) * len(faces) > MAX_FACES:
+        raise GeometryError(f"the instances of part {name!r} have more than {MAX_FACES} faces")
+    moved = [_moved(matrix, points, normals, faces) for matrix in transforms]
+    found_normals = [each for _, each, _ in moved if each is not None]
+    order = np.concatenate([each for _, _, each in moved])
+    corners = np.concatenate([each + n * len(points) for n, (_, _, each) in enumerate(moved)])
     model.parts.append(
         MeshPart(
             name=name,
-            points=points @ linear.T + to_body[:3, 3],
-            face_counts=np.full(len(faces), 3, np.int32),
+            points=np.concatenate([each for each, _, _ in moved]),
+            face_counts=np.full(len(corners) // 3, 3, np.int32),
             face_indices=corners.astype(np.int32),
-            normals=None if normals is None else normals[corners],
-            face_material=np.full(len(faces), material, np.int32),
-            primvars={key: found[corners] for key, found in primvars.items()},
+            normals=np.concatenate(found_normals)[corners] if len(found_normals) == len(moved) else None,
+            face_material=np.full(len(corners) // 3, material, np.int32),
+            primvars={key: found[order] for key, found in primvars.items()},
         )
     )
+
+
+def _moved(
+    to_body: Float, points: Float, normals: Float | None, faces: NDArray[np.int64]
+) -> tuple[Float, Float | None, NDArray[np.int64]]:
+    """Return points (P, 3), normals (P, 3) and the faces' corners where `to_body` puts them, a matrix (4, 4), or one
+    (P, 4, 4) for each point; without normals where it flattens."""
+    linear = to_body[..., :3, :3]
+    volume = np.linalg.det(linear)
+    if np.sum(volume) < 0:
+        faces = faces[:, ::-1]  # a mirrored face is seen from its other side
+    if normals is not None:
+        normals = _times(normals, np.linalg.inv(linear)) if np.all(volume) else None
+    return _times(points, linear.swapaxes(-1, -2)) + to_body[..., :3, 3], normals, faces.ravel()
+
+
+def _times(rows: Float, matrix: Float) -> Float:
+    """Return the rows (P, 3) times a matrix (3, 3), or each times its own (P, 3, 3)."""
+    return rows @ matrix if matrix.ndim == 2 else np.einsum("pi,pij->pj", rows, matrix)
 
 
 def _is_empty(document: Document, primitive: Mapping[str, Any]) -> bool:

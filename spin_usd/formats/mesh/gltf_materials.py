@@ -12,7 +12,7 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.gltf_document import Document, at
-from spin_usd.scene.material import PRESENCE, Material
+from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, Material
 from spin_usd.scene.source.asset import RAW, SRGB, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.texture import RGBA, Color, Primvar
 
@@ -36,6 +36,16 @@ class _Reading:
     sets: frozenset[int]
     images: dict[str, ImageMap] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def factor(self, name: str, value: Any, low: float = 0.0, high: float = 1.0) -> float:
+        """Return the factor that glTF calls `name`; outside its limits the nearer of them, with a note."""
+        taken = min(max(float(value), low), high)
+        if taken != value:
+            self.notes.append(f"material {self.name!r}: its {name} is {float(value):g}, and {taken:g} was taken")
+        return taken
+
+    def factors(self, name: str, values: Any) -> tuple[float, ...]:
+        return tuple(self.factor(name, value) for value in values)
 
     def add(self, name: str, info: dict[str, Any] | None, kind: str, **uses: Any) -> None:
         """Add the texture `info` for the input `name`, or a note why not; `kind` is what glTF calls it."""
@@ -61,11 +71,17 @@ def read_material(
     entry = at(document.entries("materials"), index)
     reading = _Reading(document, entry.get("name") or f"material_{index}", sets)
     factors, extensions = entry.get("pbrMetallicRoughness", {}), entry.get("extensions", {})
+    reading.factors("baseColorFactor", factors.get("baseColorFactor", ONE))
     base = base_color(entry)
-    emissive = _color(entry.get("emissiveFactor", (0, 0, 0)), extensions.get(STRENGTH, {}).get("emissiveStrength", 1))
-    metallic, roughness = float(factors.get("metallicFactor", 1)), float(factors.get("roughnessFactor", 1))
+    strength = reading.factor(
+        "emissiveStrength", extensions.get(STRENGTH, {}).get("emissiveStrength", 1), high=INFINITY
+    )
+    emissive = _color(reading.factors("emissiveFactor", entry.get("emissiveFactor", (0, 0, 0))), strength)
+    metallic = reading.factor("metallicFactor", factors.get("metallicFactor", 1))
+    roughness = reading.factor("roughnessFactor", factors.get("roughnessFactor", 1))
     coat = extensions.get(CLEARCOAT, {})
-    coated, coat_roughness = float(coat.get("clearcoatFactor", 0)), float(coat.get("clearcoatRoughnessFactor", 0))
+    coated = reading.factor("clearcoatFactor", coat.get("clearcoatFactor", 0))
+    coat_roughness = reading.factor("clearcoatRoughnessFactor", coat.get("clearcoatRoughnessFactor", 0))
     constants = Material(
         path=reading.name,
         diffuse_color=Primvar(name=DISPLAY_COLOR) if colored else base[:3],
@@ -74,7 +90,7 @@ def read_material(
         roughness=roughness,
         clearcoat=coated,
         clearcoat_roughness=coat_roughness if coated else Material(path="").clearcoat_roughness,
-        ior=float(extensions.get(IOR, {}).get("ior", 1.5)),
+        ior=reading.factor("ior", extensions.get(IOR, {}).get("ior", 1.5), LIMITS["ior"].low, LIMITS["ior"].high),
     )
     if not colored:
         reading.add("diffuseColor", factors.get("baseColorTexture"), "baseColorTexture", space=SRGB, scale=base)
@@ -96,9 +112,9 @@ def read_material(
 
 
 def base_color(entry: dict[str, Any]) -> RGBA:
-    """Return the material's baseColorFactor."""
+    """Return the material's baseColorFactor, within its limits."""
     factors = entry.get("pbrMetallicRoughness", {})
-    red, green, blue, alpha = (float(x) for x in factors.get("baseColorFactor", ONE))
+    red, green, blue, alpha = (min(max(float(x), 0.0), 1.0) for x in factors.get("baseColorFactor", ONE))
     return red, green, blue, alpha
 
 
@@ -131,7 +147,7 @@ def _add_occlusion(reading: _Reading, info: dict[str, Any] | None) -> None:
 def _with_opacity(reading: _Reading, entry: dict[str, Any], constants: Material, base: RGBA) -> Material:
     """alphaMode: MASK is a cut-out, BLEND the share by which a surface is there, OPAQUE has no alpha."""
     mode = entry.get("alphaMode", OPAQUE)
-    cutoff = float(entry.get("alphaCutoff", 0.5))
+    cutoff = max(float(entry.get("alphaCutoff", 0.5)), 0.0)
     if mode == OPAQUE or (mode == MASK and cutoff == 0):
         return constants
     if "diffuseColor" in reading.images:

@@ -10,20 +10,23 @@ from spin_usd.arrays import Float
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
+from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
+from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY
 from spin_usd.scene.source.source_bounds import SourceBounds
 
 if TYPE_CHECKING:
     import trimesh
 
 GLTF = (".gltf", ".glb")
+BEYOND_TRIMESH = (INSTANCING, VISIBILITY, MESHOPT)
 
 
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
     """Return the model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
     try:
         document = read_document(path) if path.suffix.lower() in GLTF else None
-        if document and _has_normalised_points(document):
-            return None  # trimesh 5.2 leaves them whole numbers
+        if document and _is_beyond_trimesh(document):
+            return None
         scene = _loaded(path, document)
         corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
     # A parser of others' files raises whatever it stumbles over.
@@ -36,19 +39,22 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
     return SourceBounds(whole=box, polygons=box, exact=True)
 
 
-def _has_normalised_points(document: Document) -> bool:
-    """Return whether some positions are fractions of the largest integer, as KHR_mesh_quantization allows."""
+def _is_beyond_trimesh(document: Document) -> bool:
+    """Return whether trimesh 5.2 misreads what decides the size: it ignores sparse values, skins, instances, hidden
+    nodes and meshopt's compression, and leaves positions that are fractions of the largest integer whole numbers."""
     primitives = [primitive for mesh in document.entries("meshes") for primitive in mesh["primitives"]]
     points = [document.entries("accessors")[primitive["attributes"]["POSITION"]] for primitive in primitives]
-    return any(accessor.get("normalized", False) for accessor in points)
+    odd = any(accessor.get("normalized", False) or "sparse" in accessor for accessor in points)
+    used = {*document.json.get("extensionsUsed", []), *document.json.get("extensionsRequired", [])}
+    return odd or any("skin" in node for node in document.entries("nodes")) or not used.isdisjoint(BEYOND_TRIMESH)
 
 
 def _loaded(path: Path, document: Document | None) -> "trimesh.Scene":
     """Return the file's geometry alone: nothing that it names is read, but for the buffers of the `document`."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
-    named = zip(document.entries("buffers"), document.buffers, strict=True) if document else ()
-    beside = {entry["uri"]: data for entry, data in named if "uri" in entry}
+    named = enumerate(document.entries("buffers")) if document else ()
+    beside = {entry["uri"]: document.buffer(index) for index, entry in named if document and "uri" in entry}
     return trimesh.load_scene(
         io.BytesIO(read_bytes(path, MAX_MODEL)),
         file_type=path.suffix.lower().removeprefix("."),

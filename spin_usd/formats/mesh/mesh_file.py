@@ -39,7 +39,7 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
     try:
         asset = reader(path)
         asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
-        asset = _without_flat_faces(asset)
+        asset = _without_nan(_without_flat_faces(asset))
         return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale)))
     except GeometryError as error:
         raise InputError(str(error), where=path) from None
@@ -73,6 +73,23 @@ def _without_flat_faces(asset: MeshAsset) -> MeshAsset:
     if not parts:
         raise GeometryError("all faces have zero area")
     return replace(asset, parts=parts, notes=(*asset.notes, f"{dropped} of {asset.faces} faces have no area: dropped"))
+
+
+def _without_nan(asset: MeshAsset) -> MeshAsset:
+    """Normals that are no numbers become those of their faces, and colours and coordinates of a part of which some are
+    none are dropped; with notes."""
+    parts, notes = [], []
+    for part in asset.parts:
+        if part.normals is not None and not np.isfinite(part.normals).all():
+            normals = np.where(np.isfinite(part.normals).all(axis=1, keepdims=True), part.normals, 0.0)
+            part = replace(part, normals=normals)
+            notes.append(f"normals of {part.name!r} that are no numbers: those of its faces were taken")
+        lost = [name for name, values in part.primvars.items() if not np.isfinite(values).all()]
+        if lost:
+            part = replace(part, primvars={name: part.primvars[name] for name in part.primvars if name not in lost})
+            notes.append(f"{', '.join(lost)} of {part.name!r} holds what is no number: dropped")
+        parts.append(part)
+    return replace(asset, parts=tuple(parts), notes=(*asset.notes, *notes))
 
 
 def flat_faces(part: MeshPart) -> NDArray[np.bool_]:

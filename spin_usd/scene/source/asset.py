@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, finite, frozen
+from spin_usd.arrays import Float, finite, frozen, shaped
 from spin_usd.errors import GeometryError
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
@@ -68,7 +68,7 @@ class MeshPart:
     indices into the asset's materials, -1 for none · primvars: values of the corners, (C, 2) coordinates on images by
     the names that the images use, (C, 3) linear colours as displayColor.
 
-    Raises GeometryError for NaN, no faces, faces of fewer than 3 corners, indices out of range.
+    Raises GeometryError for points that are NaN, no faces, faces of fewer than 3 corners, indices out of range.
     """
 
     name: str
@@ -96,9 +96,9 @@ class MeshPart:
         if self.face_material.shape != (faces,):
             raise GeometryError(f"part {self.name!r} has {len(self.face_material)} materials for {faces} faces")
         if self.normals is not None:
-            object.__setattr__(self, "normals", finite(self.normals, (corners, 3), f"normals of part {self.name!r}"))
+            object.__setattr__(self, "normals", shaped(self.normals, (corners, 3), f"normals of part {self.name!r}"))
         primvars = {
-            name: finite(values, (corners, None), f"{name} of part {self.name!r}")
+            name: shaped(values, (corners, None), f"{name} of part {self.name!r}")
             for name, values in self.primvars.items()
         }
         object.__setattr__(self, "primvars", primvars)

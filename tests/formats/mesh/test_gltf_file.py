@@ -256,8 +256,11 @@ def test_extensions_are_named_or_refused(gltf: GltfWriter) -> None:
     assert [note for note in asset.notes if "extensions" in note] == [
         "glTF extensions that are not carried over: KHR_materials_sheen"
     ]
-    with pytest.raises(InputError, match=r"model\.gltf: requires the glTF extension EXT_meshopt_compression"):
-        read_mesh_file(gltf(extensionsRequired=["EXT_meshopt_compression"]))
+    asset = read_mesh_file(gltf(extensionsUsed=["KHR_lights_punctual"], extensionsRequired=["KHR_lights_punctual"]))
+    assert any("KHR_lights_punctual" in note for note in asset.notes), "it moves nothing, required or not"
+    for moving in ({"extensionsRequired": ["EXT_other"]}, {"extensionsUsed": ["CESIUM_RTC"]}):
+        with pytest.raises(InputError, match=r"model\.gltf: needs the glTF extension (EXT_other|CESIUM_RTC)"):
+            read_mesh_file(gltf(**moving))
 
 
 @pytest.mark.parametrize("listed", ["extensionsUsed", "extensionsRequired"])

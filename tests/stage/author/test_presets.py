@@ -12,6 +12,7 @@ from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.stage.author.presets import open_preset
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.png import png
 
 NAMES = ("lightbox", "speedplus_synthetic", "sunlamp")
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
@@ -172,9 +173,10 @@ def test_missing_pieces_are_the_usual_ones(tmp_path: Path, authored: dict[str, P
 
 def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) -> None:
     """A file of one's own over a published preset, with an image of the same name in two folders."""
-    for folder in ("a", "b"):
+    skies = {name: png(np.full((2, 4, 3), grey), color=2) for name, grey in (("a", 40), ("b", 90))}
+    for folder, sky in skies.items():
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "sky.png").write_bytes(folder.encode())
+        (tmp_path / folder / "sky.png").write_bytes(sky)
     domes = "".join(
         f'def DomeLight "{name}"\n{{\nasset inputs:texture:file = @./{name}/sky.png@\n}}\n' for name in ("a", "b")
     )
@@ -185,7 +187,7 @@ def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) ->
     stage = Usd.Stage.Open(str(root))
     for name in ("a", "b"):
         asset = stage.GetPrimAtPath(f"/World/Lights/{name}").GetAttribute("inputs:texture:file").Get()
-        assert Path(asset.resolvedPath).read_bytes() == name.encode()
+        assert Path(asset.resolvedPath).read_bytes() == skies[name]
         assert Path(asset.resolvedPath).is_relative_to(root.parent)
         assert asset.path.startswith("./lights/")
     assert stage.GetPrimAtPath("/World/Lights/Sun").GetAttribute("inputs:intensity").Get() == 1361

@@ -1,0 +1,69 @@
+"""Where nodes, instances and joints put a mesh, by arithmetic on glTF 2.0's own formulas."""
+
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
+from tests.formats.mesh.conftest import SQUARE, GltfWriter
+
+INSTANCING = "EXT_mesh_gpu_instancing"
+TURN_Z = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # 90 degrees, x, y, z, w
+
+
+def points_of(path: Any) -> Float:
+    (part,) = read_mesh_file(path).parts
+    return part.points
+
+
+def instanced(attributes: dict[str, int]) -> dict[str, Any]:
+    node = {"mesh": 0, "translation": [0, 0, 5], "extensions": {INSTANCING: {"attributes": attributes}}}
+    return {"nodes": [node], "extensionsUsed": [INSTANCING], "extensionsRequired": [INSTANCING]}
+
+
+def test_each_instance_stands_below_its_node(gltf: GltfWriter) -> None:
+    """Its own transform comes first, then the node's. The two sets of rows lie in accessors 2 and 3, after the
+    primitive's two, as attributes that no reader knows."""
+    moves = np.array([[10, 0, 0], [0, 20, 0]], np.float32)
+    turns = np.array([[0, 0, 0, 1], TURN_Z], np.float32)
+    path = gltf({"_MOVES": moves, "_TURNS": turns}, **instanced({"TRANSLATION": 2, "ROTATION": 3}))
+    turned = np.stack([-SQUARE[:, 1], SQUARE[:, 0], SQUARE[:, 2]], axis=1)
+    expected = np.concatenate([SQUARE + np.array([10, 0, 5]), turned + np.array([0, 20, 5])])
+    np.testing.assert_allclose(points_of(path), expected, atol=1e-6)
+    assert mesh_bounds(path, None) is None, "trimesh draws one, and judges nothing here"
+
+
+def test_a_skin_follows_its_joints_and_not_its_node(gltf: GltfWriter) -> None:
+    """Half of the points follow one joint, half both alike."""
+    joints = np.array([[0, 1, 0, 0]] * 4, np.uint8)
+    weights = np.array([[1, 0, 0, 0], [1, 0, 0, 0], [0.5, 0.5, 0, 0], [0.5, 0.5, 0, 0]], np.float32)
+    nodes = [
+        {"mesh": 0, "skin": 0, "translation": [100, 0, 0]},
+        {"translation": [0, 0, 1], "children": [2]},
+        {"translation": [0, 4, 0]},
+    ]
+    path = gltf(
+        {"JOINTS_0": joints, "WEIGHTS_0": weights},
+        nodes=nodes,
+        skins=[{"joints": [1, 2]}],
+        scenes=[{"nodes": [0, 1]}],
+    )
+    moved = np.array([[0, 0, 1], [0, 0, 1], [0, 2, 1], [0, 2, 1]])
+    np.testing.assert_allclose(points_of(path), SQUARE + moved, atol=1e-6)
+    assert mesh_bounds(path, None) is None, "trimesh moves it by its node"
+
+
+def test_numbers_that_are_none_are_dropped_with_a_note(gltf: GltfWriter) -> None:
+    normals = np.array([[0, 0, 1], [np.nan, 0, 1], [0, 0, 1], [0, 0, 1]], np.float32)
+    colors = np.array([[1, 0, 0], [np.inf, 0, 0], [1, 0, 0], [1, 0, 0]], np.float32)
+    asset = read_mesh_file(gltf({"NORMAL": normals, "COLOR_0": colors}))
+    (part,) = asset.parts
+    assert part.normals is not None
+    assert np.isfinite(part.normals).all()
+    assert "displayColor" not in part.primvars
+    assert [note for note in asset.notes if "no number" in note] == [
+        "normals of 'panel' that are no numbers: those of its faces were taken",
+        "displayColor of 'panel' holds what is no number: dropped",
+    ]
