@@ -1,12 +1,24 @@
 """Text files of others, in whatever encoding their exporters chose."""
 
 import codecs
+from collections.abc import Iterator
 from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
 
+MAX_LINE = 2**24  # characters: a face of a million corners
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def lines_of(path: Path, max_bytes: int) -> Iterator[str]:
+    """Yield the lines of a text, read as `read_any_text` does. Raises InputError for one longer than MAX_LINE, which no
+    list and no table has: what looks into lines takes its time by their length."""
+    for number, line in enumerate(read_any_text(path, max_bytes).splitlines(), 1):
+        if len(line) > MAX_LINE:
+            found = f"has {len(line)} characters, more than {MAX_LINE}"
+            raise InputError(found, where=f"{path}, line {number}", do="look for line breaks that were lost")
+        yield line
 
 
 def read_any_text(path: Path, max_bytes: int) -> str:

@@ -33,6 +33,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.texture import Primvar
+from spin_usd.unique_names import UniqueNames
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = "TEXCOORD_", "COLOR_0"
@@ -90,7 +91,7 @@ def _read_parts(model: _Model) -> None:
     places: dict[int, list[PlacedMesh]] = {}
     for place in placed_meshes(model.document):
         places.setdefault(place.mesh, []).append(place)
-    taken: set[str] = set()
+    names = UniqueNames(first=1, cased=True)
     for index in sorted(places):
         mesh = at(model.document.entries("meshes"), index)
         if mesh.get("weights") or any("targets" in primitive for primitive in mesh["primitives"]):
@@ -99,17 +100,7 @@ def _read_parts(model: _Model) -> None:
             own = str(mesh.get("name") or place.name or model.document.path.stem)
             name = place.name if len(places[index]) > 1 and place.name else own
             for primitive in mesh["primitives"]:
-                _read_primitive(model, primitive, place, _unique(name, taken))
-
-
-def _unique(name: str, taken: set[str]) -> str:
-    """`name`, numbered where it was met before."""
-    found, number = name, 0
-    while found in taken:
-        number += 1
-        found = f"{name}_{number}"
-    taken.add(found)
-    return found
+                _read_primitive(model, primitive, place, names.give(name))
 
 
 def _read_primitive(model: _Model, primitive: Mapping[str, Any], place: PlacedMesh, name: str) -> None:

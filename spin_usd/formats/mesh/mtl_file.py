@@ -7,6 +7,7 @@ Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours a
 a surface can have are moved to the nearest that it can, with a note: Blender wrote Ns -1.96 for years.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
@@ -34,14 +35,14 @@ class _Entry:
     moved: list[str] = field(default_factory=list)
 
 
-def read_mtl(path: Path, text: str, folder: Path) -> tuple[dict[str, ModelMaterial], list[str]]:
-    """Read the materials in `text` by name, and notes. `folder` is the model's, which no texture may leave.
+def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, ModelMaterial], list[str]]:
+    """Read the materials in the `lines` by name, and notes. `folder` is the model's, which no texture may leave.
 
     Raises InputError that names `path` and the line.
     """
     found: dict[str, _Entry] = {}
     entry = None
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(lines, 1):
         where = f"{path}, line {number}"
         key, *rest = line.partition("#")[0].strip().split(None, 1)[:2] or [""]
         if key == "newmtl":

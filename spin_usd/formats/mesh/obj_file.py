@@ -16,7 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.obj_materials import read_materials
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import MAX_LINE, lines_of
 from spin_usd.scene.source.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
@@ -87,15 +87,21 @@ def read_obj(path: Path) -> MeshAsset:
 
 
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
-    """Yield (where, keyword, rest) of every line that says something; a backslash continues a line."""
-    pending = ""
-    for number, line in enumerate(read_any_text(path, MAX_MODEL).splitlines(), 1):
-        line = pending + line.partition("#")[0].strip()
+    """Yield (where, keyword, rest) of every line that says something; a backslash continues a line. Raises InputError
+    for one of more than MAX_LINE characters in all."""
+    pending: list[str] = []
+    length = 0
+    for number, line in enumerate(lines_of(path, MAX_MODEL), 1):
+        line = line.partition("#")[0].strip()
+        pending.append(line.removesuffix("\\"))
+        length += len(line)
+        if length > MAX_LINE:
+            do = "look for backslashes that end lines"
+            raise InputError(f"continues for more than {MAX_LINE} characters", where=f"{path}, line {number}", do=do)
         if line.endswith("\\"):
-            pending = line[:-1] + " "
             continue
-        pending = ""
-        if line:
+        line, pending, length = " ".join(pending), [], 0
+        if line.strip():
             key, *rest = line.split(None, 1)
             yield f"{path}, line {number}", key, "".join(rest)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
 from spin_usd.formats.named_file import file_within
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import lines_of
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import ModelMaterial
 
@@ -26,7 +26,7 @@ def read_materials(
         elif not file.is_file():
             notes.append(f"the material library {library!r} is missing")
         else:
-            found, remarks = read_mtl(file, read_any_text(file, MAX_TABLE), path.parent)
+            found, remarks = read_mtl(file, lines_of(file, MAX_TABLE), path.parent)
             materials |= found
             notes += remarks
     missing = [name for name in names if name not in materials]

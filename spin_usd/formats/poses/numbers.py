@@ -11,7 +11,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
@@ -20,7 +20,7 @@ ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
 def csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, str]]]:
     """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises
     InputError."""
-    rows = csv.DictReader(read_any_text(path, MAX_POSE_LIST).splitlines(), skipinitialspace=True)
+    rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True)
     for row in rows:
         yield f"{path}, line {rows.line_num}", {key: cell or "" for key, cell in row.items() if key}
 

@@ -13,7 +13,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.poses.numbers import cells, csv_rows
 from spin_usd.formats.poses.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import lines_of
 
 POSITION = ("x", "y", "z")
 QUATERNION = ("q1", "q2", "q3", "q4")
@@ -36,7 +36,7 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 def _images(path: Path) -> list[str]:
     """Return the file names of the images, without folders. Raises InputError."""
-    lines = (line.strip() for line in read_any_text(_list_beside(path), MAX_POSE_LIST).splitlines())
+    lines = (line.strip() for line in lines_of(_list_beside(path), MAX_POSE_LIST))
     return [line.rpartition("/")[2] for line in lines if line]
 
 

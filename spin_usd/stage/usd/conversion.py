@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from pxr import Gf, Tf, Vt
 
 from spin_usd.arrays import Float
+from spin_usd.unique_names import UniqueNames
 
 
 def vec3d(v: ArrayLike) -> Gf.Vec3d:
@@ -56,14 +57,5 @@ def identifier(name: str) -> str:
 
 def unique_identifiers(names: list[str]) -> list[str]:
     """Turn each of `names` into a prim name, in order; a repeated name gets a number."""
-    taken: set[str] = set()
-    found = []
-    for name in names:
-        base = identifier(name)
-        candidate, n = base, 1
-        while candidate.lower() in taken:
-            n += 1
-            candidate = f"{base}_{n}"
-        taken.add(candidate.lower())
-        found.append(candidate)
-    return found
+    unique = UniqueNames()
+    return [unique.give(identifier(name)) for name in names]

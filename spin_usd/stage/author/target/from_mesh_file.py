@@ -16,6 +16,7 @@ from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.stage.author.target.material_network import author_material
 from spin_usd.stage.author.target.texture_files import asset_paths, write_images
 from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.read.target.part_labels import MAX_LABEL
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export
 
@@ -148,4 +149,9 @@ def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdS
 
 
 def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
-    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([label])
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([_printable(label)])
+
+
+def _printable(name: str) -> str:
+    """Return a name as a label may be: files of old encodings hold what cannot be printed, and some paths are names."""
+    return "".join(each if each.isprintable() else "_" for each in name)[:MAX_LABEL]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
+from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.polygons import newell
@@ -35,6 +35,7 @@ def usd_bounds(
             root.GetVariantSet(name).SetVariantSelection(variant)
         _expand_instances(root)
         _bake_skeletons(root, time)
+        _leave_out_lights(root)
         _block_extents(root)
     cache = UsdGeom.BBoxCache(time, list(RENDERED_PURPOSES), useExtentsHint=False)
     box = cache.ComputeLocalBound(root).ComputeAlignedRange()
@@ -60,12 +61,20 @@ def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
     for prim in root.GetStage().Traverse():
         if prim.IsA(UsdSkel.Animation):
             for attribute in prim.GetAuthoredAttributes():
-                attribute.Set(read_any(attribute, time))
+                if (value := read_any(attribute, time)) is not None:
+                    attribute.Set(value)
     moment = Gf.Interval(time.GetValue(), time.GetValue())
     for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Root)]:
         UsdSkel.BakeSkinning(UsdSkel.Root(prim), moment)
     for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Skeleton)]:
         UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)  # its joints are not part of the craft
+
+
+def _leave_out_lights(root: Usd.Prim) -> None:
+    """Lights have an extent, and are not part of the craft."""
+    for prim in Usd.PrimRange(root):
+        if prim.HasAPI(UsdLux.LightAPI) and not prim.IsA(UsdGeom.Gprim):
+            UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)
 
 
 def _block_extents(root: Usd.Prim) -> None:

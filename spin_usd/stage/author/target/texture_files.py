@@ -6,6 +6,7 @@ from pathlib import Path
 
 from spin_usd.scene.source.asset import ImageFile, MeshAsset
 from spin_usd.stage.usd.layer_file import writing
+from spin_usd.unique_names import UniqueNames
 
 FOLDER = "textures"
 NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean something in asset paths
@@ -15,10 +16,11 @@ def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
     """Return the asset path of each image of `asset`, relative to the target's layers. Equal images share one file."""
     paths: dict[ImageFile, str] = {}
     by_data: dict[bytes, str] = {}
-    taken: set[str] = set()
+    names = UniqueNames()
     for file in (image.file for material in asset.materials for image in material.images.values()):
         if file.data not in by_data:
-            by_data[file.data] = f"./{FOLDER}/{_unique(Path(file.name), taken)}"
+            stem, suffix = Path(file.name).stem, Path(file.name).suffix
+            by_data[file.data] = f"./{FOLDER}/{names.give(NOT_ALLOWED.sub('_', stem) or 'image', suffix)}"
         paths[file] = by_data[file.data]
     return paths
 
@@ -30,14 +32,3 @@ def write_images(asset: MeshAsset, folder: Path) -> None:
         with writing(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(file.data)
-
-
-def _unique(name: Path, taken: set[str]) -> str:
-    """Return `name` in letters that every file system and asset path takes, numbered where it is taken."""
-    stem = NOT_ALLOWED.sub("_", name.stem) or "image"
-    found, number = f"{stem}{name.suffix}", 1
-    while found.lower() in taken:
-        number += 1
-        found = f"{stem}_{number}{name.suffix}"
-    taken.add(found.lower())
-    return found

@@ -1,0 +1,28 @@
+"""Names made unlike one another by numbers: the one way to it. Each name has a counter of its own, so that a million
+repeats of one take no longer than a million names."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class UniqueNames:
+    """Names given so far. first: the number that the first repeat of a name gets · cased: whether names that differ by
+    capitals alone are different ones, as they are not to every file system."""
+
+    first: int = 2
+    cased: bool = False
+    _taken: set[str] = field(default_factory=set)
+    _next: dict[str, int] = field(default_factory=dict)
+
+    def give(self, name: str, suffix: str = "") -> str:
+        """Return `name` before its suffix, numbered where it was given before."""
+        found, base = name + suffix, self._key(name + suffix)
+        while self._key(found) in self._taken:
+            number = self._next.get(base, self.first)
+            self._next[base] = number + 1
+            found = f"{name}_{number}{suffix}"
+        self._taken.add(self._key(found))
+        return found
+
+    def _key(self, name: str) -> str:
+        return name if self.cased else name.lower()
