@@ -1,18 +1,23 @@
 """Names made unlike one another by numbers: the one way to it. Each name has a counter of its own, so that a million
 repeats of one take no longer than a million names."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import InitVar, dataclass, field
 
 
 @dataclass
 class UniqueNames:
-    """Names given so far. first: the number that the first repeat of a name gets · cased: whether names that differ by
-    capitals alone are different ones, as they are not to every file system."""
+    """Gives names that it did not give before. first: the number that the first repeat of a name gets · cased: whether
+    names that differ by capitals alone are different ones, as they are not to every file system · taken: names that are
+    somebody else's."""
 
     first: int = 2
     cased: bool = False
-    _taken: set[str] = field(default_factory=set)
-    _next: dict[str, int] = field(default_factory=dict)
+    taken: InitVar[Iterable[str]] = ()
+    _next: dict[str, int] = field(default_factory=dict, init=False)
+
+    def __post_init__(self, taken: Iterable[str]) -> None:
+        self._taken = set(map(self._key, taken))
 
     def give(self, name: str, suffix: str = "") -> str:
         """Return `name` before its suffix, numbered where it was given before."""

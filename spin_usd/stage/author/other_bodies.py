@@ -16,6 +16,7 @@ from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
+from spin_usd.unique_names import UniqueNames
 
 FOLDER = "layers"
 VARIANT_SETS = f"./{FOLDER}/{VARIANT_SETS_LAYER}"
@@ -76,12 +77,8 @@ def _author_occluder(layer: Sdf.Layer, asset: TargetAsset, poses: PoseList | Non
 
 def _free_path(stage: Usd.Stage, parent: Sdf.Path, name: str) -> Sdf.Path:
     """Return the path of a child of `parent` that there is not yet, called after `name`."""
-    plain = name[:1].upper() + name[1:]
-    path, number = parent.AppendChild(plain), 1
-    while stage.GetPrimAtPath(path):
-        number += 1
-        path = parent.AppendChild(f"{plain}_{number}")
-    return path
+    taken = stage.GetPrimAtPath(parent).GetAllChildrenNames()
+    return parent.AppendChild(UniqueNames(cased=True, taken=taken).give(name[:1].upper() + name[1:]))
 
 
 def _stem(path: Sdf.Path) -> str:

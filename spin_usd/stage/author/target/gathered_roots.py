@@ -11,6 +11,7 @@ from spin_usd.errors import InputError
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd.layer_file import export
+from spin_usd.unique_names import UniqueNames
 
 GATHERED = "Roots"
 BESIDE = "Beside"
@@ -51,8 +52,7 @@ def _beside(path: str, folder: Path) -> str:
 
 
 def _free_name(name: str, taken: list[Sdf.Path]) -> str:
-    names = {path.name for path in taken}
-    return next(free for n in range(len(names) + 1) if (free := f"{name}_{n}" if n else name) not in names)
+    return UniqueNames(first=1, cased=True, taken=[path.name for path in taken]).give(name)
 
 
 def _define(layer: Sdf.Layer, path: Sdf.Path, kind: str) -> Sdf.PrimSpec:
