@@ -31,6 +31,14 @@ def read_text(path: str | Path, max_bytes: int) -> str:
     return decoded(read_bytes(path, max_bytes), path)
 
 
+def names_in(folder: Path) -> list[str]:
+    """List the names of what lies in a folder, in order; none where there is no such folder, or it cannot be read."""
+    try:
+        return sorted(os.listdir(folder))
+    except OSError:
+        return []
+
+
 def decoded(data: bytes, where: object) -> str:
     """Return the text in `data`, UTF-8 with or without its mark. Raises InputError."""
     try:

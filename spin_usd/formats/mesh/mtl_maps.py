@@ -80,6 +80,10 @@ def image_of(
     file = texture_beside(library, statement.file, folder)
     is_color, constant = key in COLORS, FACTORS.get(key)
     factor = getattr(material, FIELDS[constant]) if constant and constant in stated else 1.0
+    notes = []
+    if constant == "Kd" and factor == (0.0, 0.0, 0.0):
+        factor = 1.0
+        notes.append("its material's Kd of 0 was ignored, as CAD programs write it beside a map")
     image = ImageMap(
         file=file,
         color_space=color_space(file) if is_color else RAW,
@@ -90,7 +94,8 @@ def image_of(
     )
     if key == NORMAL:
         image = replace(image, scale=(2.0, 2.0, 2.0, 1.0), bias=(-1.0, -1.0, -1.0, 0.0))
-    notes = ["beyond the clamped image its edge goes on, not the plain material"] if _clamped(statement) else []
+    if _clamped(statement):
+        notes.append("beyond the clamped image its edge goes on, not the plain material")
     if factor in (0.0, (0.0, 0.0, 0.0)):
         notes.append(f"is multiplied by {constant}, which is 0")
     return INPUTS[key], image, notes

@@ -149,7 +149,22 @@ def test_coordinates_stay_with_their_faces_when_flat_ones_are_dropped(tmp_path: 
 
 
 def test_a_black_factor_is_told(tmp_path: Path) -> None:
-    assert "Kd, which is 0" in read(tmp_path, "Kd 0 0 0\nmap_Kd colored.png").notes[0]
+    assert "Ke, which is 0" in read(tmp_path, "Ke 0 0 0\nmap_Ke colored.png").notes[0]
+
+
+def test_a_kd_of_zero_beside_a_map_is_ignored(tmp_path: Path) -> None:
+    """CAD programs on Windows write it so; the format's product would be black."""
+    asset = read(tmp_path, "Kd 0 0 0\nmap_Kd colored.png")
+    assert only(asset)[1].scale == (1, 1, 1, 1)
+    assert "Kd of 0 was ignored" in asset.notes[0]
+
+
+def test_files_are_found_whatever_their_capitals(tmp_path: Path) -> None:
+    (tmp_path / "Maps").mkdir()
+    (tmp_path / "Maps" / "Wood.PNG").write_bytes(png(COLORED))
+    name, image = only(read(tmp_path, r"map_Kd maps\wood.png"))
+    assert (name, image.file.name) == ("diffuseColor", "Wood.png")
+    assert "outside" in read(tmp_path, r"map_Kd maps\..\..\wood.png").notes[0]
 
 
 def test_images_in_folders_below_with_windows_names(tmp_path: Path) -> None:
