@@ -45,7 +45,7 @@ TESTS = {
         "hostile/test_waiting.py::test_large_inputs_end_within_their_time",
     ],
     "never finish opening": [
-        "dataset/process/test_child.py::test_a_child_that_says_nothing_is_ended",
+        "dataset/process/test_patience.py::test_a_child_that_runs_away_or_hangs_is_ended_and_it_is_said_which",
     ],
     "take all memory": [
         "dataset/process/test_child_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",

@@ -40,6 +40,7 @@ def author(
     sun_from_target: str | Sequence[float] | None = None,
     keep_transparent: bool = False,
     any_size: bool = False,
+    root: str | Path | None = None,
     also: str | Sequence[str] = (),
     occluder: str | Sequence[str] = (),
     on_progress: Progress | None = None,
@@ -76,6 +77,8 @@ def author(
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
         keep_transparent: keep surfaces whose material has opacity 0, which no picture shows, in the labels.
         any_size: take a model of any size, even one with the camera inside it.
+        root: the folder below which models may name files, such as textures; the one around each model's own if not
+            given.
         also: further targets, each a name or a model file, or "MODEL:POSES" with a pose list that has a pose for each
             picture, in their order, before `frames` chooses; without one it moves with the first target, in whose axes
             it is modelled.
@@ -109,6 +112,7 @@ def author(
             "keep_transparent": keep_transparent,
         },
         "any_size": any_size,
+        "root": _text(root),
         "also": _texts(also),
         "occluders": _texts(occluder),
     }

@@ -144,6 +144,14 @@ def author(
         typer.Option("--keep-transparent", help="Keep surfaces of opacity 0, which no picture shows, in the labels."),
     ] = False,
     any_size: AnySize = False,
+    root: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="The folder below which models may name files, such as textures. If not given, the one around each "
+            "model's own.",
+        ),
+    ] = None,
     minimal: Annotated[
         bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
     ] = False,
@@ -180,6 +188,7 @@ def author(
             sun_from_target=sun_from_target,
             keep_transparent=keep_transparent,
             any_size=any_size,
+            root=root,
             also=also or (),
             occluder=occluder or (),
             on_progress=progress,

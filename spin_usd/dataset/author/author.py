@@ -18,6 +18,7 @@ from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.faults import reading
+from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_file import READERS, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
@@ -128,7 +129,8 @@ def _author(
     gives the poses for a lens and a target; `light` gives what is sampled for the opened stage.
     """
     sources = open_sources(choices, files)
-    with new_folder(out) as folder:
+    models = (sources.target_file, *(body.file for body in sources.others))
+    with model_roots(models, Path(choices.root) if choices.root else None), new_folder(out) as folder:
         asset, notes = write_model(sources.target_file, folder, choices.units_per_metre, choices.prim)
         notes += _unused(sources.preset, asset)
         corners, lens = box_corners(asset), lens_of(sources.camera)

@@ -34,7 +34,7 @@ class Choices:
     path of the prim that is taken of a USD target · sample: the text of a sampling specification that is in no file ·
     additions: what is written over the stage before that · any_size: take a target of a size that no craft has, and one
     inside which the camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or
-    "MODEL:POSES".
+    "MODEL:POSES" · root: the folder below which models may name files; that around each one's own where it is None.
     """
 
     target: str | Path
@@ -52,6 +52,7 @@ class Choices:
     any_size: bool = False
     also: Sequence[str] = ()
     occluders: Sequence[str] = ()
+    root: str | Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

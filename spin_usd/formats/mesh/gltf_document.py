@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
+from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT, decoded_view
 from spin_usd.formats.texture_file import texture_beside, texture_of
@@ -89,7 +90,7 @@ class Document:
             return texture_of(name, self.view(entry["bufferView"]))
         if (data := _data_uri(entry["uri"])) is not None:
             return texture_of(name, data)
-        return texture_beside(self.path, unquote(entry["uri"]), self.path.parent)
+        return texture_beside(self.path, unquote(entry["uri"]), root_of(self.path))
 
     def view(self, index: int) -> bytes:
         """Return the bytes of a buffer view, decompressed."""
@@ -137,9 +138,8 @@ class Document:
             return self.binary
         if (data := _data_uri(entry["uri"])) is not None:
             return data
-        folder = self.path.parent.resolve()
-        full = (folder / unquote(entry["uri"])).resolve()
-        if not full.is_relative_to(folder):
+        full = (self.path.parent / unquote(entry["uri"])).resolve()
+        if not full.is_relative_to(root_of(self.path)):
             raise InputError(f"its buffer {entry['uri']!r} lies outside the model's folder", where=self.path)
         return read_bytes(full, MAX_MODEL)
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
 from spin_usd.formats.named_file import file_within
@@ -20,13 +21,13 @@ def read_materials(
     materials: dict[str, ModelMaterial] = {}
     notes: list[str] = []
     for library in (name for argument in libraries for name in _names(path.parent, argument)):
-        file = file_within(path.parent, path.parent, library)
+        file = file_within(root_of(path), path.parent, library)
         if file is None:
             notes.append(f"the material library {library!r} lies outside the model's folder and was not read")
         elif not file.is_file():
             notes.append(f"the material library {library!r} is missing")
         else:
-            found, remarks = read_mtl(file, lines_of(file, MAX_TABLE), path.parent)
+            found, remarks = read_mtl(file, lines_of(file, MAX_TABLE), root_of(path))
             materials |= found
             notes += remarks
     missing = [name for name in names if name not in materials]

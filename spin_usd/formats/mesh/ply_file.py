@@ -17,6 +17,7 @@ from plyfile import PlyData, PlyElement
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.given_file import read_bytes
+from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
@@ -152,7 +153,7 @@ def _material(path: Path, data: PlyData, mapped: bool) -> tuple[ModelMaterial | 
         return None, ("its texture coordinates are kept as the primvar st, and it names no image",) if mapped else ()
     notes = [f"of its {len(named)} textures only the first, {named[0]!r}, is carried over"] if len(named) > 1 else []
     try:
-        file = texture_beside(path, named[0], path.parent)
+        file = texture_beside(path, named[0], root_of(path))
     except InputError as error:
         return None, (*notes, error.found)
     image = ImageMap(file=file, color_space=color_space(file))

@@ -18,6 +18,7 @@ from pxr import Ar, Sdf
 
 from spin_usd.errors import StageError
 from spin_usd.files.given_file import open_file, read_bytes
+from spin_usd.files.model_root import root_of
 from spin_usd.resources import stages
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM
@@ -63,8 +64,8 @@ def files_of(path: str | Path, *, also_bundled: bool = False) -> Files:
     """Find all files that the layer at `path` depends on. `also_bundled`: it may name those that travel with spin_usd
     by absolute paths.
 
-    Raises StageError for a path that leaves the stage's folder, a file that is not regular or too large, a layer
-    that does not parse, or a time scale of zero or less.
+    Raises StageError for a path that leaves the stage's folder, or the `root_of` a model, a file that is not regular or
+    too large, a layer that does not parse, or a time scale of zero or less.
     """
     root = _real(path)
     if root.suffix.lower() not in EXTENSIONS:
@@ -74,7 +75,7 @@ def files_of(path: str | Path, *, also_bundled: bool = False) -> Files:
     found: dict[Path, None] = {}
     missing: list[Missing] = []
     bundled = stages().resolve()
-    folders = (bundled,) if root.is_relative_to(bundled) else (root.parent, *([bundled] if also_bundled else []))
+    folders = (bundled,) if root.is_relative_to(bundled) else (root_of(root), *([bundled] if also_bundled else []))
     queue = [root]
     while queue:
         file = queue.pop(0)
@@ -214,7 +215,7 @@ def _named_outside(layer: str) -> Iterator[str]:
 def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
     """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>. They must lie in
     one of `folders`, of which absolute paths may name all but the first."""
-    do = "use a relative path to a file in the stage's own folder"
+    do = "use a relative path to a file in the stage's own folder, or of a model below author's --root FOLDER"
     if SCHEME.match(named):
         raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)
     outer = Ar.SplitPackageRelativePathOuter(named)[0]

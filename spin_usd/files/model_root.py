@@ -1,0 +1,38 @@
+"""The folder out of which a model may name no file: its own, or while a stage is authored from it a wider one.
+
+Models come in folders beside which their textures and parts lie, as ROS packages have them. A user who authors from a
+model trusts its surroundings more than those of a stage that somebody sent.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from types import MappingProxyType
+
+from spin_usd.errors import InputError
+
+_ROOTS: ContextVar[Mapping[Path, Path]] = ContextVar("model_roots", default=MappingProxyType({}))
+
+
+def root_of(model: Path) -> Path:
+    """Return the folder, links resolved, below which all files lie that the model at that path may name."""
+    real = model.resolve()
+    return _ROOTS.get().get(real, real.parent)
+
+
+@contextmanager
+def model_roots(models: Iterable[Path], root: Path | None) -> Iterator[None]:
+    """Let the `models` name files below `root` within the block; None for the folder around that of each. Raises
+    InputError for a model that is not below `root`."""
+    found = {}
+    for model in models:
+        real = model.resolve()
+        found[real] = real.parent.parent if root is None else root.resolve()
+        if not real.is_relative_to(found[real]):
+            raise InputError("is not below --root", where=model, do="give a folder that holds the model")
+    token = _ROOTS.set(found)
+    try:
+        yield
+    finally:
+        _ROOTS.reset(token)
