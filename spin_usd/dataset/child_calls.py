@@ -2,7 +2,10 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from importlib import import_module
 from typing import Any
+
+CONVERSION = "spin_usd.renderers.blender.model_conversion"  # named as text: it loads Blender
 
 
 class ChildCalls:
@@ -29,6 +32,9 @@ class ChildCalls:
         from spin_usd.dataset.author.author import author_sample
 
         return author_sample(progress=self._progress, **arguments).as_json()
+
+    def convert_model(self, **arguments: Any) -> Any:
+        return import_module(CONVERSION).convert_model(**arguments)
 
     def augment(self, **arguments: Any) -> Any:
         from spin_usd.dataset.author.augment import augment_stage

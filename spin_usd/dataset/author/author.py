@@ -20,7 +20,7 @@ from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedEr
 from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
-from spin_usd.formats.mesh.mesh_file import READERS, says_unit
+from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
@@ -187,7 +187,7 @@ def _write_other(
         if len(own) > 1 or not body.occluder:
             _refuse_other_length(own, frames, whole)
             own = chosen_frames(own, frames)
-    own_unit = body.file.suffix.lower() not in READERS or says_unit(body.file)
+    own_unit = body.file.suffix.lower() not in MESHES or says_unit(body.file)
     asset, notes = write_model(body.file, folder, None if own_unit else units_per_metre, None)
     if body.occluder:
         add_occluder(folder / ROOT, asset, own)

@@ -1,14 +1,19 @@
 """The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from spin_usd.dataset.author.camera import USD_SUFFIXES
 from spin_usd.dataset.author.plausible_target import ModelUnit
+from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
-from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
+from spin_usd.files.model_root import root_of
+from spin_usd.formats.mesh.mesh_file import CONVERTED, MESHES, read_mesh_file
 from spin_usd.resources import bundled
+from spin_usd.scene.source.asset import MeshAsset
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.target.from_usd import copy_usd_target
 from spin_usd.stage.author.target.target_asset import TargetAsset, describe
@@ -17,9 +22,10 @@ from spin_usd.stage.author.target.target_asset import TargetAsset, describe
 def model_file(given: str) -> Path:
     """Return the file of the target of that name, or the file itself. Raises InputError."""
     suffix = Path(given).suffix.lower()
-    if suffix not in USD_SUFFIXES | set(READERS):
+    if suffix not in USD_SUFFIXES | set(MESHES):
         if suffix or "/" in given:
-            raise InputError("is not a model file", where=given, do=f"give one of {', '.join(READERS)} or USD")
+            do = f"give one of {', '.join(MESHES)} or USD; Blender and assimp convert many others to .glb"
+            raise InputError("is not a model file", where=given, do=do)
         return bundled("target", given)
     if not Path(given).is_file():
         raise InputError("is not there, or is not a file", where=given)
@@ -63,13 +69,31 @@ def write_model(
     if prim is not None:
         raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
     with reading(file):
-        model = read_mesh_file(file, units_per_metre)
+        convert = file.suffix.lower() in CONVERTED
+        model = _converted(file, units_per_metre) if convert else read_mesh_file(file, units_per_metre)
     return describe(write_mesh_target(model, place, name), name), model.notes
+
+
+def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
+    """Read a model that Blender converts, in a process of its own. Raises InputError, and StageError where that dies of
+    it."""
+    with TemporaryDirectory(prefix="spin_usd-") as folder:
+        glb = Path(folder) / f"{file.stem}.glb"
+        said = ask_child(
+            "convert_model",
+            reads=file,
+            memory=rendering_memory(),
+            source=str(file),
+            to=str(glb),
+            root=str(root_of(file)),
+        )
+        model = read_mesh_file(glb, units_per_metre or 1 / said["metres_per_unit"])
+    return replace(model, notes=(*said["notes"], *model.notes))
 
 
 def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -> ModelUnit:
     """Return how long a unit of the model in `file` is."""
     per_metre = units_per_metre or 1 / target.metres_per_unit
-    if file.suffix.lower() in READERS and units_per_metre is None:
+    if file.suffix.lower() in MESHES and units_per_metre is None:
         per_metre = 1.0
     return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)

@@ -7,7 +7,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh.mesh_file import READERS
+from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions
@@ -29,14 +29,14 @@ class ModelUnit:
 
     def words(self, per_metre: float) -> str:
         """Return the option or the line of the file that would say that so many units are a metre."""
-        if self.given or self.file.suffix.lower() in READERS:
+        if self.given or self.file.suffix.lower() in MESHES:
             return f"--units-per-metre {number_text(per_metre)}"
         return f"metersPerUnit = {number_text(1 / per_metre)} in {self.file.name}"
 
     @property
     def said(self) -> str:
         """The beginning of a sentence on what comes of the unit."""
-        if self.given or self.file.suffix.lower() not in READERS:
+        if self.given or self.file.suffix.lower() not in MESHES:
             return f"with {self.words(self.per_metre)} "
         return "in metres, the unit of its format, "
 

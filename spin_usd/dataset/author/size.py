@@ -7,7 +7,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.author.views import look_notes
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh.mesh_file import READERS
+from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.author.target.source_bounds import usd_bounds
@@ -29,7 +29,7 @@ def check_written(
     time_code = reader.frames[0].time_code
     target = reader.target_at(time_code)
     notes = (*in_sentences(reader.notes), *look_notes(reader))
-    if file.suffix.lower() in READERS:
+    if file.suffix.lower() in MESHES:
         source = mesh_bounds(file, units_per_metre)
     else:
         metres = asset.metres_per_unit

@@ -47,7 +47,7 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
 
 def says_unit(path: Path) -> bool:
     """Return whether the files of that mesh format say their unit of length."""
-    return path.suffix.lower() in GLTF
+    return path.suffix.lower() in (*GLTF, *CONVERTED)
 
 
 def _units(path: Path, units_per_metre: float | None) -> float:
@@ -132,3 +132,6 @@ READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".gltf": read_gltf,
     ".glb": read_gltf,
 }
+CONVERTED = (".fbx", ".blend")
+"""Formats that Blender reads for us, in a process of its own, and writes as GLB."""
+MESHES = (*READERS, *CONVERTED)
