@@ -341,6 +341,14 @@ def test_json_and_toml_are_parsed_where_their_nesting_is_bounded() -> None:
     assert found == {"nesting.py", *PARSED_FROM_US}
 
 
+def test_text_of_others_is_split_into_lines_in_one_place() -> None:
+    """There their length is bounded. Heads of PLY files and of our point clouds are looked at once, line by line."""
+    formats = [module for module in MODULES if is_below(module, ("formats",))]
+    calls = ((m, node) for m in formats for node in ast.walk(tree(m)) if isinstance(node, ast.Attribute))
+    found = {str(module) for module, node in calls if node.attr == "splitlines"}
+    assert found == {"formats/text_file.py", "formats/mesh/ply_file.py", "formats/arrays/point_cloud_file.py"}
+
+
 def test_formulas_read_no_clock_no_chance_no_environment() -> None:
     formulas = [module for module in MODULES if is_below(module, PURE)]
     assert not [(m, name) for m in formulas for name in imports(m) if name.split(".")[0] in IMPURE_MODULES]

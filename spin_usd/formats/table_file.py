@@ -14,6 +14,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_text
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.text_file import lines_in
 from spin_usd.formats.toml_file import read_toml_file
 
 
@@ -104,7 +105,9 @@ def _shape(table: Table, path: Path) -> str:
 
 
 def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
-    lines = csv.DictReader(read_text(path, MAX_TABLE).splitlines(), skipinitialspace=True, restkey="a further column")
+    lines = csv.DictReader(
+        lines_in(read_text(path, MAX_TABLE), path), skipinitialspace=True, restkey="a further column"
+    )
     headings = lines.fieldnames or ()
     if len(headings) == 1 and (other := next((mark for mark in (";", "\t") if mark in headings[0]), None)):
         raise InputError(f"has {other!r} between its columns", where=path, do="put commas between them")

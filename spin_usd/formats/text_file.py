@@ -12,9 +12,14 @@ UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def lines_of(path: Path, max_bytes: int) -> Iterator[str]:
-    """Yield the lines of a text, read as `read_any_text` does. Raises InputError for one longer than MAX_LINE, which no
-    list and no table has: what looks into lines takes its time by their length."""
-    for number, line in enumerate(read_any_text(path, max_bytes).splitlines(), 1):
+    """Yield the lines of a text, read as `read_any_text` does. Raises as `lines_in`."""
+    return lines_in(read_any_text(path, max_bytes), path)
+
+
+def lines_in(text: str, path: Path) -> Iterator[str]:
+    """Yield the lines of the text of the file at `path`. Raises InputError for one longer than MAX_LINE, which no list
+    and no table has: what looks into lines takes its time by their length."""
+    for number, line in enumerate(text.splitlines(), 1):
         if len(line) > MAX_LINE:
             found = f"has {len(line)} characters, more than {MAX_LINE}"
             raise InputError(found, where=f"{path}, line {number}", do="look for line breaks that were lost")
