@@ -36,6 +36,11 @@ _WRITTEN = ("out", "folder")  # the arguments that name a folder to write; all o
 _COPY = "(aws s3 sync, gcloud storage rsync)"
 
 
+def without_password(url: str) -> str:
+    """Return the URL as it may be printed: without the password of a user in it."""
+    return re.sub(r"(//[^/@:]*):[^/@]*@", r"\1:***@", url)
+
+
 def is_url(given: str | Path) -> bool:
     """Return whether that is a URL, and not a path. Raises InputError for what is neither: a mistyped URL."""
     scheme = _scheme(given)

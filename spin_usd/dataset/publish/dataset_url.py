@@ -7,11 +7,12 @@ under a temporary name, and then renamed.
 import re
 import secrets
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 from spin_usd.errors import InputError, OutputError, SpinError
-from spin_usd.files.url import to_install
+from spin_usd.files.url import to_install, without_password
 
 WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # no reader sees half of what is put there
 PART = re.compile(r".*\.[0-9a-f]{32}\.part")
@@ -20,20 +21,23 @@ Answer = TypeVar("Answer")
 
 
 class DatasetUrl:
-    """The files of a dataset below `url`, by their names relative to that, with slashes."""
+    """The files of a dataset below `url`, by their names relative to that, with slashes. `shown`: the URL for messages,
+    without a password."""
 
     def __init__(self, url: str) -> None:
         """Raises InputError where nothing here can open such a URL."""
-        self.url = url.rstrip("/")
+        self.url, self.shown = url.rstrip("/"), without_password(url.rstrip("/"))
         try:
             from fsspec.core import url_to_fs
         except ImportError:
-            raise InputError("needs fsspec, which is not installed", where=url, do=f"run {to_install(url)}") from None
+            raise InputError(
+                "needs fsspec, which is not installed", where=self.shown, do=f"run {to_install(url)}"
+            ) from None
         try:
             self._files, root = url_to_fs(url)
         except (ImportError, ValueError) as error:  # a library of its own, such as s3fs; a protocol that nobody knows
             do = f"run {to_install(url)}" if isinstance(error, ImportError) else "check how the URL begins"
-            raise InputError(f"cannot be opened ({error})", where=url, do=do) from error
+            raise InputError(f"cannot be opened ({without_password(str(error))})", where=self.shown, do=do) from error
         self._root = str(root).rstrip("/")
         protocol = self._files.protocol
         self.whole = bool(WHOLE & ({protocol} if isinstance(protocol, str) else set(protocol)))
@@ -51,11 +55,11 @@ class DatasetUrl:
         """Copy these files to the same names in `folder`. Raises InputError."""
         for name in names:
             if not is_below(name):
-                raise InputError(f"is not the name of a file in a dataset ({name!r})", where=self.url)
+                raise InputError(f"is not the name of a file in a dataset ({name!r})", where=self.shown)
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        if names:
-            places = [str(folder / name) for name in names]
-            self._tried("read", InputError, lambda: self._files.get([self._path(name) for name in names], places))
+        for name in names:  # one at a time: of several fsspec takes [ and * in names for patterns
+            place = str(folder / name)
+            self._tried("read", InputError, partial(self._files.get_file, self._path(name), place))
 
     def read(self, name: str) -> bytes | None:
         """Return what the file holds; None where there is none. Raises InputError."""
@@ -101,8 +105,8 @@ class DatasetUrl:
         try:
             return ask()
         except Exception as error:
-            found = f"cannot be {what} ({type(error).__name__}: {error})"
-            raise kind(found, where=self.url, do="check the URL, the network and your rights there") from error
+            found = f"cannot be {what} ({type(error).__name__}: {without_password(str(error))})"
+            raise kind(found, where=self.shown, do="check the URL, the network and your rights there") from error
 
 
 def is_below(name: str) -> bool:

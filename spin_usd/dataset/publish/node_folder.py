@@ -76,7 +76,7 @@ def _fetch_stage(folder: Path, url: DatasetUrl, sums: str) -> None:
         stage = fetched / STAGE
         if not (stage / SUMS).is_file() or stage_sums(stage) != sums or list(changed(stage)):
             raise InputError(
-                "is not the stage of this run", where=f"{url.url}/{STAGE}", do="end what else writes there"
+                "is not the stage of this run", where=f"{url.shown}/{STAGE}", do="end what else writes there"
             )
         fetched.rename(root)
 

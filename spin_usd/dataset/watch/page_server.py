@@ -30,6 +30,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 KEEP_ALIVE_S = 10.0
+QUIET_S = 30.0  # that a connection may say nothing of what it asks
 MAX_CHOICE_BYTES = 4096
 
 
@@ -69,6 +70,7 @@ class PageHandler(BaseHTTPRequestHandler):
     """Answers the page: its files, its news as server-sent events, pictures, and its choice of a picture."""
 
     server: PageServer
+    timeout = QUIET_S
     server_version, sys_version = "spin-usd", ""
 
     def do_GET(self) -> None:

@@ -61,6 +61,25 @@ def test_what_is_removed_is_gone_and_may_be_gone_already(url, file) -> None:
     assert url.read(NAMES[0]) is None
 
 
+def test_names_are_no_patterns(url, file, tmp_path) -> None:
+    """fsspec's `get` of a list takes [ and * for patterns."""
+    names = ["records/nominal/a[1].json", "records/nominal/a1.json"]
+    url.put(names[1], file)
+    file.write_bytes(b"bracketed")
+    url.put(names[0], file)
+    url.fetch(names[:1], tmp_path / "fetched")
+    assert (tmp_path / "fetched" / names[0]).read_bytes() == b"bracketed"
+    assert not (tmp_path / "fetched" / names[1]).exists()
+
+
+def test_a_password_is_not_printed() -> None:
+    pytest.importorskip("fsspec")
+    with pytest.raises(InputError) as refused:
+        DatasetUrl("nosuch://me:hunter2@host/folder")
+    assert "hunter2" not in str(refused.value)
+    assert "me:***@host" in str(refused.value)
+
+
 def test_names_that_climb_are_not_fetched(url, tmp_path) -> None:
     with pytest.raises(InputError, match="is not the name of a file in a dataset"):
         url.fetch(["records/../../../climbed"], tmp_path / "fetched")
