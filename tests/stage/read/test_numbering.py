@@ -70,14 +70,14 @@ def Xform "World" (
             int[] faceVertexCounts = [3, 3]
             int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
             point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-            def GeomSubset "Low" ( prepend apiSchemas = ["SemanticsLabelsAPI:spin:part"] )
+            def GeomSubset "Low" ( prepend apiSchemas = ["SemanticsLabelsAPI:part"] )
             {{
-                uniform token[] semantics:labels:spin:part = ["Low"]
+                uniform token[] semantics:labels:part = ["Low"]
                 int[] indices = [0]
             }}
-            def GeomSubset "High" ( prepend apiSchemas = ["SemanticsLabelsAPI:spin:part"] )
+            def GeomSubset "High" ( prepend apiSchemas = ["SemanticsLabelsAPI:part"] )
             {{
-                uniform token[] semantics:labels:spin:part = ["High"]
+                uniform token[] semantics:labels:part = ["High"]
                 int[] indices = [1]
             }}
         }}
@@ -235,6 +235,15 @@ def test_a_variant_with_other_targets_is_refused(tmp_path, change, saying) -> No
     assert len(scene_of(path).targets) == 2
     with pytest.raises(StageError, match=saying):
         StageReader(path, variant="other")
+
+
+def test_subsets_of_points_are_no_parts(tmp_path) -> None:
+    """They hold no face, so that those of the mesh stay its own."""
+    path = write(tmp_path)
+    path.write_text(
+        path.read_text().replace("int[] indices = [0]", 'int[] indices = [0, 1]\nuniform token elementType = "point"')
+    )
+    assert set(ids(scene_of(path))) >= {"/World/First/Two", "/World/First/Two/High"}
 
 
 def test_numbering_is_shared_by_readers_after(tmp_path) -> None:

@@ -72,6 +72,8 @@ def _parts_of_gprim(prim: Usd.Prim, labels: Labels) -> Iterator[Labels]:
         return
     named: set[int] = set()
     for subset, own in named_subsets(prim, labels):
+        if read(subset.GetElementTypeAttr()) != UsdGeom.Tokens.face:
+            continue
         indices = read(subset.GetIndicesAttr(), Usd.TimeCode.EarliestTime()) or ()
         still = still and not subset.GetIndicesAttr().ValueMightBeTimeVarying()
         if len(indices) or not still:
