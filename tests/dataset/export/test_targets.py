@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ import trimesh
 from PIL import Image
 
 from spin_usd import Dataset
+from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
 from spin_usd.errors import InputError
+from spin_usd.formats.poses.read_pose_list import read_pose_list
 from tests.dataset.export.conftest import write_export
 
 CAMERA = {"Nu": 96, "Nv": 72, "ppx": 1e-5, "ppy": 1e-5, "cameraMatrix": [[130, 0, 48], [0, 130, 36], [0, 0, 1]]}
@@ -63,3 +66,33 @@ def test_pictures_without_the_target_have_no_box(two, tmp_path) -> None:
         (row,) = csv.DictReader(file)
     x0, y0, x1, y1 = Dataset(two).picture("p0").targets[1].box_visible.astype(int).tolist()
     assert row == {"filename": "p0.png", "class": "debris", "bbox": f"[{y0}, {x0}, {y1}, {x1}]"}
+
+
+def test_a_record_without_the_target_is_one_sentence(two, tmp_path) -> None:
+    """A record that names another target than dataset.json ended in a traceback."""
+    dataset = shutil.copytree(two, tmp_path / "dataset")
+    path = dataset / "records" / "nominal" / "p1.json"
+    path.write_text(path.read_text().replace('"craft"', '"stranger"'))
+    with pytest.raises(InputError, match=r"records/nominal/p1\.json: has no target 'craft', as dataset\.json has"):
+        write_export(dataset, "speedplus", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_every_format_reads_targets_that_a_variant_lists_first(two, tmp_path, spin_usd) -> None:
+    """The least case of ids that swapped between variants, exported: the same poses for both variants, by name."""
+    stage = shutil.copytree(two.parent / "stage", tmp_path / "stage")
+    spec = '[[augmentation]]\nname = "worn"\n[augmentation.sample]\n"material.*.roughness" = '
+    (tmp_path / "spec.toml").write_text(
+        f'schema = "augment-1"\n{spec}{{ distribution = "uniform", low = 0.1, high = 0.9 }}\n'
+    )
+    spin_usd("augment", stage, "--spec", tmp_path / "spec.toml")
+    out = tmp_path / "dataset"
+    spin_usd(
+        "render", stage, "--out", out, "--renderer", "raycast", "--samples", 1, "--variants", "all", "--labels", "all"
+    )
+    for to in sorted(EXPORT_FORMATS.keys() - {"shirt"}):  # a trajectory is of one variant
+        write_export(out, to, tmp_path / to)
+        poses = read_pose_list(tmp_path / to)
+        found = np.sort(poses.t_cam_body, axis=0)
+        np.testing.assert_allclose(found, np.sort(np.repeat(PLACES["craft"], 2, axis=0), axis=0), atol=1e-9)
