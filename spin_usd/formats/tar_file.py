@@ -1,5 +1,6 @@
 """Tar files: equal members give equal bytes, whoever writes them and when."""
 
+import io
 import os
 import tarfile
 from collections.abc import Iterable
@@ -11,10 +12,10 @@ from spin_usd.files.folder import FileIn
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """A file in a tar file. name: its path there · source: the file that it is a copy of."""
+    """A file in a tar file. name: its path there · source: the file that it is a copy of, or its bytes."""
 
     name: str
-    source: FileIn
+    source: FileIn | bytes
 
 
 def write_tar(path: Path, members: Iterable[Member]) -> None:
@@ -22,7 +23,11 @@ def write_tar(path: Path, members: Iterable[Member]) -> None:
     header of POSIX's. Raises OSError, and InputError for a source that is no file."""
     with tarfile.open(path, "w", format=tarfile.PAX_FORMAT) as tar:
         for member in members:
+            header = tarfile.TarInfo(member.name)  # of nobody, from the year 1970
+            if isinstance(member.source, bytes):
+                header.size = len(member.source)
+                tar.addfile(header, io.BytesIO(member.source))
+                continue
             with member.source.open() as file:
-                header = tarfile.TarInfo(member.name)  # of nobody, from the year 1970
                 header.size = os.fstat(file.fileno()).st_size
                 tar.addfile(header, file)

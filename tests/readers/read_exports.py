@@ -64,6 +64,16 @@ def webdataset(export):
     ]
 
 
+def datasets(export):
+    """The rows of the table that Hugging Face's datasets makes of the shards: what is JSON, and the images' sizes."""
+    import datasets
+
+    datasets.disable_progress_bars()
+    shards = sorted(str(path) for path in export.glob("train-*.tar"))
+    rows = datasets.load_dataset("webdataset", data_files=shards, split="train", cache_dir=str(export.parent / "cache"))
+    return [row["json"] | {"size": row["image.png"].size, "record": row["record.txt"]} for row in rows]
+
+
 def croissant(export):
     """What mlcroissant gives of each picture: its texts and numbers, and the sum of its image's pixels."""
     import mlcroissant
@@ -111,7 +121,7 @@ def spark(export):
     return rows
 
 
-READERS = {reader.__name__: reader for reader in (coco, webdataset, croissant, speedplus, spark)}
+READERS = {reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark)}
 
 
 def main(reader, export, out) -> None:

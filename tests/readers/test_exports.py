@@ -1,14 +1,16 @@
-"""What users read exports with finds in them what the dataset says: pycocotools, webdataset, mlcroissant, OpenCV 4 and
-pandas."""
+"""What users read exports with finds in them what the dataset says: pycocotools, webdataset, datasets, mlcroissant,
+OpenCV 4 and pandas."""
 
 import json
 import subprocess
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from spin_usd.dataset.read.dataset import Dataset
+from tests.dataset.export.conftest import blank, clone
 
 PICTURES = 3
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
@@ -25,8 +27,8 @@ def dataset(small_stage, tmp_path_factory, spin_usd):
 def read(readers, dataset, tmp_path, spin_usd):
     """What a reader makes of the dataset, exported to the format of its name."""
 
-    def reader(name, *options, points=None):
-        spin_usd("export", dataset, "--to", name, "--out", tmp_path / name, *options)
+    def reader(name, *options, points=None, of=dataset, to=None):
+        spin_usd("export", of, "--to", to or name, "--out", tmp_path / name, *options)
         if points is not None:
             (tmp_path / name / "points.json").write_text(points)
         script, out = Path(__file__).with_name("read_exports.py"), tmp_path / "found.json"
@@ -52,8 +54,41 @@ def test_webdataset_gives_each_picture_whole(read, dataset) -> None:
     assert [key for key, _ in found] == [frame for frame, _ in Dataset(dataset).names]
     for (_, files), picture in zip(found, Dataset(dataset), strict=True):
         files.pop("json")
+        assert files.pop("record.txt") == sha256(record_file(dataset, picture).read_bytes()).hexdigest()
         recorded = picture.record["files"]
         assert files == {f"{kind}{Path(file['path']).suffix}": file["sha256"] for kind, file in recorded.items()}
+
+
+def test_datasets_makes_a_table_of_records_that_differ(read, dataset, tmp_path) -> None:
+    """The first shows nothing, has no Sun, names other layers; the second has a keypoint that the lens does not see."""
+    others = clone(dataset, tmp_path / "others", [{"frame": name} for name in "abc"])
+    blank(others, "a")
+    edit(others, "a", lambda record: record.pop("sun"))
+    edit(others, "a", lambda record: record["provenance"]["stage"]["files"].update({"more.usda": 64 * "0"}))
+    edit(others, "a", lambda record: record["targets"][0].update(visible_fraction=None))
+    edit(others, "b", lambda record: record["targets"][0]["keypoints"].__setitem__(0, [None, None, "behind"]))
+    rows = read("datasets", of=others, to="webdataset")
+    assert len(rows) == PICTURES
+    for row, picture in zip(rows, Dataset(others), strict=True):
+        (target,), (wanted,) = row["targets"], picture.targets
+        assert (row["frame"], row["size"]) == (picture.frame, list(picture.image.shape[1::-1]))
+        assert row["camera"] == picture.record["camera"]
+        assert row["pose"] == picture.record["pose"] == target["pose"]
+        assert target["keypoints"] == np.nan_to_num(wanted.keypoints).tolist()
+        assert target["keypoint_states"] == list(wanted.keypoint_states)
+        assert target["box"]["visible"] == np.nan_to_num(wanted.box_visible).tolist()
+        assert row["record"] == record_file(others, picture).read_text()
+
+
+def record_file(dataset, picture):
+    return dataset / "records" / picture.variant / f"{picture.frame}.json"
+
+
+def edit(dataset, frame, change) -> None:
+    path = dataset / "records" / "nominal" / f"{frame}.json"
+    record = json.loads(path.read_text())
+    change(record)
+    path.write_text(json.dumps(record))
 
 
 def test_mlcroissant_joins_the_table_with_the_images(read, dataset) -> None:

@@ -27,14 +27,36 @@ def test_each_sample_is_a_pictures_files_and_record(shards, two_variants) -> Non
     found: dict[str, bytes] = {}
     for path in sorted(shards.glob("*.tar")):
         found |= members(path)
-    assert len(found) == 12 * 6  # image, radiance, three labels and a record
+    assert len(found) == 12 * 7  # image, radiance, three labels, a record and a table of it
     for variant in ("nominal", "noisy_1"):
         key = f"img000002-{variant}"
         record = two_variants / "records" / variant / "img000002.json"
-        assert found[f"{key}.json"] == record.read_bytes()
+        assert found[f"{key}.record.txt"] == record.read_bytes()
         for kind, file in json.loads(record.read_text())["files"].items():
             suffix = file["path"].rpartition(".")[2]
             assert found[f"{key}.{kind}.{suffix}"] == (two_variants / file["path"]).read_bytes()
+
+
+def test_a_table_of_a_record_has_the_same_types_in_all_pictures(blanked, tmp_path) -> None:
+    """One of them shows nothing of the target."""
+    write_export(blanked, "webdataset", tmp_path / "out")
+    found = members(tmp_path / "out" / "train-000000.tar")
+    nothing, whole = (json.loads(found[f"{name}.json"]) for name in "ab")
+    assert types_of(nothing) == types_of(whole)
+    assert nothing["targets"][0]["box"]["visible"] == [0, 0, 0, 0]
+    (target,) = json.loads(found["b.record.txt"])["targets"]
+    assert whole["targets"][0]["keypoints"] == [entry[:2] for entry in target["keypoints"]]
+    assert whole["targets"][0]["keypoint_states"] == [entry[2] for entry in target["keypoints"]]
+
+
+def types_of(value):
+    """The types in a document of JSON: of a list one, of whatever it holds."""
+    if isinstance(value, dict):
+        return {name: types_of(each) for name, each in value.items()}
+    if isinstance(value, list):
+        (kind,) = {json.dumps(types_of(each)) for each in value}
+        return [kind]
+    return type(value).__name__
 
 
 def test_a_sample_is_in_one_piece(shards) -> None:
