@@ -120,6 +120,7 @@ def test_nothing_here_runs_code_that_it_reads() -> None:
         if path.name not in WRITTEN_BY_US
         for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call))
         if RUNS_CODE.fullmatch(ast.unparse(call.func)) or "allow_pickle=True" in ast.unparse(call)
+        if "use_scripts=False" not in ast.unparse(call)  # Blender's own switch for a .blend of a stranger
     ]
     assert calls == []
 

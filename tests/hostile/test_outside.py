@@ -103,6 +103,7 @@ def test_a_target_takes_no_file_from_outside_its_folder(place, child, kind, path
             camera=str(place.folder / "camera.json"),
             target=str(place.folder / "t.usda"),
             out=str(place.folder / "out"),
+            root=str(place.folder),  # else the folder around it is the model's too
             **NOTHING_ELSE,
         )
     assert refused.value.exit_code == 2
