@@ -199,7 +199,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("a.json", {"images": 3, "annotations": []}, "no list of images"),
         ("a.json", {"images": [{"file_name": "a.jpg", "poses": 3}]}, "poses that are no list of objects"),
         ("a.json", {"images": [{"file_name": "a.jpg", "poses": [{}]}]}, "q_cam_body is not a list of 4"),
-        ("a.tar", "no tar", "not a whole tar file"),
+        ("a.tar", "no tar", "is not a tar file"),
         ("a.json", {"schema": "record-1"}, "not a record with a pose"),
     ],
 )
@@ -209,6 +209,33 @@ def test_what_is_wrong_with_a_list_is_said_in_one_sentence(tmp_path, name, conte
         read_pose_list(file)
     assert word in str(raised.value)
     assert str(tmp_path) in str(raised.value) or name in str(raised.value)
+
+
+@pytest.mark.parametrize("compressed", ["", "xz", "gz", "bz2"])
+def test_a_shard_is_whole_or_refused(tmp_path, compressed) -> None:
+    """All of its records are there in each of these; the zeros after the last member are not, or not all of the
+    compression's own end."""
+    plain = webdataset(tmp_path, QUARTER, PLACE).read_bytes()
+    whole = tmp_path / "whole.tar"
+    with tarfile.open(whole, f"w:{compressed}") as tar:
+        tar.add(tmp_path / "train-000000.tar", "a.txt")
+        member = tarfile.TarInfo("a.json")
+        member.size = len(said := json.dumps({"pose": {"q_cam_body": QUARTER, "t_cam_body": PLACE}}).encode())
+        tar.addfile(member, io.BytesIO(said))
+    assert read_pose_list(whole).names == ("a",)
+    cut = tmp_path / "cut.tar"
+    cut.write_bytes(whole.read_bytes()[:-8] if compressed else plain.rstrip(b"\0") + b"\0" * 100)
+    with pytest.raises(InputError, match=r"cut\.tar: is (cut short|damaged|not a whole tar file)"):
+        read_pose_list(cut)
+
+
+def test_a_sparse_header_that_cannot_be_read_is_refused(tmp_path) -> None:
+    with tarfile.open(tmp_path / "a.tar", "w", format=tarfile.PAX_FORMAT) as tar:
+        member = tarfile.TarInfo("a.json")
+        member.pax_headers = {"GNU.sparse.map": "no,number"}
+        tar.addfile(member)
+    with pytest.raises(InputError, match=r"a\.tar: is damaged"):
+        read_pose_list(tmp_path / "a.tar")
 
 
 def test_a_folder_with_lists_of_two_formats_is_refused_by_their_names(tmp_path) -> None:
