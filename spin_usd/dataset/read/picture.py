@@ -1,6 +1,6 @@
 """One picture of a dataset, as those who train and test with it read it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.dataset.read.description import DescribedPart, Description, Targets
+from spin_usd.dataset.read.description import DescribedPart, Description, Named, Targets
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
@@ -130,9 +130,14 @@ class Picture:
     @cached_property
     def targets(self) -> Targets[PicturedTarget]:
         """The targets with their poses, in order of their ids; targets["tango"] is the one of that name. Raises
-        InputError where the record has none."""
-        with _reading_record(self.root / record_of(self.variant, self.frame)):
-            return Targets(map(PicturedTarget.of, self.record["targets"]))
+        InputError where the record has none, or others than dataset.json."""
+        path = self.root / record_of(self.variant, self.frame)
+        with _reading_record(path):
+            found = Targets(map(PicturedTarget.of, self.record["targets"]))
+        if _named(found) != _named(self.description.targets):
+            said = f"has the targets {_named(found)}, and dataset.json {_named(self.description.targets)}"
+            raise InputError(said, where=path, do=CHECK)
+        return found
 
     def mask(self, target: int | str) -> NDArray[np.bool_]:
         """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
@@ -261,6 +266,10 @@ def _reading_record(path: Path) -> Iterator[None]:
         raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
     except (AttributeError, IndexError, OverflowError, RecursionError, TypeError, ValueError) as e:
         raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
+
+
+def _named(targets: Iterable[Named]) -> str:
+    return ", ".join(f"{target.id} {target.name!r}" for target in targets) or "none"
 
 
 def _file(entry: dict[str, Any]) -> PictureFile:

@@ -72,6 +72,8 @@ def test_every_picture_that_cannot_be_read_is_told(dataset) -> None:
 IMPOSSIBLE = {
     "quaternion": lambda record: record["targets"][0]["pose"].update(q_cam_body=[2, 0, 0, 0]),
     "distortion": lambda record: record["camera"].update(distortion=[1e308] * 5),
+    "long focal length": lambda record: record["camera"].update(fx=1e308),
+    "range": lambda record: record["targets"][0].update(range=1e308),
     "focal length": lambda record: record["camera"].update(fx=1e-308),
     "box": lambda record: record["targets"][0]["box_3d"].update(box=[[-1e308] * 3, [1e308] * 3]),
     "translation": lambda record: record["targets"][0]["pose"].update(t_cam_body=[1e308, -1e308, 1e308]),

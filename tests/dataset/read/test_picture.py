@@ -171,6 +171,18 @@ def test_targets_of_a_broken_record_are_refused_by_name(copy, targets) -> None:
         copy[0].targets  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [([{"name": "other"}], "1 'other'"), ([{"id": 2}], "2 'tango'"), ([{}, {"id": 2}], ".*"), ([], "none")],
+)
+def test_other_targets_than_the_dataset_has_are_refused_by_name(copy, other, said) -> None:
+    (target,) = copy[0].record["targets"]
+    change(copy, targets=[target | each for each in other])
+    found = rf"nominal/img000001.json: has the targets {said}, and dataset.json 1 'tango'; run spin-usd check"
+    with pytest.raises(InputError, match=found):
+        copy[0].targets  # noqa: B018
+
+
 def test_a_record_of_another_schema_is_told_so(copy) -> None:
     change(copy, schema="record-2")
     with pytest.raises(InputError, match=r"is of schema 'record-2', and this version reads record-1; read it with"):

@@ -1,4 +1,4 @@
-"""Rule: the pose that OpenCV finds from the dense pose is the record's, which says it twice alike."""
+"""Rule: the pose that OpenCV finds from the dense pose is the record's, which says it twice alike, and its range."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ MIN_PIXELS = 20  # fewer may lie on a line
 NOISE_PX = 1e-3  # what a pixel's point may lie beside its pixel: float32 rounds to less
 MIN_DEGREES, MIN_METRES = 1e-5, 1e-7  # where many pixels leave less than rounding in OpenCV
 MAX_DEGREES = 1.0  # where so much is allowed, the target is too small for the rule to say anything
+LENGTH = 1e-12  # of a range: orders of addition differ
 REFINED = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-15)
 
 
@@ -31,12 +32,16 @@ class PoseError:
 
 
 def pose_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """Yield an error for each target whose pose differs by more than rounding makes of it, and one where the picture's
-    own pose is not that of its first target."""
+    """Yield an error for each target whose pose differs by more than rounding makes of it, or whose range is not the
+    length of its translation, and one where the picture's own pose is not that of its first target."""
     if picture.record["pose"] != picture.record["targets"][0]["pose"]:
         message = f"the picture's pose is not that of its first target; {MAKE_AGAIN}"
         yield Finding(code="pose", where=picture.where, message=message)
     for target in targets_of(picture):
+        length = float(np.linalg.norm(target.T_cam_body.translation))
+        if not np.isclose(target.recorded["range"], length, rtol=LENGTH, atol=0):
+            found = f"the range is {target.recorded['range']:.6g} m, and its translation {length:.6g} m long"
+            yield target.finding("pose", f"{found}; {MAKE_AGAIN}")
         error = pose_error(target)
         if error and not (error.degrees <= error.allowed_degrees and error.metres <= error.allowed_metres):
             found = f"{error.degrees:.3g} degrees and {1000 * error.metres:.3g} mm from the record's"
