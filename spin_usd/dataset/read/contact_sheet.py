@@ -46,18 +46,18 @@ def spread(total: int, count: int) -> list[int]:
 
 
 def _row(picture: Picture) -> list[NDArray[np.uint8]]:
-    around = _surroundings(picture.record)
+    rows, columns = _surroundings(picture.record)
     kinds = ((kind, in_colours) for kind, in_colours in COLUMNS.items() if kind in picture.files)
-    arrays = ((picture.label(kind), kind in CLOUD_LABELS, in_colours) for kind, in_colours in kinds)
-    return [in_colours(array if cloud else array[around]) for array, cloud, in_colours in arrays]
+    arrays = ((picture.label(kind, rows=rows), kind in CLOUD_LABELS, in_colours) for kind, in_colours in kinds)
+    return [in_colours(array if cloud else array[:, columns]) for array, cloud, in_colours in arrays]
 
 
-def _surroundings(record: Mapping[str, Any]) -> tuple[slice, slice]:
-    """Return the part of the frame around the target, as wide to high as the frame."""
+def _surroundings(record: Mapping[str, Any]) -> tuple[range, slice]:
+    """Return the rows and columns of the frame around the target, as wide to high as the frame."""
     width, height = record["camera"]["width"], record["camera"]["height"]
     x0, y0, x1, y1 = record["provenance"]["render"]["region"]
     scale = min(max(MARGIN * (x1 - x0) / width, MARGIN * (y1 - y0) / height, TILE_PX / width), 1.0)
     wide, tall = round(scale * width), round(scale * height)
     left = min(max((x0 + x1 - wide) // 2, 0), width - wide)
     top = min(max((y0 + y1 - tall) // 2, 0), height - tall)
-    return slice(top, top + tall), slice(left, left + wide)
+    return range(top, top + tall), slice(left, left + wide)

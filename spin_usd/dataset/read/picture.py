@@ -150,7 +150,12 @@ class Picture:
             return np.asarray(self.label(INSTANCE) == target_id)
         own = np.zeros(np.iinfo(np.uint16).max + 1, bool)
         own[[part.id for part in self.parts.values() if part.target == target_id]] = True
-        return own[self.segmentation]
+        shown = np.flatnonzero(self.segmentation.any(1))
+        mask = np.zeros(self.segmentation.shape, bool)
+        if len(shown):  # to look up a number for each pixel costs more than all else
+            rows = slice(shown[0], shown[-1] + 1)
+            mask[rows] = own[self.segmentation[rows]]
+        return mask
 
     @property
     def keypoints(self) -> Keypoints:
@@ -208,24 +213,25 @@ class Picture:
         pose = _pose_matrix(lidar.get("q_cam_lidar", (1, 0, 0, 0)), lidar.get("t_cam_lidar", (0, 0, 0)))
         return PointCloud(table=self._array("lidar"), T_cam_lidar=pose)
 
-    def label(self, name: str) -> NDArray[Any]:
+    def label(self, name: str, *, rows: range | None = None) -> NDArray[Any]:
         """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
-        says; a LiDAR's points are a table (N,).
+        says; a LiDAR's points are a table (N,). Of an image `rows` decodes these alone.
 
         The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
         has no such label.
         """
-        return self._array(name)
+        return self._array(name, rows)
 
-    def _array(self, kind: str) -> NDArray[Any]:
-        """Read the numbers in the picture's file of that kind. Raises InputError where it has none, or a damaged
-        one."""
+    def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
+        """Read the numbers in the picture's file of that kind, of an image all `rows` or these. Raises InputError where
+        it has none, or a damaged one."""
         if kind not in self.files:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         file = FileIn(Folder(self.root), self.files[kind].path)
-        array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels)
-        if kind not in CLOUD_LABELS and array.shape[:2] != (self.camera.height, self.camera.width):
+        array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels, rows)
+        height = self.camera.height if rows is None else len(rows)
+        if kind not in CLOUD_LABELS and array.shape[:2] != (height, self.camera.width):
             raise InputError(f"is {array.shape[:2]}, and its camera is not", where=file.path, do=CHECK)
         return array
 

@@ -11,15 +11,18 @@ from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 
 
-def read_picture_file(file: FileIn, kind: str, dtype: str | Mapping[str, str], channels: int) -> NDArray[Any]:
-    """Read the numbers of a file of that kind: (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR.
+def read_picture_file(
+    file: FileIn, kind: str, dtype: str | Mapping[str, str], channels: int, rows: range | None = None
+) -> NDArray[Any]:
+    """Read the numbers of a file of that kind: (H, W) or (H, W, C) pixels, these `rows` alone, or (N,) points of a
+    LiDAR.
 
     Raises InputError where they are not of the type and the channels of the label of that name. What is no label is an
     image, of the `dtype` and `channels` that its record says.
     """
     if kind in LABELS:
         dtype, channels = LABELS[kind].channels.dtype, len(LABELS[kind].channels.holds)
-    array = read_array(file)
+    array = read_array(file, rows)
     shape = array.shape[:1] if kind in CLOUD_LABELS else (*array.shape[:2], channels)[: 2 if channels == 1 else 3]
     if described_type(array) != dtype or array.shape != shape:
         found = f"holds {array.dtype} numbers in {array.shape}, which are not those of {kind}"

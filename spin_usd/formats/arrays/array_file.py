@@ -21,11 +21,11 @@ def write_array(path: Path, array: NDArray[Any], *, kind: str, channels: Channel
         write_image(path, array, channels=channels.names, header=channels.header(kind))
 
 
-def read_array(source: FileIn) -> NDArray[Any]:
-    """Read the numbers in a file that `write_array` wrote. Raises InputError."""
+def read_array(source: FileIn, rows: range | None = None) -> NDArray[Any]:
+    """Read the numbers in a file that `write_array` wrote; of an image these `rows` alone. Raises InputError."""
     with source.folder.open(source.name, MAX_ARRAY) as file:
         path = source.path
-        return decoded_point_cloud(file, path) if path.suffix in SUFFIXES else decoded_image(file, path)[0]
+        return decoded_point_cloud(file, path) if path.suffix in SUFFIXES else decoded_image(file, path, rows)[0]
 
 
 def described_type(array: NDArray[Any]) -> str | dict[str, str]:

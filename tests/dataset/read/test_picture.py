@@ -140,6 +140,14 @@ def test_arrays_are_read_once_and_are_the_callers(dataset) -> None:
     assert dataset[0].depth[0, 0] == 0
 
 
+@pytest.mark.parametrize("kind", ["image", "segmentation", "depth", "dense_pose"])
+def test_rows_of_a_label_are_those_of_all_of_it(dataset, kind) -> None:
+    rows = range(37, 90)
+    np.testing.assert_array_equal(dataset[0].label(kind, rows=rows), dataset[0].label(kind)[37:90])
+    with pytest.raises(InputError, match="its camera is not"):
+        dataset[0].label(kind, rows=range(100, 100 + dataset[0].camera.height))
+
+
 def test_a_label_that_is_not_there_is_refused_with_those_that_are(dataset) -> None:
     with pytest.raises(InputError, match=r"has no flow; choose among depth, .* or render flow too"):
         dataset[0].label("flow")

@@ -73,7 +73,7 @@ def _write_eight(picture: ExportedPicture, path: Path) -> None:
 
 
 def _write_mask(picture: ExportedPicture, path: Path) -> None:
-    write_image(path, np.where(picture.mask(), VISIBLE, 0).astype(np.uint8), channels=("Y",))
+    write_image(path, picture.mask().view(np.uint8) * np.uint8(VISIBLE), channels=("Y",))
 
 
 def _write_parts(picture: ExportedPicture, path: Path) -> None:
