@@ -7,13 +7,13 @@ from spin_usd.api.checked import checked
 from spin_usd.api.request import names_in
 from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
 from spin_usd.dataset.export.layout.layout import ExportFormat
+from spin_usd.dataset.export.pictures import PATIENCE_S
 from spin_usd.dataset.export.report import ExportReport
 from spin_usd.dataset.export.request import ExportRequest
 from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.process.processors import refuse_workers
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
-
-EXPORT_PATIENCE_S = 600.0  # it says no word while it reads models, and writes an index of all pictures
 
 
 @checked
@@ -29,6 +29,7 @@ def export(
     target: str | None = None,
     option: str | Sequence[str] = (),
     copy: bool = False,
+    workers: int = 1,
     on_progress: Progress | None = None,
 ) -> ExportReport:
     """Write a dataset's pictures in a format of others. Run again, it makes what is missing.
@@ -44,11 +45,13 @@ def export(
         target: the name of the target, for formats that hold one; the first if not given.
         option: options of the format, "NAME=VALUE" each.
         copy: copy files that need no change, instead of hard links to them.
+        workers: processes that make pictures; their number changes no byte.
         on_progress: called with what is counted, how many are done and how many there are.
 
     Raises InputError and UnsupportedError for what the format cannot hold: before anything is written where records
     tell, else when its file is met. Raises OutputError.
     """
+    refuse_workers(workers)
     request = ExportRequest(
         dataset=Path(dataset),
         to=to,
@@ -60,12 +63,13 @@ def export(
         target=target,
         options=_options(names_in(option)),
         copy=copy,
+        workers=workers,
     )
     report = ask_child(
         "export",
         reads=request.dataset,
         progress=on_progress,
-        within_s=EXPORT_PATIENCE_S,
+        within_s=PATIENCE_S,
         request=request.as_json(),
     )
     return ExportReport(**report)

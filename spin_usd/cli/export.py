@@ -14,6 +14,7 @@ from spin_usd.cli.arguments.completions import listed_in
 from spin_usd.cli.output.lines import NAME, Line, Painted, show
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted
+from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,6 +52,9 @@ def export(
     copy: Annotated[
         bool, typer.Option("--copy", help="Copy files that need no change; they are linked (hard links) if not given.")
     ] = False,
+    workers: Annotated[
+        int, typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Worker processes; their number changes no byte.")
+    ] = 1,
     list_formats: Annotated[bool, typer.Option("--list", help="List the formats with their options, and end.")] = False,
     as_json: options.Json = False,
 ) -> None:
@@ -72,6 +76,7 @@ def export(
             target=target,
             option=option,
             copy=copy,
+            workers=workers,
             on_progress=progress,
         )
     show(json.dumps(asdict(report)) if as_json else _sentence(report))

@@ -21,6 +21,7 @@ class ChildCalls:
         self._stage: Any = None  # what `open_plan` has opened
         self._worker: Any = None
         self._measuring: Any = None
+        self._exported: Any = None
         self._viewer: Any = None
 
     def author(self, **arguments: Any) -> Any:
@@ -117,6 +118,13 @@ class ChildCalls:
         from spin_usd.dataset.export.request import ExportRequest
 
         return asdict(export(ExportRequest.from_json(request), progress=self._progress))
+
+    def export_pictures(self, first: int, last: int, **arguments: Any) -> Any:
+        from spin_usd.dataset.export.pictures import PictureMaker
+
+        self._exported = self._exported or PictureMaker.of_plan(**arguments)
+        rows, counts = self._exported.make(first, last)
+        return rows, asdict(counts)
 
     def save_models(self, **arguments: Any) -> Any:
         from spin_usd.dataset.export.models.in_child import save_models

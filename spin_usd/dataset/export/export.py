@@ -2,23 +2,17 @@
 
 import time
 from collections import Counter
-from pathlib import Path
 
 from spin_usd.dataset.export.card import card_files
 from spin_usd.dataset.export.export_folder import describe, refuse_other
 from spin_usd.dataset.export.faulty_records import blaming_records
-from spin_usd.dataset.export.layout.exported_dataset import Entry
-from spin_usd.dataset.export.layout.index_file import csv_table
-from spin_usd.dataset.export.layout.output import IndexRow
+from spin_usd.dataset.export.pictures import LIST, all_indexes, made_by_children, made_here
 from spin_usd.dataset.export.plan import ExportPlan, plan_export
 from spin_usd.dataset.export.report import ExportReport
 from spin_usd.dataset.export.request import ExportRequest
 from spin_usd.dataset.export.writer import Counts, Writer
-from spin_usd.dataset.store.dataset_folder import Store, refuse_dataset
+from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_dataset
 from spin_usd.progress import Progress
-
-LIST = "pictures.csv"
-"""Lists the pictures of every export: what they are called there, and which they are of the dataset."""
 
 
 def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
@@ -51,27 +45,30 @@ def _planned_and_written(request: ExportRequest, progress: Progress) -> tuple[Ex
     refuse_other(request.out, plan.described)
     with Store(root=request.out).locked() as lease:
         describe(request.out, plan.described, complete=False, work=lease.work)
-        counts = _write(plan, request, lease.work, progress)
+        counts = _write(plan, request, lease, progress)
         describe(request.out, plan.described, complete=True, work=lease.work)
     return plan, counts
 
 
-def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progress) -> Counts:
+def _write(plan: ExportPlan, request: ExportRequest, lease: Lease, progress: Progress) -> Counts:
     """Write all files, and return how many there are of each kind."""
     exported, layout = plan.exported, plan.layout
-    indexes = {LIST: csv_table((*Entry._fields, "file")), **layout.indexes(exported)}
-    writer = Writer(out=request.out, work=work, indexes=indexes, copy=request.copy)
+    writer = Writer(out=request.out, work=lease.work, copy=request.copy, indexes=all_indexes(exported, layout))
+    listed = 0
     try:
         for output in layout.shared(exported):
             writer.write(output)
-        for done, picture in enumerate(exported):
-            progress("exporting: picture", done, len(exported))
-            outputs = list(layout.files(exported, picture))
-            file = layout.file(exported, picture) if layout.file else outputs[0].path
-            writer.write(IndexRow(path=LIST, value=(*exported.entries[done], file)))
-            for output in outputs:
-                writer.write(output)
-        progress("exporting: picture", len(exported), len(exported))
+        if request.workers == 1:
+            made = made_here(exported, layout, request, lease.work)
+        else:
+            made = made_by_children(exported, request, lease.work, lease.descriptors)
+        progress("exporting: picture", 0, len(exported))
+        for rows, counts in made:
+            for row in rows:
+                writer.add(row)
+                listed += row.path == LIST
+            writer.counts.add(counts)
+            progress("exporting: picture", listed, len(exported))
         writer.finish()
         for last in (*layout.last(exported, request.out), *card_files(plan)):
             writer.write(last)

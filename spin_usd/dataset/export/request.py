@@ -13,7 +13,8 @@ class ExportRequest:
     dataset, out: folders · to: the format's name · split: such as "train=0.8,validation=0.2"; all is "train" where it
     is None · seed: which poses go into which split · frames: "A:B:STEP" · variants: names or patterns, all where there
     are none · target: the name of the one that formats of one target hold, the first where it is None · options: the
-    format's, as text by name · copy: files are copied, not linked.
+    format's, as text by name · copy: files are copied, not linked · workers: processes that make pictures, which change
+    no byte.
     """
 
     dataset: Path
@@ -26,6 +27,7 @@ class ExportRequest:
     target: str | None = None
     options: Mapping[str, str] = field(default_factory=dict)
     copy: bool = False
+    workers: int = 1
 
     def as_json(self) -> dict[str, Any]:
         return {**asdict(self), "dataset": str(self.dataset), "out": str(self.out)}

@@ -7,10 +7,10 @@ from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from shutil import copyfileobj
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 from spin_usd.dataset.export.layout.index_file import IndexFile
-from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output, SecondName
+from spin_usd.dataset.export.layout.output import ExportFile, LinkedFile, MadeFile, SecondName
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.folder import FileIn, Folder
@@ -25,6 +25,20 @@ class Counts:
     linked: int = 0
     made: int = 0
     kept: int = 0
+
+    def add(self, more: "Counts") -> None:
+        """Count these too."""
+        self.linked += more.linked
+        self.made += more.made
+        self.kept += more.kept
+
+
+class RowText(NamedTuple):
+    """The text of a row in an index: the index's path, the section, the row."""
+
+    path: str
+    section: str
+    text: str
 
 
 @dataclass(kw_only=True)
@@ -45,8 +59,8 @@ class Writer:
 
     out: Path
     work: Path
-    indexes: Mapping[str, IndexFile]
     copy: bool
+    indexes: Mapping[str, IndexFile] = field(default_factory=dict)
     counts: Counts = field(default_factory=Counts)
     _spools: dict[tuple[str, str], _Spool] = field(default_factory=dict)
     _open: ExitStack = field(default_factory=ExitStack)
@@ -61,12 +75,9 @@ class Writer:
         """Let go of all files."""
         self._open.close()
 
-    def write(self, output: Output) -> None:
+    def write(self, output: ExportFile) -> None:
         """Write one output. Raises InputError where a link is in its way, OutputError, and what a file's own `write`
         raises."""
-        if isinstance(output, IndexRow):
-            self._add(output)
-            return
         folder = Folder(self.out)
         self._refuse_strange(folder, output.path)
         if folder.type_of(output.path):
@@ -97,11 +108,11 @@ class Writer:
                 do = "put what it stands for in its place, or remove it"
                 raise InputError(f"is a {found}, and those are not followed", where=self.out / place, do=do)
 
-    def _add(self, row: IndexRow) -> None:
+    def add(self, row: RowText) -> None:
+        """Add a row to its index. Raises OutputError."""
         index, spool = self.indexes[row.path], self._spools[row.path, row.section]
-        text = index.text(row.value)
         try:
-            spool.file.write(index.sections[row.section].between + text if spool.rows else text)
+            spool.file.write(index.sections[row.section].between + row.text if spool.rows else row.text)
         except OSError as e:
             raise OutputError(
                 f"cannot be written ({e.strerror})", where=self.out / row.path, do="free some space"

@@ -78,6 +78,15 @@ def test_what_the_owner_wrote_into_the_card_stays(two_variants, tmp_path) -> Non
     assert card.read_text().endswith("CC BY 4.0\n")
 
 
+@pytest.mark.parametrize("to", ["coco", "webdataset"])
+def test_the_number_of_workers_changes_no_byte(many, tmp_path, to) -> None:
+    """Rows in one index, in order; shards that are made of the pictures of several workers."""
+    asked = {"options": {"pictures": "7"}} if to == "webdataset" else {}
+    one, three = (write_export(many, to, tmp_path / str(count), workers=count, **asked) for count in (1, 3))
+    assert contents(tmp_path / "1") == contents(tmp_path / "3")
+    assert (one.linked, one.made, one.kept) == (three.linked, three.made, three.kept)
+
+
 def test_a_killed_export_goes_on_to_the_same_bytes(many, tmp_path) -> None:
     """Killed by SIGKILL when some images are there."""
     write_export(many, "speedplus", tmp_path / "whole")

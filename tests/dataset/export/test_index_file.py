@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.dataset.export.layout.index_file import csv_line, csv_table, json_list, json_lists, json_object
-from spin_usd.dataset.export.layout.output import IndexRow, MadeFile
-from spin_usd.dataset.export.writer import Writer
+from spin_usd.dataset.export.layout.output import MadeFile
+from spin_usd.dataset.export.writer import RowText, Writer
 from spin_usd.errors import UnsupportedError
 
 
@@ -19,7 +19,7 @@ def written(tmp_path, index, rows):
     (tmp_path / "work").mkdir(exist_ok=True)
     writer = Writer(out=tmp_path, work=tmp_path / "work", indexes={"index": index}, copy=False)
     for section, value in rows:
-        writer.write(IndexRow(path="index", value=value, section=section))
+        writer.add(RowText(path="index", section=section, text=index.text(value)))
     writer.finish()
     writer.close()
     return (tmp_path / "index").read_text()

@@ -217,7 +217,7 @@ def test_a_shard_is_whole_or_refused(tmp_path, compressed) -> None:
     compression's own end."""
     plain = webdataset(tmp_path, QUARTER, PLACE).read_bytes()
     whole = tmp_path / "whole.tar"
-    with tarfile.open(whole, f"w:{compressed}") as tar:
+    with tarfile.open(whole, f"w:{compressed}") as tar:  # type: ignore[call-overload]
         tar.add(tmp_path / "train-000000.tar", "a.txt")
         member = tarfile.TarInfo("a.json")
         member.size = len(said := json.dumps({"pose": {"q_cam_body": QUARTER, "t_cam_body": PLACE}}).encode())

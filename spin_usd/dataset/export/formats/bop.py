@@ -31,7 +31,7 @@ from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
-from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.dataset.export.models.body_models import body_models
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.geometry.bounds import in_front
@@ -106,7 +106,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return scene_indexes(dataset, _scene, INDEXES) | asked_for
 
 
-def _shared(dataset: ExportedDataset) -> Iterator[Output]:
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     camera = dataset.cameras[0]
     shift = FIRST_CENTRE - 0.5
     said = {

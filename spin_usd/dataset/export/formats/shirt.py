@@ -13,7 +13,7 @@ from spin_usd.dataset.export.layout.images import GREY_JPEG, grey_image
 from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import one_camera, one_variant
-from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.dataset.export.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
@@ -38,7 +38,7 @@ def layout(options: Mapping[str, Any]) -> Layout:
     )
 
 
-def _shared(dataset: ExportedDataset) -> Iterator[Output]:
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     metadata = {"pSim": {"cam_step": dataset.options["step"], "num_images": len(dataset)}, "pMdl": MOUNT}
     yield camera_file(dataset)
     yield MadeFile(path="metadata.json", write=write_json_file(metadata))

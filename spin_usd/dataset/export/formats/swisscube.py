@@ -30,7 +30,7 @@ from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.index_file import IndexFile, text_lines, write_json_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
-from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.dataset.export.models.body_models import body_models
 
 SPLITS = {"train": "training", "validation": "validation", "test": "testing"}
@@ -69,7 +69,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return scene_indexes(dataset, _scene, INDEXES) | {f"{split}.txt": text_lines() for split in dataset.splits}
 
 
-def _shared(dataset: ExportedDataset) -> Iterator[Output]:
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     boxes = []
     for model in body_models(dataset).values():
         ends = np.stack([model.points.min(0), model.points.max(0)]) * MILLIMETRES

@@ -17,7 +17,7 @@ from spin_usd.dataset.export.layout.images import any_image, own_suffix
 from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, write_text_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, has_keypoints
-from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.dataset.export.layout.speed_family import pose_row
 from spin_usd.dataset.export.masks.outlines import joined, outlines
 from spin_usd.dataset.read.pictured_target import PicturedTarget
@@ -90,7 +90,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return {POSES: json_list()}
 
 
-def _shared(dataset: ExportedDataset) -> Iterator[Output]:
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     lines = [f"{split}: images/{split}" for split in dataset.splits]
     lines += ["names:", *(f"  {target.id - 1}: {json.dumps(target.name)}" for target in dataset.dataset.targets)]
     if dataset.options["task"] == POSE:

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.dataset.read.description import DescribedPart
-from spin_usd.dataset.read.picture import CHECK, Picture
+from spin_usd.dataset.read.picture import Picture
 from spin_usd.dataset.read.pictured_target import PicturedTarget
-from spin_usd.dataset.store.names import record_of
-from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.camera import Camera
 
@@ -59,12 +57,8 @@ class ExportedPicture:
 
     @property
     def target(self) -> PicturedTarget:
-        """The target that formats of one target hold. Raises InputError where the record has none of that name."""
-        for target in self.targets:
-            if target.name == self.target_name:
-                return target
-        where = self.picture.root / record_of(self.variant, self.picture.frame)
-        raise InputError(f"has no target {self.target_name!r}, as dataset.json has", where=where, do=CHECK)
+        """The target that formats of one target hold."""
+        return self.picture.targets[self.target_name]
 
     @property
     def image(self) -> NDArray[Any]:

@@ -26,7 +26,7 @@ from typing import Any
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.index_file import IndexFile
-from spin_usd.dataset.export.layout.output import MadeFile, Output
+from spin_usd.dataset.export.layout.output import ExportFile, MadeFile, Output
 from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.errors import InputError
 
@@ -34,7 +34,7 @@ Limit = Callable[[Survey], None]
 """Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""
 
 
-def _no_files(dataset: ExportedDataset) -> Iterator[Output]:
+def _no_files(dataset: ExportedDataset) -> Iterator[ExportFile]:
     return iter(())
 
 
@@ -66,7 +66,7 @@ class Layout:
     needs: tuple[str, ...]
     conventions: tuple[str, ...]
     files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
-    shared: Callable[[ExportedDataset], Iterator[Output]] = _no_files
+    shared: Callable[[ExportedDataset], Iterator[ExportFile]] = _no_files
     indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     limits: tuple[Limit, ...] = ()

@@ -44,4 +44,5 @@ class IndexRow:
     section: str = ""
 
 
-Output: TypeAlias = LinkedFile | MadeFile | SecondName | IndexRow
+ExportFile: TypeAlias = LinkedFile | MadeFile | SecondName
+Output: TypeAlias = ExportFile | IndexRow
