@@ -16,6 +16,7 @@ from spin_usd.files.url import to_install, without_password
 
 WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # no reader sees half of what is put there
 PART = re.compile(r".*\.[0-9a-f]{32}\.part")
+MARKER = "run.json"  # of the run that writes there (run_marker.py); no file of the dataset
 
 Answer = TypeVar("Answer")
 
@@ -43,8 +44,10 @@ class DatasetUrl:
         self.whole = bool(WHOLE & ({protocol} if isinstance(protocol, str) else set(protocol)))
 
     def names(self, within: str = "") -> list[str]:
-        """Return the names of all files, or of those in the folder `within`, in order. Raises InputError."""
-        return [name for name in self._listed(within) if is_below(name) and not PART.fullmatch(name)]
+        """Return the names of all files of the dataset, or of those in the folder `within`, in order. Raises
+        InputError."""
+        listed = self._listed(within)
+        return [name for name in listed if is_below(name) and not PART.fullmatch(name) and name != MARKER]
 
     def sweep(self) -> None:
         """Remove what a killed run left half-written; no other may be on. Raises InputError and OutputError."""

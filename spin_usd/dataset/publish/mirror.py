@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.publish.dataset_url import DatasetUrl, below
+from spin_usd.dataset.publish.run_marker import marked
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
@@ -68,9 +69,10 @@ class Mirror:
 
 @contextmanager
 def mirrored(url: str) -> Iterator[Mirror]:
-    """Mirror the dataset at `url` in a temporary folder of this machine. Raises InputError and OutputError."""
+    """Mirror the dataset at `url` in a temporary folder of this machine. Raises InputError, also where another run
+    writes there, and OutputError."""
     there = DatasetUrl(url)
-    with hidden_folder(Path(tempfile.gettempdir()), "spin_usd-mirror") as hidden:
+    with marked(there), hidden_folder(Path(tempfile.gettempdir()), "spin_usd-mirror") as hidden:
         mirror = Mirror(Store(root=hidden.folder / "dataset"), there)
         mirror.store.root.mkdir()
         mirror.fetch()
