@@ -38,6 +38,7 @@ USUAL = {
     "--camera": "camera.json",
     "--target": "box.obj",
     "--units-per-metre": "1",
+    "--root": ".",  # what lies beside it is outside
     "--out": "out",
 }
 
