@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from spin_usd.dataset.gallery.page_files import page_files
+from spin_usd.dataset.gallery.gallery_folder import page_files
 from tests.conftest import REPOSITORY
 
 
@@ -54,7 +54,7 @@ def test_the_command_line_starts_without_blender_or_usd(installed) -> None:
 def test_the_page_of_show_travels_in_the_wheel(installed) -> None:
     """Every file that the checkout's page has, byte for byte."""
     code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); from spin_usd.dataset.gallery.page_files import page_files\n"
+        "import sys; sys.path.insert(0, sys.argv[1]); from spin_usd.dataset.gallery.gallery_folder import page_files\n"
         "import hashlib; print(*(hashlib.sha256(data).hexdigest() for data in page_files().values()))"
     )
     done = subprocess.run([sys.executable, "-c", code, installed], capture_output=True, text=True, check=True)

@@ -6,23 +6,31 @@ ADC steps           electrons / (gain x 100 / iso) + black level, rounded and cl
 
 `gain` is EMVA's 1 / K at ISO 100, in electrons per step. A film grain texture, which other simulators lay over
 their pictures, is not noise of a detector and is not part of it.
+
+Every purpose has a stream of its own, so that switching one kind of noise on does not change another. Names and
+symbols are those of EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release 4.0.
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.arrays import Float, frozen
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.sensor import Sensor
-from spin_usd.sensor.noise import READ, SHOT, counted, pixel_gains, stream
 from spin_usd.sensor.tone import mixes_channels, unrounded, written
 
 BAND = 32768  # numbers worked on at once: the temporaries of a formula fit a core's cache
 BEYOND = 4.0  # full scales: light above them is cut there, before it becomes infinite electrons ...
 BEYOND_ELECTRONS = 1e6  # ... and this many electrons, so that noise never brings what was cut back into range
+
+SHOT, READ, PATTERN = range(3)
+FEW = 12.0  # electrons, below which photons are counted by a true Poisson generator
+
+Electrons = NDArray[np.float32]
 
 
 def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
@@ -123,3 +131,50 @@ def _bands(shape: tuple[int, ...]) -> Iterator[slice]:
     """Slices of whole rows, about BAND numbers each."""
     rows = max(BAND // int(np.prod(shape[1:])), 1)
     return (slice(start, start + rows) for start in range(0, shape[0], rows))
+
+
+def stream(seed: int, purpose: int) -> np.random.Generator:
+    """Random numbers that depend on the picture's `seed` and the purpose alone."""
+    return np.random.Generator(np.random.SFC64([seed, purpose]))
+
+
+def counted(expected: Electrons, chance: np.random.Generator) -> Electrons:
+    """Whole numbers of electrons, Poisson distributed about `expected`, of any shape and at least zero."""
+    few = expected < FEW
+    if few.all():
+        return chance.poisson(expected).astype(np.float32)
+    if not few.any():
+        return _many(expected, chance)
+    found = np.empty_like(expected)
+    found[few] = chance.poisson(expected[few])
+    found[~few] = _many(expected[~few], chance)
+    return found
+
+
+def _many(expected: Electrons, chance: np.random.Generator) -> Electrons:
+    """Poisson by the Cornish-Fisher expansion of its quantiles: from 12 electrons up its mean and variance are exact to
+    2e-5, its skewness to 2 %, and it differs from the true distribution by less than 5e-4 in total variation.
+
+    The twelfth is what rounding a smooth distribution to whole numbers adds to its variance. Source: E. A. Cornish,
+    R. A. Fisher, "Moments and cumulants in the specification of distributions" (1938).
+    """
+    z = chance.standard_normal(expected.shape, np.float32)
+    sigma = np.sqrt(expected - np.float32(1 / 12))
+    z2 = z * z
+    found = (1 - z2) * z
+    found /= 72 * sigma
+    found += (z2 - 1) / 6
+    found += sigma * z
+    found += expected
+    return np.asarray(np.maximum(np.rint(found, out=found), 0, out=found))
+
+
+def pixel_gains(shape: tuple[int, ...], prnu: float, seed: int) -> NDArray[np.float32]:
+    """Return (H, W, C) relative gain of each pixel: photo-response non-uniformity with standard deviation `prnu`, at
+    least 0. The sensor's own pattern: the same in each of its pictures."""
+    return np.asarray(np.maximum(1 + np.float32(prnu) * _pattern(shape, seed), 0))
+
+
+@lru_cache(maxsize=2)
+def _pattern(shape: tuple[int, ...], seed: int) -> NDArray[np.float32]:
+    return frozen(stream(seed, PATTERN).standard_normal(shape, np.float32), np.float32)

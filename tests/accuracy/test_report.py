@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from spin_usd.accuracy.measurement import Execution, Failure, LabelFigures, Saving
-from spin_usd.accuracy.report import SETTINGS, in_full, in_short
-from spin_usd.accuracy.summary import HEADINGS, choices
+from spin_usd.accuracy.report import HEADINGS, SETTINGS, choices, in_full, in_short
 from spin_usd.scene.effort import QUALITIES
 from tests.cases.measurements import figures, measurement, setting, usual
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.sensor.noise import FEW, PATTERN, READ, SHOT, counted, pixel_gains, stream
+from spin_usd.sensor.detector import FEW, PATTERN, READ, SHOT, counted, pixel_gains, stream
 
 DRAWS = 400_000
 SIGMAS = 5.0  # standard errors that a sample's moment may be off

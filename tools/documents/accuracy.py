@@ -9,8 +9,7 @@ from three_stages import STAGES
 from spin_usd.accuracy.choice import most_exact
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Measurement, Saving
-from spin_usd.accuracy.report import in_full
-from spin_usd.accuracy.summary import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name
+from spin_usd.accuracy.report import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name, in_full
 from spin_usd.accuracy.tables import in_markdown, number, percent, within
 from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.store.measurement_file import read_measurement

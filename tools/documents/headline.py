@@ -12,7 +12,7 @@ from documents.labels import LABELS
 from documents.marked import prose
 
 from spin_usd.accuracy.front import Criterion
-from spin_usd.accuracy.summary import by_name
+from spin_usd.accuracy.report import by_name
 from spin_usd.accuracy.tables import percent
 
 FULL = "plain bpy script, full frame"

@@ -1,13 +1,16 @@
 """The card of an export: README.md, which says what it holds in which conventions, and a contact sheet."""
 
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterator, Mapping
 from functools import partial
 
+import numpy as np
+
+from spin_usd.arrays import Float
 from spin_usd.dataset.export.layout.exported_dataset import Entry
 from spin_usd.dataset.export.layout.index_file import write_text_file
 from spin_usd.dataset.export.layout.output import MadeFile
 from spin_usd.dataset.export.plan import ExportPlan
-from spin_usd.dataset.export.statistics import statistics_table, views
 from spin_usd.dataset.read.contact_sheet import draw_contact_sheet, spread
 from spin_usd.geometry.camera import Camera
 
@@ -18,6 +21,13 @@ PIXELS = (
     "Here (0, 0) is the corner of the image, so the first pixel's centre is (0.5, 0.5). Functions that put (0, 0) at "
     "the first pixel's centre need cx - 0.5 and cy - 0.5."
 )
+BANDS, SECTORS = 6, 12  # of equal heights and azimuths: cells of equal area
+ROWS = {
+    "range": "range of the target, m",
+    "turn": "rotation from body axes to camera axes, degrees",
+    "sun": "Sun to camera as seen from the target, degrees",
+    "visible": "visible fraction of the target",
+}
 
 
 def card_files(plan: ExportPlan) -> Iterator[MadeFile]:
@@ -88,3 +98,33 @@ def _cameras(plan: ExportPlan) -> str:
 def _camera(camera: Camera) -> str:
     numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
     return " | ".join((*map(str, numbers), ", ".join(map(str, camera.distortion)) if camera.distorted else "none"))
+
+
+def statistics_table(columns: Mapping[str, array[float]]) -> str:
+    """Return a table in Markdown of least, median, mean and greatest of each column that has numbers."""
+    lines = ["| | least | median | mean | greatest |", "| --- | --- | --- | --- | --- |", *_rows(columns)]
+    return "\n".join(lines)
+
+
+def _rows(columns: Mapping[str, array[float]]) -> Iterator[str]:
+    for name, words in ROWS.items():
+        numbers = known(columns[name])
+        if len(numbers):
+            shown = (numbers.min(), np.median(numbers), numbers.mean(), numbers.max())
+            yield f"| {words} | {' | '.join(f'{number:.4g}' for number in shown)} |"
+
+
+def views(columns: Mapping[str, array[float]]) -> str:
+    """Say from how many directions the target is seen, of cells of equal area around it."""
+    azimuth, height = np.array(columns["azimuth"]), np.array(columns["height"])
+    band = np.clip((height + 1) / 2 * BANDS, 0, BANDS - 1).astype(int)
+    sector = np.clip((azimuth + 180) / 360 * SECTORS, 0, SECTORS - 1).astype(int)
+    seen = len(np.unique(band * SECTORS + sector))
+    return f"The camera sees the target from {seen} of {BANDS * SECTORS} cells of equal area around it."
+
+
+def known(column: array[float]) -> Float:
+    """Return the numbers of a column that are not NaN."""
+    numbers = np.array(column)
+    found: Float = numbers[~np.isnan(numbers)]
+    return found

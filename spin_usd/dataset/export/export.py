@@ -2,17 +2,36 @@
 
 import time
 from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from spin_usd.dataset.export.card import card_files
-from spin_usd.dataset.export.export_folder import describe, refuse_other
-from spin_usd.dataset.export.faulty_records import blaming_records
 from spin_usd.dataset.export.pictures import LIST, all_indexes, made_by_children, made_here
 from spin_usd.dataset.export.plan import ExportPlan, plan_export
 from spin_usd.dataset.export.report import ExportReport
 from spin_usd.dataset.export.request import ExportRequest
 from spin_usd.dataset.export.writer import Counts, Writer
+from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_dataset
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
 from spin_usd.progress import Progress
+
+SELF = "export.json"
+SCHEMA = "export-1"
+WORDS = {
+    "format": "of another format",
+    "options": "with other options",
+    "dataset": "of other pictures",
+    "target": "of another target",
+    "splits": "with other splits",
+    "seed": "with another seed",
+    "pictures": "of other pictures",
+    "spin_usd": "by another version of spin_usd",
+}
 
 
 def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
@@ -75,3 +94,38 @@ def _write(plan: ExportPlan, request: ExportRequest, lease: Lease, progress: Pro
     finally:
         writer.close()
     return writer.counts
+
+
+@contextmanager
+def blaming_records(dataset: Path) -> Iterator[None]:
+    """Raise InputError that names the first record that breaks its schema, where the block fails over anything.
+
+    To hold every record to its schema takes longer than to export it, so it is done when something has gone wrong.
+    """
+    try:
+        yield
+    except SpinError:
+        raise
+    except Exception:
+        store = Store(root=dataset)
+        for name in store.records():
+            read_json(store.folder, name, "record-1")
+        raise
+
+
+def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
+    """Raise InputError where the folder holds anything but what is `described`, begun or finished. Write nothing."""
+    held = Store(root=out).held()
+    if not held:
+        return
+    if SELF not in held:
+        raise InputError(f"holds {held[0]} but no {SELF}", where=out, do="choose an empty folder")
+    found = read_json(Folder(out), SELF, SCHEMA)
+    for name, words in WORDS.items():
+        if found[name] != described[name]:
+            raise InputError(f"is an export {words}", where=out, do="choose another folder, or remove that one")
+
+
+def describe(out: Path, described: Mapping[str, Any], *, complete: bool, work: Path) -> None:
+    """Write export.json."""
+    write_json(Folder(out), SELF, {"schema": SCHEMA, **described, "complete": complete}, work=work)

@@ -1,23 +1,31 @@
 """Write the page of a dataset: its records first, then the files of each picture, then the index."""
 
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from spin_usd.dataset.gallery.data_file import DataFile
 from spin_usd.dataset.gallery.gallery_file import PAGE
 from spin_usd.dataset.gallery.gallery_folder import GalleryFolder, refuse_other
 from spin_usd.dataset.gallery.index import Arrays, Header, columns_of, described_dataset, measures_of, pictures_of
-from spin_usd.dataset.gallery.picture_calls import lacking, written
-from spin_usd.dataset.gallery.record_shelf import PER_FILE, RecordShelf
+from spin_usd.dataset.gallery.picture_keys import PictureKeys
 from spin_usd.dataset.gallery.report import GalleryReport
 from spin_usd.dataset.gallery.request import GalleryRequest
 from spin_usd.dataset.gallery.survey import SurveyedPicture, survey
 from spin_usd.dataset.gallery.values.columns import Columns
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.process.shared_calls import Call, results_of
 from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.dataset.read.picture import Picture
 from spin_usd.dataset.store.dataset_folder import Store, refuse_dataset
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.geometry.lens import invertible_radius
 from spin_usd.progress import Progress
+
+PER_FILE = 64  # half a megabyte of JSON, a tenth of it packed: they are much alike
+PICTURES_PER_CHILD = 8  # starting one takes as long as so many
 
 
 def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
@@ -89,3 +97,82 @@ def _survey_beside(dataset: Dataset, request: GalleryRequest, progress: Progress
         columns.add(picture.values)
     measures, arrays = measures_of(dataset, dict(columns.columns()), prefix="beside ")
     return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays
+
+
+class RecordShelf:
+    """Writes the records of pictures into the folder as they come. `files`: their names, PER_FILE pictures in each."""
+
+    def __init__(self, folder: GalleryFolder) -> None:
+        self.files: list[str] = []
+        self._folder, self._held = folder, list[dict[str, Any]]()
+
+    def add(self, picture: SurveyedPicture) -> None:
+        """Add the next picture."""
+        self._held.append(_described(picture, picture.picture) if picture.picture else {})
+        if len(self._held) == PER_FILE:
+            self.finish()
+
+    def finish(self) -> None:
+        """Write those that fill no whole file."""
+        if self._held:
+            self.files.append(self._folder.add(DataFile({"pictures": self._held})))
+            self._held = []
+
+
+def _described(surveyed: SurveyedPicture, picture: Picture) -> dict[str, Any]:
+    """Return what the page shows of the picture: its record, its files, and up to which radius its lens is one to
+    one; None for an endless one."""
+    radius = invertible_radius(picture.camera.distortion)
+    limit = radius if radius < float("inf") else None
+    return {"record": picture.record, "lens_limit": limit, "files": surveyed.keys.names}
+
+
+def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int, PictureKeys]:
+    """Return the keys of the files that are not `present`, by the place of the picture that they are made of. Where
+    pictures share a file, it is made of the first."""
+    begun, found = set(present), {}
+    for place, picture in enumerate(pictures):
+        keys = picture.keys.without(begun)
+        if keys.image or keys.labels:
+            found[place] = keys
+        begun |= set(picture.keys.names.values())
+    return found
+
+
+def written(
+    pictures: Sequence[SurveyedPicture],
+    missing: Mapping[int, PictureKeys],
+    request: GalleryRequest,
+    work: Path,
+    *,
+    progress: Progress,
+) -> dict[str, str]:
+    """Let children write the `missing` files; return what is wrong, by the keys of files that could not be written.
+
+    Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
+    """
+    calls = [_call(pictures[place], keys, request, work) for place, keys in missing.items()]
+    children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
+    faults: dict[str, str] = {}
+    for done, (keys, result) in enumerate(
+        zip(missing.values(), results_of(calls, children, progress=progress), strict=True)
+    ):
+        progress("showing: picture", done, len(calls))
+        if isinstance(result, OutputError):
+            raise result
+        faults |= dict.fromkeys((keys.image, keys.labels), str(result)) if isinstance(result, SpinError) else result
+    progress("showing: picture", len(calls), len(calls))
+    return faults
+
+
+def _call(picture: SurveyedPicture, keys: PictureKeys, request: GalleryRequest, work: Path) -> Call:
+    arguments = {
+        "dataset": str(request.dataset),
+        "frame": picture.frame,
+        "variant": picture.variant,
+        "out": str(request.out),
+        "work": str(work),
+        "images": request.images,
+        "keys": keys,
+    }
+    return Call("show_picture", arguments)

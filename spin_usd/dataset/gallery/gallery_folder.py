@@ -7,7 +7,6 @@ from pathlib import Path
 from spin_usd import __version__
 from spin_usd.dataset.gallery.data_file import DataFile
 from spin_usd.dataset.gallery.gallery_file import BY_KEY, DATA, INDEX, OWN_NAME, PAGE, PROGRAM, SELF, file_of
-from spin_usd.dataset.gallery.page_files import page_files
 from spin_usd.dataset.store.atomic import write_atomically, write_json
 from spin_usd.dataset.store.dataset_folder import Store, refuse_strange
 from spin_usd.dataset.store.json_schema import read_json
@@ -15,9 +14,12 @@ from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
+from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.resources import PACKAGE
 
 SCHEMA = "gallery-1"
 INDEX_KEY = "index"
+PAGE_FOLDER = PACKAGE / "dataset" / "gallery" / "page"
 
 
 def refuse_other(out: Path) -> None:
@@ -71,3 +73,10 @@ class GalleryFolder:
 
     def _write(self, name: str, content: bytes) -> None:
         write_atomically(self.out, name, partial(write_whole, data=content), work=self.work)
+
+
+def page_files() -> dict[str, bytes]:
+    """Return the files of the page by their names; index.html, which loads the others, is the last."""
+    folder = Folder(PAGE_FOLDER)
+    names = sorted(folder.files(), key=lambda name: (name.endswith(".html"), name))
+    return {name: folder.read(name, MAX_DOCUMENT) for name in names}

@@ -4,13 +4,13 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.counted import counted
 from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, next_name, renamed
-from spin_usd.dataset.keypoints.history import History
 from spin_usd.dataset.keypoints.shown_target import Pick, ShownTarget
 from spin_usd.dataset.keypoints.suggestions import SuggestionMethod, suggest
 from spin_usd.errors import InputError, SpinError
@@ -20,6 +20,7 @@ from spin_usd.scene.source.keypoints import Keypoints
 
 NEAR = 0.009  # radians beside a marker that a click still means: some six pixels
 NONE = Keypoints(names=(), points=np.zeros((0, 3)))
+State = TypeVar("State")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,3 +216,39 @@ def _meant(points: Float, origin: Float, direction: Float, end: float) -> int | 
     angle = np.arctan2(np.linalg.norm(np.cross(towards, direction), axis=1), towards @ direction)
     meant = np.flatnonzero((angle <= NEAR) & (distance <= end))
     return int(meant[np.argmin(distance[meant])]) if len(meant) else None
+
+
+class History(Generic[State]):
+    """A state that never changes itself but is replaced, and those before and after it."""
+
+    def __init__(self, first: State) -> None:
+        self._states = [first]
+        self._place = 0
+
+    @property
+    def now(self) -> State:
+        """The present state."""
+        return self._states[self._place]
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a state before."""
+        return self._place > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is a state that was undone."""
+        return self._place + 1 < len(self._states)
+
+    def change(self, state: State) -> None:
+        """Let `state` follow the present one; what was undone is gone."""
+        self._states[self._place + 1 :] = [state]
+        self._place += 1
+
+    def undo(self) -> None:
+        """Go back to the state before, if there is one."""
+        self._place -= self.can_undo
+
+    def redo(self) -> None:
+        """Go on to the state that was undone last, if there is one."""
+        self._place += self.can_redo

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -10,33 +10,39 @@ from itertools import chain
 from pathlib import Path
 
 from spin_usd.accuracy.measurement import Measurement
-from spin_usd.accuracy.sweep import representative
-from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, PercentDone
+from spin_usd.accuracy.report import in_full
+from spin_usd.accuracy.sweep import STEP, representative
+from spin_usd.dataset.measure.campaign import PART, Campaign, MeasureRequest, PercentDone
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.picture_task import PictureTask
+from spin_usd.dataset.measure.plot import plot
 from spin_usd.dataset.measure.processes import Processes, ProcessKind
 from spin_usd.dataset.measure.renders import SUBJECT, RenderStore, is_render_file, render_file
-from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
-from spin_usd.dataset.measure.time_limit import time_limit
+from spin_usd.dataset.picture.make_picture import IMAGE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
-from spin_usd.dataset.plan.work import NOISE
+from spin_usd.dataset.plan.time_limit import TimeLimits
+from spin_usd.dataset.plan.work import NOISE, RunOptions
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers, share_of, usable_cpus
-from spin_usd.dataset.store.atomic import write_atomically
+from spin_usd.dataset.store.atomic import write_atomically, write_text
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement
 from spin_usd.errors import InputError, RenderError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
+from spin_usd.labels.table import DEFAULT_LABELS
 from spin_usd.progress import Progress
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import MAX_SAMPLES, Effort
 
 RUNS = "runs"
+TABLES, PLOT = "measure.md", "measure.svg"
+
+
 OURS = (FILE, TABLES, PLOT, RUNS)
 DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
 
@@ -45,6 +51,8 @@ WITHOUT_NOISE = (
     "the detector has no noise (spin:sensor:gain is 0), so --error auto, which goes by that noise, will not work with "
     'this measurement; --error X will; spin:sensor:gain, a preset or an augmentation\'s camera = "rich" gives it noise'
 )
+MIN_S = 600.0  # figures of many large renders take minutes, and are not in what a picture is expected to take
+TURNS = 2  # renders from one word to the next
 
 
 def measure(
@@ -197,3 +205,22 @@ def _write(folder: Folder, measurement: Measurement, work: Path) -> None:
         read_measurement(temporary)
 
     write_atomically(folder, FILE, write, work=work)
+
+
+def write_report(folder: Path, measurement: Measurement, *, work: Path) -> None:
+    """Write both files into `folder`, over what is there. Raises OutputError."""
+    shown = f"{in_full(measurement)}\n![Error against CPU seconds]({PLOT})\n"
+    for name, text in ((TABLES, shown), (PLOT, plot(measurement))):
+        write_text(Folder(folder), name, text, work=work)
+
+
+def time_limit(
+    pictures: Iterable[PlannedPicture], *, max_samples: int, frame_pixels: int, workers: int, cores: int
+) -> float:
+    """Return seconds: what the longest render of these pictures may take, the slowest setting of `max_samples`."""
+    samples = min(TURNS * max(STEP, PART) * max_samples, MAX_SAMPLES)
+    effort = Effort(samples=samples, denoiser="high")
+    kinds = (IMAGE, *DEFAULT_LABELS)
+    options = RunOptions(renderer="blender", effort=effort, kinds=kinds, frame_pixels=frame_pixels)
+    limits = TimeLimits(options=options, workers=workers, cores=cores)
+    return max(MIN_S, *(limits.of(picture, kinds) for picture in pictures))

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.read.description import DescribedPart, Description, Named, Targets
-from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
-from spin_usd.dataset.read.point_cloud import PointCloud
 from spin_usd.dataset.store.names import record_of
 from spin_usd.dataset.store.picture_file import read_picture_file
 from spin_usd.errors import InputError
@@ -29,6 +27,59 @@ from spin_usd.scene.source.keypoints import Keypoints
 SCHEMA = "record-1"
 INSTANCE = "instance"
 CHECK = "run spin-usd check on the dataset"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointCloud:
+    """N points in the order of their beams. The LiDAR's axes are x forward, y left, z up; metres.
+
+    Arrays of the file are the caller's own, to be changed at will.
+
+    Attributes:
+        table: (N,) the file's columns side by side, which the properties below give one by one.
+        T_cam_lidar: (4, 4) float64, from the LiDAR's axes to the camera's: p_cam = T_cam_lidar @ (x, y, z, 1).
+    """
+
+    table: NDArray[np.void]
+    T_cam_lidar: Float
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(N, 3) float32: the points as measured, noise included, in the LiDAR's axes."""
+        return self.table["points"]
+
+    @property
+    def points_cam(self) -> Float:
+        """(N, 3) float64: the same in the camera's axes."""
+        return np.asarray(self.points @ self.T_cam_lidar[:3, :3].T + self.T_cam_lidar[:3, 3])
+
+    @property
+    def ranges(self) -> NDArray[np.float32]:
+        """(N,) float32: the measured ranges, noise included."""
+        return self.table["ranges"]
+
+    @property
+    def exact_ranges(self) -> NDArray[np.float32]:
+        """(N,) float32: the ranges without noise."""
+        return self.table["exact_ranges"]
+
+    @property
+    def beams(self) -> NDArray[np.uint32]:
+        """(N,) uint32: each point's beam, from 0: row i / columns and column i % columns of the pattern."""
+        return self.table["beams"]
+
+    @property
+    def parts(self) -> NDArray[np.uint16]:
+        """(N,) uint16: the ids of the parts that the points lie on, the keys of `Picture.parts`."""
+        return self.table["parts"]
+
+    @property
+    def targets(self) -> NDArray[np.uint16]:
+        """(N,) uint16: the ids of the targets that the points lie on; 0 for what is no target."""
+        return self.table["targets"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -284,3 +335,26 @@ def _file(entry: dict[str, Any]) -> PictureFile:
 
 def _pose_matrix(q_cam_body: Sequence[float], t_cam_body: Sequence[float]) -> Float:
     return frozen(Transform.from_quaternion(to="cam", of="body", q=q_cam_body, t=t_cam_body).matrix)
+
+
+def heatmaps_of(pixels: Float, frame: tuple[int, int], *, size: tuple[int, int], sigma: float) -> NDArray[np.float32]:
+    """Return (K, height, width) float32: around each of the `pixels` (K, 2) of a `frame` (width, height) a Gaussian of
+    height 1, in maps of `size` (width, height).
+
+    `sigma`: in pixels of the map. A map is of the whole frame, and has its pixels' centres at (c + 0.5, r + 0.5). It is
+    0 all over where the place is outside the frame, or NaN. Raises InputError for a size or a sigma that is not
+    positive.
+    """
+    if min(size) < 1 or not 0 < sigma < np.inf:
+        raise InputError(f"heatmaps cannot be of size {size} and sigma {sigma}", do="make both positive")
+    places = pixels * np.divide(size, frame)
+    inside = ((places >= 0) & (places < size)).all(-1)
+    x, y = (_falloff(places[:, axis], size[axis], sigma) for axis in (0, 1))
+    return np.asarray(np.where(inside[:, None, None], y[:, :, None] * x[:, None, :], 0), np.float32)
+
+
+def _falloff(places: Float, length: int, sigma: float) -> Float:
+    """Return (K, length) of the Gaussian along one axis."""
+    away = np.arange(length) + 0.5 - np.nan_to_num(places)[:, None]
+    fallen: Float = np.exp(-(away**2) / (2 * sigma**2))
+    return fallen

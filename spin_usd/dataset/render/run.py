@@ -1,12 +1,17 @@
 """One run of `render` in a folder that it holds: plan, put the stage there, find what is left, and have it made."""
 
+import shlex
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from dataclasses import replace as changed
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from spin_usd.dataset.picture.make_picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import read_measured, write_measured
 from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.plan.make_plan import Plan
@@ -16,11 +21,10 @@ from spin_usd.dataset.process.devices import AUTO
 from spin_usd.dataset.process.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.dataset.process.processors import MAX_WORKERS, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
-from spin_usd.dataset.render.command import command_of
-from spin_usd.dataset.render.dataset_json import describe
 from spin_usd.dataset.render.destination import Destination
 from spin_usd.dataset.render.report import RenderReport, RunListener
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
+from spin_usd.dataset.render.same_stage import differences
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.unfinished_tasks import unfinished_tasks
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -32,15 +36,24 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import CHANGED, same_files, same_names, write_sums
+from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.stage_layers import refuse_changed_stage
 from spin_usd.dataset.store.unfinished import WantedFiles
 from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
+from spin_usd.labels.table import LABELS
 from spin_usd.progress import Note, Progress
+from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import postponed
+
+MEANINGS = {
+    IMAGE: IMAGE_MEANING,
+    RADIANCE: RADIANCE_CHANNELS.meaning,
+    **{name: label.channels.meaning for name, label in LABELS.items()},
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,3 +253,49 @@ def _adopt_stage(store: Store, work: Path) -> None:
         put(store.folder, work / STAGE, STAGE)
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e
+
+
+def command_of(request: RenderRequest, out: Path, picture_timeout: float | None, picture: PlannedPicture) -> str:
+    """Return the `spin-usd render` command that makes this one picture of the request in the dataset `out`, within the
+    same time."""
+    place = ("--frames", f"{picture.index}:{picture.index + 1}", "--variants", picture.variant)
+    where = (str(request.stage), "--out", str(out))
+    limit = () if picture_timeout is None else ("--picture-timeout", f"{picture_timeout:g}")
+    return shlex.join(("spin-usd", "render", *where, *place, *_options(request), *limit))
+
+
+def _options(request: RenderRequest) -> Iterator[str]:
+    """Yield the options that decide the picture."""
+    yield from ("--renderer", request.renderer, "--effort", request.effort.text)
+    if request.device != CPU:
+        yield from ("--device", request.device)
+    if request.seed is not None:
+        yield from ("--seed", str(request.seed))
+    yield from ("--labels", "all" if request.offered else ",".join(request.labels) or "none")
+    if not request.image:
+        yield "--labels-only"
+    if request.radiance:
+        yield "--radiance"
+    yield from ("--image-format", request.image_suffix.removeprefix("."))
+
+
+def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
+    """Return dataset.json by schema dataset-1; what earlier runs made of the same stage's other variants and kinds
+    stays listed."""
+    before = read_json(store.folder, DESCRIPTION, "dataset-1") if store.folder.type_of(DESCRIPTION) else None
+    if before and differences(before, plan):
+        before = None
+    hashes = dict(before["stage"]["hashes"]) if before else {}
+    hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
+    hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
+    classes = class_ids(part["class"] for part in plan.description["parts"].values())
+    return {
+        "schema": "dataset-1",
+        "stage": {"root": root, "origin": dict(plan.origin), "hashes": hashes},
+        "targets": plan.description["targets"],
+        "parts": plan.description["parts"],
+        "classes": {str(number): name for name, number in classes.items()},
+        "variants": list(hashes),
+        "frames": len(plan.names),
+        "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
+    }

@@ -5,6 +5,8 @@ constants are used); EXR carries the time of writing (set to a constant); `write
 a full disk (so it writes into memory, and we to the disk), and end the process over a JPEG (Pillow encodes those).
 """
 
+import math
+import struct
 from collections.abc import Mapping
 from io import BufferedReader, BytesIO
 from pathlib import Path
@@ -19,7 +21,6 @@ from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.given_file import open_file, path_of
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
-from spin_usd.formats.arrays.whole_image import exr_is_whole, png_is_whole
 
 Image = NDArray[Any]
 
@@ -36,6 +37,9 @@ JPEG_QUALITY = 95
 
 oiio.attribute("threads", 1)  # a worker has one processor
 oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 is none
+PNG_HEAD = EXR_HEAD = 8  # bytes
+PNG_FRAME = 12  # bytes of a chunk beside its data: length, type and checksum
+EXR_ROWS = 16  # of a chunk that is compressed by ZIP
 
 
 def write_image(
@@ -149,3 +153,41 @@ def _check_kind(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
 
 def _error(source: Any) -> str:
     return (source.geterror() if source is not None else oiio.geterror()) or "no reason given"
+
+
+def png_is_whole(data: bytes) -> bool:
+    """Return whether the chunks of a PNG follow one another up to its last byte, which ends the last: where some of
+    what was written is lost, what follows lies nearer to the start. Source: the PNG specification (W3C)."""
+    place: int = PNG_HEAD
+    while place + PNG_FRAME <= len(data):
+        size, kind = struct.unpack_from(">I4s", data, place)
+        place += size + PNG_FRAME
+        if kind == b"IEND":
+            return place == len(data)
+    return False
+
+
+def exr_is_whole(data: bytes, *, rows: int) -> bool:
+    """Return whether the chunks of an EXR of so many rows, compressed by ZIP, lie where its table says, up to its last
+    byte. Source: "OpenEXR File Layout", files of scan lines."""
+    try:
+        place = _after_header(data)
+        table = struct.unpack_from(f"<{math.ceil(rows / EXR_ROWS)}Q", data, place)
+        place += 8 * len(table)
+        for start in table:
+            if start != place:
+                return False
+            place += 8 + struct.unpack_from("<I", data, place + 4)[0]
+    except (struct.error, ValueError, IndexError):
+        return False
+    return place == len(data)
+
+
+def _after_header(data: bytes) -> int:
+    """Return where the table begins: behind attributes, each a name, a type, a size and a value."""
+    place = EXR_HEAD
+    while data[place]:
+        for _ in ("name", "type"):
+            place = data.index(0, place) + 1
+        place += 4 + struct.unpack_from("<I", data, place)[0]
+    return place + 1

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.dataset.check.cache import cache_findings
-from spin_usd.dataset.check.dataset import dataset_findings
+from spin_usd.dataset.check.dataset import cache_findings, dataset_findings, sums_findings
 from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
 from spin_usd.dataset.check.provenance import provenance_findings
 from spin_usd.dataset.check.strays import stray_findings
-from spin_usd.dataset.check.sums import sums_findings
 from spin_usd.dataset.store.cache import uses
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.stage_layers import STAGE_SUMS, refuse_changed_stage

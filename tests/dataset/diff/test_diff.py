@@ -6,8 +6,7 @@ import shutil
 
 import pytest
 
-from spin_usd.dataset.diff.in_child.compare import compare
-from spin_usd.dataset.diff.in_child.selection import Selection
+from spin_usd.dataset.diff.in_child.compare import Selection, compare
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.derived.content_keys import KEYS

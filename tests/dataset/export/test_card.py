@@ -5,7 +5,7 @@ import re
 import numpy as np
 from PIL import Image
 
-from spin_usd.dataset.export.statistics import BANDS, SECTORS, views
+from spin_usd.dataset.export.card import BANDS, SECTORS, views
 from tests.dataset.export.conftest import clone, write_export
 
 QUARTER = [0.5**0.5, 0.5**0.5, 0.0, 0.0]  # a quarter turn about x

@@ -7,7 +7,7 @@ import signal
 import pytest
 
 import spin_usd
-from spin_usd.dataset.gallery.page_files import page_files
+from spin_usd.dataset.gallery.gallery_folder import page_files
 from spin_usd.errors import InputError
 from spin_usd.stop_signals import Stopped
 

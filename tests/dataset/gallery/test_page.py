@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import spin_usd
-from spin_usd.dataset.gallery import gallery, record_shelf
+from spin_usd.dataset.gallery import gallery
 from spin_usd.dataset.gallery.data_file import DataFile
-from spin_usd.dataset.gallery.in_child.body_points import STEP_M
+from spin_usd.dataset.gallery.in_child.label_file import STEP_M
 from spin_usd.dataset.gallery.index import pictures_of
 from spin_usd.dataset.gallery.picture_keys import PictureKeys
 from spin_usd.dataset.gallery.survey import SurveyedPicture
@@ -133,7 +133,7 @@ HOLD = """name => {
 def held(pictured, shown, opened, tmp_path, monkeypatch):
     """The page with a file for each record, at img000002; and a function that lets it wait for the record or the labels
     of img000001 until it calls `release`."""
-    monkeypatch.setattr(record_shelf, "PER_FILE", 1)
+    monkeypatch.setattr(gallery, "PER_FILE", 1)
     monkeypatch.setattr(gallery, "PER_FILE", 1)
     folder = shutil.copytree(shown, tmp_path / "page")
     spin_usd.show(pictured, out=folder, workers=1)

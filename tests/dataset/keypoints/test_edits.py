@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, renamed, table_lines
-from spin_usd.dataset.keypoints.history import History
+from spin_usd.dataset.keypoints.session import History
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.scene.source.keypoints import Keypoints

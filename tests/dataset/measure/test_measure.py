@@ -15,12 +15,11 @@ from spin_usd.accuracy.measurement import Configuration
 from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, PercentDone
 from spin_usd.dataset.measure.execution import ExecutionTask
-from spin_usd.dataset.measure.measure import measure
+from spin_usd.dataset.measure.measure import measure, time_limit
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
-from spin_usd.dataset.measure.time_limit import time_limit
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import usable_cpus

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from spin_usd.dataset.measure.measure import write_report
 from spin_usd.dataset.measure.plot import kind_of, plot
-from spin_usd.dataset.measure.report import write_report
 from tests.cases.measurements import figures, measurement, setting, usual
 from tests.conftest import REPOSITORY
 

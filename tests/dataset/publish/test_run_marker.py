@@ -8,7 +8,7 @@ import time
 import pytest
 
 from spin_usd.dataset.publish.dataset_url import MARKER, DatasetUrl
-from spin_usd.dataset.publish.run_marker import OVER_S, marked
+from spin_usd.dataset.publish.mirror import OVER_S, marked
 from spin_usd.errors import InputError
 
 

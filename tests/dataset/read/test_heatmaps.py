@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.read.dataset import Dataset
-from spin_usd.dataset.read.heatmaps import heatmaps_of
+from spin_usd.dataset.read.picture import heatmaps_of
 from spin_usd.errors import InputError
 
 FLOAT32_PX = 1e-3  # a parabola through logarithms of float32, of a Gaussian of 2 px

@@ -7,9 +7,7 @@ import pytest
 
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.repair.damage import valid_records
-from spin_usd.dataset.repair.repair import repair
-from spin_usd.dataset.repair.stage_files import listed_again
+from spin_usd.dataset.repair.repair import listed_again, repair, valid_records
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
 from spin_usd.progress import ignore

@@ -7,8 +7,7 @@ import shutil
 import pytest
 
 import spin_usd as package
-from spin_usd.dataset.check.dataset import dataset_findings
-from spin_usd.dataset.check.shards import shard_findings
+from spin_usd.dataset.check.dataset import dataset_findings, shard_findings
 from spin_usd.dataset.merge.merge import merge
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.store.cache import MEASURED

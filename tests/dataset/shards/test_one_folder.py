@@ -17,7 +17,7 @@ from spin_usd.dataset.shards.manifest import (
     share_manifest,
     write_manifest,
 )
-from spin_usd.dataset.store import hold
+from spin_usd.dataset.store import dataset_folder
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.lock import TEXT
 from spin_usd.dataset.store.names import SHARDS
@@ -54,7 +54,7 @@ def test_three_at_once_make_the_bytes_of_one_run(stage, whole, make, tmp_path, r
 
 @pytest.fixture
 def impatient(monkeypatch):
-    monkeypatch.setattr(hold, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(dataset_folder, "PATIENCE_S", 0.2)
 
 
 def test_a_shard_and_a_whole_run_refuse_each_other(impatient, tmp_path) -> None:

@@ -111,7 +111,7 @@ def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path) -> No
 
 @pytest.mark.parametrize("text", ["", "mine", "spin_usd " + "0" * 31 + "\n", "spin_usd " + "0" * 32 + "\nand more"])
 def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, text) -> None:
-    monkeypatch.setattr("spin_usd.dataset.store.hold.PATIENCE_S", 0.2)
+    monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.PATIENCE_S", 0.2)
     (tmp_path / ".lock").write_text(text)
     with (
         pytest.raises(InputError, match=r"\.lock: is there and is not a lock of spin-usd"),
@@ -124,14 +124,14 @@ def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, tex
 
 
 def test_a_second_run_on_the_same_dataset_is_refused(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("spin_usd.dataset.store.hold.PATIENCE_S", 0.2)
+    monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.PATIENCE_S", 0.2)
     store = Store(root=tmp_path)
     with store.locked(), pytest.raises(InputError, match="another run"), store.locked():
         pass
 
 
 def test_a_run_that_waits_in_vain_does_not_take_the_lock_away(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("spin_usd.dataset.store.hold.PATIENCE_S", 0.2)
+    monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.PATIENCE_S", 0.2)
     store = Store(root=tmp_path)
     with store.locked() as lease:
         for _ in range(2):

@@ -6,8 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from spin_usd.formats.arrays.image_file import write_image
-from spin_usd.formats.arrays.whole_image import exr_is_whole, png_is_whole
+from spin_usd.formats.arrays.image_file import exr_is_whole, png_is_whole, write_image
 
 ROWS = 70
 LOST = (1, 7, 64, 512, 4096)

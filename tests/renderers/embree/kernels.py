@@ -18,7 +18,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 from spin_usd.arrays import digest
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.embree import mesh_scene
+from spin_usd.renderers.embree import caster as caster_module
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.content_keys import geometry_key
 from spin_usd.scene.derived.surface import visible_surface
@@ -43,7 +43,7 @@ def opener(isa: str) -> tuple[Callable[..., EmbreeScene], int]:
 
 
 def main(isa: str, stage: str) -> None:
-    vars(mesh_scene)["EmbreeScene"], avx = opener(isa)
+    vars(caster_module)["EmbreeScene"], avx = opener(isa)
     reader, caster, found = StageReader(stage), EmbreeCaster(), {}
     for frame in reader.frames:
         scene = reader.scene(frame, with_next=True)

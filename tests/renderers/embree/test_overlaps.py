@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.renderers.embree.overlaps import overlapping
+from spin_usd.renderers.embree.caster import overlapping
 from tests.cases.scenes import pose
 
 LEAST_AREA = 1e-6  # of triangles some tenths long: two of less in common may touch within float32

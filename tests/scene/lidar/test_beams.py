@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.scene.lidar.beams import PATTERNS, beam_directions
+from spin_usd.scene.lidar.lidar import PATTERNS, beam_directions
 
 ROUNDING = 1e-14
 AZIMUTH, ELEVATION = (-30.0, 20.0), (-10.0, 15.0)

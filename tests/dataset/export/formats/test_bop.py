@@ -9,7 +9,7 @@ import trimesh
 
 from spin_usd.dataset.export.bop.limits import depth_scale
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
-from spin_usd.dataset.export.rectified.resampling import resampling
+from spin_usd.dataset.export.rectified.rectified_picture import resampling
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.errors import UnsupportedError
 from spin_usd.formats.arrays.image_file import read_image

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.dataset.export.rectified.resampling import resampling
+from spin_usd.dataset.export.rectified.rectified_picture import resampling
 from spin_usd.geometry.camera import Camera
 
 BARREL = Camera(width=96, height=60, fx=149.4, fy=149.4, cx=48, cy=30, distortion=(-0.22, 0.51, -7e-4, -2e-4, -0.13))

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.renderers.background.planet import cells
+from spin_usd.renderers.background.planet import view
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.environment import Planet
 from tests.cases import earths
 
 FEW_WAVES = 0.1  # relative: the mean of a dozen of the longest waves of ground that varies by 0.18
-CURVED = cells.WIDE**2 / 8  # relative: by so much a cosine is off that is interpolated over so many radians
+CURVED = view.WIDE**2 / 8  # relative: by so much a cosine is off that is interpolated over so many radians
 FLOAT32 = 1e-5  # relative: some tens of its roundings
 
 
@@ -34,7 +34,7 @@ def test_nodes_are_as_good_as_every_pixel(monkeypatch: pytest.MonkeyPatch) -> No
     """Of a planet without maps, whose light is smooth, between nodes and at each pixel."""
     scene = earths.seen_from((0.0, 0.0, 7.2e6), albedo=(0.3, 0.3, 0.3), clouds=None)
     nodes = sky(scene, seed=0)
-    monkeypatch.setattr(cells, "WIDE", 0.0)
+    monkeypatch.setattr(view, "WIDE", 0.0)
     pixels = sky(scene, seed=0)
     assert nodes is not None
     assert pixels is not None
