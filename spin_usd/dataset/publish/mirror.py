@@ -10,8 +10,8 @@ Two runs that begin in the same moment may both go on: they write the same bytes
 
 import json
 import os
+import platform
 import secrets
-import socket
 import tempfile
 import threading
 import time
@@ -106,7 +106,7 @@ def marked(url: DatasetUrl) -> Iterator[None]:
 
     Raises InputError where another run is on there, and OutputError.
     """
-    own = {"token": secrets.token_hex(8), "host": socket.gethostname(), "process": os.getpid()}
+    own = {"token": secrets.token_hex(8), "host": platform.node(), "process": os.getpid()}
     _refuse_other(url, own)
     _put(url, own)
     _refuse_other(url, own)  # which came between

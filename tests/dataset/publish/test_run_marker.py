@@ -2,7 +2,7 @@
 
 import json
 import os
-import socket
+import platform
 import time
 
 import pytest
@@ -21,7 +21,7 @@ def url(tmp_path):
 def test_a_second_run_is_refused_until_the_first_has_ended(url) -> None:
     with marked(url):
         assert url.names() == []  # the marker is no file of the dataset
-        on = rf"another run \(process {os.getpid()} on {socket.gethostname()}\)"
+        on = rf"another run \(process {os.getpid()} on {platform.node()}\)"
         with pytest.raises(InputError, match=on), marked(url):
             pass
         assert url.read(MARKER)
@@ -40,7 +40,7 @@ def test_a_second_run_is_refused_until_the_first_has_ended(url) -> None:
     ],
 )
 def test_what_was_killed_is_over(url, tmp_path, said, refused) -> None:
-    first = {"token": "a", "host": socket.gethostname(), "process": os.getpid(), "time": time.time()}
+    first = {"token": "a", "host": platform.node(), "process": os.getpid(), "time": time.time()}
     (tmp_path / "marker").write_text(json.dumps(first | said))
     url.put(MARKER, tmp_path / "marker")
     if refused:
