@@ -279,7 +279,7 @@ BAD_STAGES = {
         "invert",
     ),
     "metersPerUnit 0": (stage(CAMERA, TARGET, head=HEAD.replace("Unit = 1", "Unit = 0")), "metersPerUnit"),
-    "curves beside the target": (stage(CAMERA, TARGET, '    def BasisCurves "Moon"\n    {\n    }\n'), "/World/Moon"),
+    "tetrahedra beside the target": (stage(CAMERA, TARGET, '    def TetMesh "Moon"\n    {\n    }\n'), "/World/Moon"),
     "a light that is not drawn": (stage(CAMERA, TARGET, '    def PortalLight "Lamp"\n    {\n    }\n'), "/World/Lamp"),
     "missing texture": (
         stage(

@@ -115,6 +115,26 @@ STAGE = {
         meaning="A material is for another renderer; the display colour is rendered.",
         remedy="Author a UsdPreviewSurface.",
     ),
+    "material-missing": Rule(
+        meaning="A prim is bound to what is no material; its display colour is rendered.",
+        remedy="Bind a material that exists within what is referenced.",
+    ),
+    "connection-lost": Rule(
+        meaning="An input of a shader is connected to what has no value; its own or the node's fallback is rendered.",
+        remedy="Connect it, or remove the connection.",
+    ),
+    "visibility-unknown": Rule(
+        meaning="A visibility is neither inherited nor invisible; USD takes it for inherited.",
+        remedy="Author inherited or invisible.",
+    ),
+    "geometry-thin": Rule(
+        meaning="Curves and points have no surface, and are left out of labels and pictures.",
+        remedy="Convert them to a Mesh where they should be seen.",
+    ),
+    "crease-sharp": Rule(
+        meaning="A crease or a corner is sharper than 4 and not infinitely so; it is rendered as sharp.",
+        remedy="Author a sharpness of 10, or up to 4.",
+    ),
     "material-transparent": Rule(
         meaning="A material has opacity 0; what has it is left out of labels and pictures.",
         remedy="Remove what has it, or set spin:target:keepTransparent on the target.",

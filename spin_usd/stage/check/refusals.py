@@ -25,7 +25,7 @@ from spin_usd.stage.read.target.gprim import GprimReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.read.target.renderable import is_geometry, is_left_out
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.parser_faults import parser_faults
@@ -108,7 +108,7 @@ def _to_render(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
 
 
 def _read_geometry(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> None:
-    if not is_geometry(prim):
+    if is_left_out(prim, Notes()) or not is_geometry(prim):
         return
     if prim.IsA(UsdGeom.PointInstancer):
         list(read_instances(prim, time))

@@ -35,6 +35,8 @@ def dispensable_images(stage: Usd.Stage) -> set[Path]:
 
 
 def _expected_path(attribute: Usd.Attribute, asset: Sdf.AssetPath) -> Path:
-    """Return the path at which the layer with the strongest opinion looks for `asset`."""
+    """Return the path at which the layer with the strongest opinion looks for `asset`. Where a name without "./" is not
+    beside the layer, USD gives the working folder's."""
     spec = attribute.GetPropertyStack(Usd.TimeCode.Default())[0]
-    return Path(spec.layer.ComputeAbsolutePath(asset.path)).resolve()
+    anchored = asset.path if asset.path[0] in "./" else f"./{asset.path}"
+    return Path(spec.layer.ComputeAbsolutePath(anchored)).resolve()

@@ -11,10 +11,13 @@ from pxr import Pcp, Sdf, Usd
 
 from spin_usd.stage.usd.visibility import PROXIES
 
+UNDEFINED = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
+
 
 def ordered_children(prim: Usd.Prim) -> list[Usd.Prim]:
-    """List the children of `prim` that are active, loaded, defined and not abstract, instances' included."""
-    children: list[Usd.Prim] = prim.GetFilteredChildren(PROXIES)
+    """List the children of `prim` that are active, loaded, defined and not abstract, instances' included; within an
+    over, which only an instancer shows, undefined ones too."""
+    children: list[Usd.Prim] = prim.GetFilteredChildren(PROXIES if prim.IsDefined() else UNDEFINED)
     if len(children) < 2:
         return children
     specs = [*_specs(prim.GetPrimIndex().rootNode)]

@@ -9,6 +9,7 @@ from pxr import Usd, UsdShade
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.usd.image_tiles import resolved_tiles
+from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.values import read, read_any
 
 LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
@@ -39,8 +40,8 @@ def node_id(shader: UsdShade.Shader) -> str:
 def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     """Read the input `name`: a value, an Output, or None where nothing is authored.
 
-    Raises StageError for a connection that leads nowhere, in a circle, or to several values, UnsupportedError for a
-    value in a colour space other than linear Rec. 709.
+    Raises StageError for a connection in a circle or to several values, UnsupportedError for a value in a colour space
+    other than linear Rec. 709.
     """
     shader_input = shader.GetInput(name)
     if not shader_input:
@@ -48,8 +49,6 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     where = input_path(shader, name)
     sources = shader_input.GetValueProducingAttributes()
     if not sources:
-        if shader_input.HasConnectedSource() or shader_input.GetAttr().HasAuthoredConnections():
-            raise StageError("its connection leads to no value", where=where, do="connect or author a value")
         return None
     if len(sources) > 1:
         raise StageError(f"is connected to {len(sources)} sources", where=where, do="connect one")
@@ -60,6 +59,15 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     if space not in LINEAR:
         raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
     return resolved_tiles(source, read_any(source, time))
+
+
+def note_lost_connections(shader: UsdShade.Shader, notes: Notes) -> None:
+    """Note the inputs of the node that are connected to what has no value."""
+    for each in shader.GetInputs():
+        own = each.GetAttr()
+        if own.HasAuthoredConnections() and all(source == own for source in each.GetValueProducingAttributes()):
+            message = "is connected to what has no value: its own value is rendered, or the node's fallback"
+            notes.add("connection-lost", own.GetPath(), message)
 
 
 def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:

@@ -2,6 +2,7 @@
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.values import read, read_any
 
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -12,7 +13,18 @@ RENDERED_PURPOSES = ("default", "render")
 def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     """Return whether `prim` itself hides all at and below it, at `time`."""
     visibility = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr()
-    return bool(visibility) and read(visibility, time) == UsdGeom.Tokens.invisible
+    value = read_any(visibility, time) if visibility else None
+    if not isinstance(value, str | None):
+        read(visibility, time)  # raises StageError over its type
+    return bool(value == UsdGeom.Tokens.invisible)
+
+
+def note_unknown_visibility(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> None:
+    """Note a visibility that USD does not know, which hides nothing."""
+    visibility = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr()
+    value = read_any(visibility, time) if visibility else None
+    if value not in (None, UsdGeom.Tokens.inherited, UsdGeom.Tokens.invisible):
+        notes.add("visibility-unknown", visibility.GetPath(), f"is {value!r}, which USD does not know: it is shown")
 
 
 def is_always_invisible(prim: Usd.Prim) -> bool:

@@ -356,7 +356,7 @@ def read_first(path: Path) -> None:
 BAD_PICTURES = {
     "light": 'def SphereLight "Lamp" {\n float inputs:intensity = nan\n bool inputs:normalize = 1\n}',
     "light that is not drawn": 'def PortalLight "Lamp" {}',
-    "geometry outside": 'def BasisCurves "Moon" {}',
+    "geometry outside": 'def TetMesh "Moon" {}',
     "planet": 'def Xform "Earth" (prepend apiSchemas = ["SpinPlanetAPI"]) {\n double3 spin:planet:radii = (0, 0, 0)\n}',
     "stars": 'def Xform "Sky" (prepend apiSchemas = ["SpinStarsAPI"]) {\n double spin:stars:limitingMagnitude = nan\n}',
     "image": 'def DomeLight "Sky" {\n asset inputs:texture:file = @./gone.png@\n}',
@@ -446,7 +446,7 @@ def test_all_of_a_stages_errors_are_reported_at_once(copied: Path) -> None:
 
     def spoil(stage: Usd.Stage) -> None:
         UsdGeom.Cube.Define(stage, "/World/Stray").CreateSizeAttr(-1)
-        UsdGeom.BasisCurves.Define(stage, "/World/Wire")
+        UsdGeom.TetMesh.Define(stage, "/World/Wire")
         UsdGeom.Sphere.Define(stage, "/World/Target/Ball").CreateRadiusAttr(-1)
         UsdGeom.Cone.Define(stage, "/World/Target/Cone").CreateHeightAttr(-1)
         lamp = UsdLux.RectLight.Define(stage, "/World/Lamp")

@@ -260,8 +260,8 @@ def test_geometry_outside_the_target_occludes_where_it_is_visible(make_stage, wo
 
 
 def test_geometry_outside_the_target_is_never_dropped_in_silence(make_stage) -> None:
-    with pytest.raises(UnsupportedError, match=r"^/World/Hair: is a BasisCurves"):
-        scenes(make_stage(world='def BasisCurves "Hair" {}'))
+    with pytest.raises(UnsupportedError, match=r"^/World/Hair: is a TetMesh"):
+        scenes(make_stage(world='def TetMesh "Hair" {}'))
 
 
 @pytest.mark.parametrize(

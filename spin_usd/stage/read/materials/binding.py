@@ -4,7 +4,6 @@ from typing import Any
 
 from pxr import Usd, UsdShade
 
-from spin_usd.errors import StageError
 from spin_usd.stage.composition.materialx import document_of
 from spin_usd.stage.usd.notes import Notes
 
@@ -14,18 +13,17 @@ SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
 def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
     """Find the material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
 
-    Raises StageError for a binding to a missing prim; one that a MaterialX document would define is noted instead.
+    A binding to what is no material binds nothing, by those rules; it is noted.
     """
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
     if material:
         return material
-    _refuse_dangling(prim, notes)
+    _note_dangling(prim, notes)
     return None
 
 
-def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
-    """Raise StageError for a binding, here or above, to a prim that is not a material: it must not silently become
-    grey."""
+def _note_dangling(prim: Usd.Prim, notes: Notes) -> None:
+    """Note the nearest binding, here or above, to a prim that is not a material: it must not silently become grey."""
     while prim and not prim.IsPseudoRoot():
         for name in ("material:binding", "material:binding:full"):
             relation = prim.GetRelationship(name)
@@ -37,10 +35,12 @@ def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
                 )
                 return
             if lost:
-                found = f"is bound to {lost[0]}, which is not a material"
-                raise StageError(
-                    found, where=prim.GetPath(), do="bind a material that exists within what is referenced"
+                notes.add(
+                    "material-missing",
+                    prim.GetPath(),
+                    f"is bound to {lost[0]}, which is not a material: {SHOWN_INSTEAD}",
                 )
+                return
         prim = prim.GetParent()
 
 

@@ -24,6 +24,7 @@ from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.shader_inputs import (
     Output,
     input_path,
+    note_lost_connections,
     numbers,
     read_constant,
     read_input,
@@ -137,6 +138,7 @@ def read_template(material: UsdShade.Material, nodes: NodeReader) -> MaterialTem
     """Read a material's UsdPreviewSurface, with USD's fallbacks for inputs that are not authored. Inputs that the node
     does not define are ignored, as everywhere in USD."""
     shader, time = _surface(material), nodes.time
+    note_lost_connections(shader, nodes.notes)
     read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_IN_MATERIAL}.items()}
     fields = {of: value for of, value in read.items() if of in LIMITS and value is not None}
     fields["opacity_mode"] = read_token(shader, "opacityMode", time, (TRANSPARENT, PRESENCE), TRANSPARENT)

@@ -15,7 +15,15 @@ from spin_usd.stage.composition.images import COLOR_SPACES, Images
 from spin_usd.stage.composition.missing_images import lacks_file
 from spin_usd.stage.usd.image_tiles import is_tiled
 from spin_usd.stage.usd.notes import Notes
-from spin_usd.stage.usd.shader_inputs import Output, input_path, read_constant, read_input, read_numbers, read_token
+from spin_usd.stage.usd.shader_inputs import (
+    Output,
+    input_path,
+    note_lost_connections,
+    read_constant,
+    read_input,
+    read_numbers,
+    read_token,
+)
 from spin_usd.stage.usd.values import read
 
 READERS = {
@@ -56,6 +64,7 @@ class NodeReader:
 
         Raises UnsupportedError for other nodes, StageError for an output of another count of numbers.
         """
+        note_lost_connections(output.shader, self.notes)
         if output.node == "UsdUVTexture":
             _check_type(output, CHANNELS.get(output.name), channels)
             return self._texture(output)
@@ -119,6 +128,7 @@ class NodeReader:
         if depth == MAX_DEPTH:
             raise StageError("is connected to itself, or to too many nodes", where=value.where, do="fix the network")
         if value.node == "UsdTransform2d" and value.name == "result":
+            note_lost_connections(value.shader, self.notes)
             inner = self._coordinates(value.shader, "in", depth + 1)
             return replace(inner, matrix=self._transform(value.shader, inner))
         found = self.varying(value, 2)

@@ -14,6 +14,7 @@ from spin_usd.stage.read.shapes.loop import LOOP
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
 from spin_usd.stage.read.shapes.subdivision_primvars import primvar_cage
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
+from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.values import array, read, refuse
 
 LEVELS = 2  # 16 quadrangles or triangles per face; their corners lie on the limit surface
@@ -55,6 +56,16 @@ def subdivided(
         source=np.repeat(c.source, scheme.corners - 2),
         primvars={each.name: _cut(each.corners()) for each in cages},
     )
+
+
+def note_creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, notes: Notes) -> None:
+    """Note creases and corners that last for more steps than are made, and count as sharp."""
+    if str(read(mesh.GetSubdivisionSchemeAttr())) in SCHEMES:
+        for attribute in (mesh.GetCreaseSharpnessesAttr(), mesh.GetCornerSharpnessesAttr()):
+            values = array(attribute, time, np.float64)
+            if ((values > MAX_LEVELS) & (values < INFINITE)).any():
+                found = f"is above {MAX_LEVELS}, and rendered as sharp: off by less than 1 % of the faces' edges"
+                notes.add("crease-sharp", attribute.GetPath(), found)
 
 
 def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: Int) -> None:
@@ -112,9 +123,10 @@ def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float
 
 
 def _whole(sharpness: Float, name: str, where: Any) -> Float:
-    """Return `sharpness`, not negative. Raises UnsupportedError unless it is whole up to MAX_LEVELS, or infinite."""
-    ok = (sharpness >= INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
+    """Return `sharpness`, not negative, infinite above MAX_LEVELS. Raises UnsupportedError for fractions below."""
+    lasting = sharpness > MAX_LEVELS
+    ok = lasting | (sharpness == np.round(sharpness))
     if not ok.all():
         do = f"use whole numbers up to {MAX_LEVELS}, or {INFINITE:g} for a sharp edge"
         raise UnsupportedError(f"has {name} such as {sharpness[~ok][:1]}", where=where, do=do)
-    return np.maximum(sharpness, 0)
+    return np.where(lasting, INFINITE, np.maximum(sharpness, 0))

@@ -11,7 +11,8 @@ from spin_usd.stage.read.target.bodies import OccluderPrims, prim_of
 from spin_usd.stage.read.target.face_subsets import named_subsets
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import find_prototypes
-from spin_usd.stage.read.target.renderable import geometry_below, is_geometry
+from spin_usd.stage.read.target.renderable import geometry_below, is_geometry, is_left_out
+from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, is_always_invisible, own_purpose, purpose_of
 
@@ -54,7 +55,7 @@ def _parts_below(prim: Usd.Prim, state: State) -> Iterator[Labels]:
         return not is_always_invisible(child)
 
     for current, (labels, purpose) in geometry_below(prim, state, enter=_entered, shown=shown):
-        if purpose not in RENDERED_PURPOSES or not is_geometry(current):
+        if purpose not in RENDERED_PURPOSES or is_left_out(current, Notes()) or not is_geometry(current):
             continue
         if current.IsA(UsdGeom.PointInstancer):
             for prototype in filter(shown, find_prototypes(current)):

@@ -17,6 +17,7 @@ from spin_usd.stage.read.shapes.mesh import read_mesh
 from spin_usd.stage.read.shapes.primitives import read_gprim
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
 from spin_usd.stage.read.shapes.skeletons import Skeletons
+from spin_usd.stage.read.shapes.subdivision import note_creases
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
 from spin_usd.stage.read.target.face_subsets import (
     binds_material,
@@ -141,6 +142,8 @@ class GprimReader:
         parts = tuple(subset.GetPrim().GetName() for subset in named)
         key = (path, amounts, tuple(primvar.key for primvar in primvars), parts, absent)
         if key not in self._meshes:
+            if prim.IsA(UsdGeom.Mesh):
+                note_creases(UsdGeom.Mesh(prim), self.time, self.notes)
             read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
             triangles = read(prim, self.time, primvars, deformation)
             painter = painter_of(painting, triangles, prim, self.time)

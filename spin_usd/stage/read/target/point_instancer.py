@@ -40,12 +40,12 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
 
 
 def find_prototypes(prim: Usd.Prim) -> list[Usd.Prim]:
-    """Find the prims that `prototypes` names. Raises StageError unless each is active, defined, and does not hold the
-    instancer."""
+    """Find the prims that `prototypes` names, which may be overs: those are there for instancers alone. Raises
+    StageError unless each is active, and does not hold the instancer."""
     found = []
     for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets():
         prototype = prim.GetStage().GetPrimAtPath(path)
-        if not prototype or not prototype.IsActive() or not prototype.IsDefined():
+        if not prototype or not prototype.IsActive():
             raise StageError(f"its prototype {path} does not exist", where=prim.GetPath(), do="fix its prototypes")
         if prim.GetPath().HasPrefix(path):
             raise StageError(f"its prototype {path} holds the instancer", where=prim.GetPath(), do="fix its prototypes")

@@ -7,9 +7,20 @@ from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.read.shapes.primitives import SHAPES
+from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.prim_order import ordered_children
 
 State = TypeVar("State")
+THIN = ("BasisCurves", "HermiteCurves", "NurbsCurves", "Points")
+"""Kinds of gprim without a surface."""
+
+
+def is_left_out(prim: Usd.Prim, notes: Notes) -> bool:
+    """Return whether `prim` is of curves or points, and note that they are left out of labels and pictures."""
+    if str(prim.GetTypeName()) not in THIN:
+        return False
+    notes.add("geometry-thin", prim.GetPath(), f"is a {prim.GetTypeName()}, which is rendered in no picture")
+    return True
 
 
 def is_geometry(prim: Usd.Prim) -> bool:

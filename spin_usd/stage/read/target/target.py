@@ -20,12 +20,19 @@ from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import geometry_below, is_geometry
+from spin_usd.stage.read.target.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
 from spin_usd.stage.usd.values import DEFAULT_TIME, read
-from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_invisible, own_purpose, purpose_of
+from spin_usd.stage.usd.visibility import (
+    RENDERED_PURPOSES,
+    ancestors,
+    is_invisible,
+    note_unknown_visibility,
+    own_purpose,
+    purpose_of,
+)
 
 MAX_REACH_M, MIN_RADIUS_M = 1e12, 1e-12  # of a body: ten times as far as the Sun is, a hundredth of an atom
 
@@ -114,11 +121,12 @@ class TargetReader:
         hidden = is_invisible(prim, self.time)
         if hidden:
             self.visited.append(prim)
+        note_unknown_visibility(prim, self.time, self.notes)
         return not hidden
 
     def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[PlacedGprim]:
         """Read the geometry of a prim itself. Purposes other than default and render are not rendered."""
-        if state.purpose not in RENDERED_PURPOSES or not is_geometry(prim):
+        if state.purpose not in RENDERED_PURPOSES or is_left_out(prim, self.notes) or not is_geometry(prim):
             return
         if prim.IsA(UsdGeom.PointInstancer):
             yield from self._instanced(prim, state)

@@ -274,11 +274,6 @@ MATERIALX = 'def Shader "Noise"\n{\nuniform token info:id = "ND_noise2d_color3"\
             StageError,
             "/Surface.inputs:diffuseColor: needs 3 and is connected to .*/Texture.outputs:a of 1 numbers",
         ),
-        (
-            {"inputs": RGB.replace("outputs:rgb", "outputs:z")},
-            StageError,
-            "/Surface.inputs:diffuseColor: its connection leads to no value",
-        ),
         ({"inputs": "float inputs:diffuseColor = 1"}, StageError, "/Surface.inputs:diffuseColor: is 1.0, expected 3"),
         (
             {"inputs": "int inputs:useSpecularWorkflow.connect = </World/Target/Paint/Texture.outputs:r>"},
@@ -291,11 +286,6 @@ MATERIALX = 'def Shader "Noise"\n{\nuniform token info:id = "ND_noise2d_color3"\
             {"interface": "token outputs:volume.connect = </World/Target/Paint/Reader.outputs:result>"},
             UnsupportedError,
             ": its volume is made by",
-        ),
-        (
-            {"inputs": f"{RGB}\nfloat inputs:occlusion.connect = </World/Target/Paint/Missing.outputs:rgb>"},
-            StageError,
-            "/Surface.inputs:occlusion: its connection leads to no value",
         ),
         ({"inputs": 'token inputs:opacityMode = "glass"'}, UnsupportedError, "/Surface.inputs:opacityMode: is 'glass'"),
     ],

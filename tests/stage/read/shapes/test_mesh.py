@@ -190,7 +190,7 @@ def test_numbers_that_are_no_mesh(saying) -> None:
             {"creaseIndices": [0, 1], "creaseLengths": [2], "creaseSharpnesses": [1.5]},
             "creaseSharpnesses such as",
         ),
-        ("catmullClark", {"cornerIndices": [0], "cornerSharpnesses": [7.0]}, "cornerSharpnesses such as"),
+        ("catmullClark", {"cornerIndices": [0], "cornerSharpnesses": [0.5]}, "cornerSharpnesses such as"),
     ],
 )
 def test_what_subdivision_does_not_do_is_refused(scheme, attributes, saying) -> None:
