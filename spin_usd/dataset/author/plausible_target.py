@@ -11,7 +11,7 @@ from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.scene.derived.view_text import number_text, size_text
+from spin_usd.scene.derived.view_text import size_text
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.plausible import is_plausible, likely_units
 from spin_usd.scene.source.poses import PoseList
@@ -30,8 +30,8 @@ class ModelUnit:
     def words(self, per_metre: float) -> str:
         """Return the option or the line of the file that would say that so many units are a metre."""
         if self.given or self.file.suffix.lower() in MESHES:
-            return f"--units-per-metre {number_text(per_metre)}"
-        return f"metersPerUnit = {number_text(1 / per_metre)} in {self.file.name}"
+            return f"--units-per-metre {per_metre:.10g}"
+        return f"metersPerUnit = {1 / per_metre:.10g} in {self.file.name}"
 
     @property
     def said(self) -> str:
@@ -50,7 +50,7 @@ def refuse_size(corners: Float, unit: ModelUnit) -> None:
 
 
 def refuse_implausible(corners: Float, unit: ModelUnit, camera: Camera, poses: PoseList) -> None:
-    """Raise InputError, which names the likely unit, for a target with the corners `corners` (N, 3), body frame,
+    """Raise InputError, which names the likely units, for a target with the corners `corners` (N, 3), body frame,
     metres, of a size that no craft has, or inside whose bounding box the camera is in most of the pictures."""
     rotations = matrices_from_quaternions(poses.q_cam_body)
     inside = int(around(corners, rotations, poses.t_cam_body).sum())
@@ -74,8 +74,9 @@ def _implausible(
     size = np.ptp(corners, axis=0)
     likely = likely_units(size, unit.per_metre, fits)
     do = f"check the unit of the model and that of the poses, which are in metres; {INSISTS}"
-    if likely is not None:
-        do = f"did you mean {unit.words(likely)} ({size_text(size * unit.per_metre / likely)})? {INSISTS}"
+    if likely:
+        shown = [f"{unit.words(each)} ({size_text(size * unit.per_metre / each)})" for each in likely]
+        do = f"did you mean {' or '.join(shown)}? {INSISTS}"
     return InputError(f"{unit.said}the target is {size_text(size)}{among}", where=unit.file, do=do)
 
 

@@ -17,13 +17,9 @@ def is_plausible(size: Sequence[float] | Float) -> bool:
     return bool(SIZES[0] <= max(size) <= SIZES[1])
 
 
-def likely_units(size: Float, units: float, fits: Callable[[float], bool]) -> float | None:
+def likely_units(size: Float, units: float, fits: Callable[[float], bool]) -> list[float]:
     """Return the units in a metre at which a model, of `size` (3,), metres, at `units` of them, is a plausible craft
-    that `fits` the pictures when it is so many times as large: the largest such craft, in the usual units before
-    others. None where there are none."""
-    for group in UNITS:
-        for other in sorted(group):
-            scale = units / other
-            if other != units and is_plausible(size * scale) and fits(scale):
-                return other
-    return None
+    that `fits` the pictures when it is so many times as large: the usual ones first, and of these the largest craft,
+    which fills most of the frame."""
+    others = [other for group in UNITS for other in sorted(group) if other != units]
+    return [other for other in others if is_plausible(size * units / other) and fits(units / other)]

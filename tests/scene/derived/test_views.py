@@ -162,9 +162,16 @@ def cast_share(caster, scene, to_light):
 
 @pytest.mark.parametrize(
     ("size", "units", "likely"),
-    [(110, 1, 100), (1100, 1, 1000), (0.0011, 1000, 1), (0.011, 100, 1), (3937, 1, 1000), (1e-9, 1, None)],
+    [
+        (110, 1, [100, 1000, 39.37007874]),
+        (1100, 1, [1000]),
+        (0.0011, 1000, [1, 3.280839895, 10, 39.37007874]),
+        (0.011, 100, [1, 3.280839895, 10, 39.37007874]),
+        (3937, 1, [1000]),
+        (1e-9, 1, []),
+    ],
 )
-def test_the_likely_unit_is_the_usual_one_that_fits(size, units, likely) -> None:
+def test_likely_units_are_those_that_fit_the_usual_ones_first(size, units, likely) -> None:
     def fits(scale):
         return size * scale < 10
 
