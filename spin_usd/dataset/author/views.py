@@ -6,14 +6,19 @@ import numpy as np
 
 from spin_usd.errors import SpinError
 from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.geometry.triangles import areas
 from spin_usd.scene.derived.emission import dim_emissions
 from spin_usd.scene.derived.lit_share import suns_of
 from spin_usd.scene.derived.views import Views, views_of
+from spin_usd.scene.light import DistantLight
 from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)
+METAL = 0.9  # metallic, of a material that scatters next to no light
+MOSTLY = 0.9  # of the surface
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, of which the Sun is compared with the target
 
 
@@ -46,14 +51,33 @@ def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget
 
 
 def look_notes(reader: StageReader) -> tuple[str, ...]:
-    """Return notes on a target that cannot be seen, and on light of its own that will not show."""
+    """Return notes on a target that cannot be seen, on metal that shows black, and on light of its own that will not
+    show."""
     frame = reader.frames[0]
     materials = reader.target_at(frame.time_code).materials
     if all(material.opacity == 0 for material in materials):
         return ("every material of the target has opacity 0: pictures show at most its reflections, labels all of it",)
-    if all(material.emissive_color == BLACK for material in materials):
-        return ()
     try:
-        return dim_emissions(reader.scene(frame))
+        scene = reader.scene(frame)
     except SpinError:  # of the lights, which `check` and `render` report with all else that is wrong
         return ()
+    dim = () if all(material.emissive_color == BLACK for material in materials) else dim_emissions(scene)
+    return (*dim, *_metal_notes(scene))
+
+
+def _metal_notes(scene: Scene) -> tuple[str, ...]:
+    """Return a note where most of the first target is metal, and all light comes from points of the sky."""
+    if scene.environment.illuminating or not all(isinstance(light, DistantLight) for light in scene.lights):
+        return ()
+    metal = [isinstance(m.metallic, float) and m.metallic > METAL and m.opacity == 1 for m in scene.target.materials]
+    of_material = np.zeros(len(metal))
+    for shape in scene.target.mesh.shapes:
+        of_material += np.bincount(shape.face_material, areas(shape.points[shape.faces]), len(metal))
+    share = of_material @ np.array(metal) / of_material.sum()
+    if share <= MOSTLY:
+        return ()
+    return (
+        f"{share:.0%} of the target's surface is metal (inputs:metallic above {METAL}), which is black but for "
+        "highlights where the Sun is the only light: light it from around too (a DomeLight, --environment earth), or "
+        "make it less metallic",
+    )

@@ -109,8 +109,8 @@ def test_a_unit_that_puts_the_camera_inside_is_refused_with_the_likely_one(craft
         author(craft, (0, 0, 5), (0, 0, 8), units=1)
     assert str(refused.value) == (
         f"{craft}: with --units-per-metre 1 the target is 110 x 80 x 30 m, and the camera is inside its bounding box "
-        "in 2 of 2 pictures; did you mean --units-per-metre 100 (1.1 x 0.8 x 0.3 m) or --units-per-metre 1000 (0.11 x 0.08 x "
-        "0.03 m)? --any-size insists"
+        "in 2 of 2 pictures; did you mean --units-per-metre 100 (1.1 x 0.8 x 0.3 m) or --units-per-metre 1000 "
+        "(0.11 x 0.08 x 0.03 m)? --any-size insists"
     )
     assert not (tmp_path / "stage").exists()
     assert author(craft, (0, 0, 5), units=1, any_size=True).frames == 1
@@ -132,6 +132,17 @@ def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:
     usd.write_text('#usda 1.0\n(\n defaultPrim = "C"\n metersPerUnit = 1\n)\ndef Cube "C" {\n double size = 300\n}\n')
     with pytest.raises(InputError, match=r"with metersPerUnit = 1 in craft.usda the target is 300 x 300 x 300 m.*did you mean metersPerUnit = 0.01 in craft.usda \(3 x 3 x 3 m\) or metersPerUnit = 0.001 in craft.usda \(0.3 x 0.3 x 0.3 m\)\? --any-size"):  # noqa: E501  # fmt: skip
         author(usd, (0, 0, 20), units=None)
+
+
+@pytest.mark.parametrize("environment", [None, "earth"])
+def test_metal_under_the_sun_alone_is_noted(tmp_path: Path, environment: str | None) -> None:
+    """glTF's metallic is 1 where none is given."""
+    box = trimesh.creation.box((1.0, 1.0, 1.0))
+    box.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial(baseColorFactor=[1, 1, 1]))
+    box.export(tmp_path / "craft.glb")
+    notes = author(tmp_path / "craft.glb", (0, 0, 5), units=None, environment=environment).notes
+    said = "100% of the target's surface is metal (inputs:metallic above 0.9)"
+    assert any(note.startswith(said) for note in notes) == (environment is None)
 
 
 def test_where_no_unit_would_fit_the_poses_are_named(tmp_path: Path, craft: Path) -> None:
