@@ -7,6 +7,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.usd.conversion import quaternions
 from spin_usd.stage.usd.transforms import HALF_NORM_TOLERANCE, NORM_TOLERANCE, norm_error
 from spin_usd.stage.usd.values import read
@@ -21,6 +22,9 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
     """
     instancer = UsdGeom.PointInstancer(prim)
     which = np.array(_value(instancer.GetProtoIndicesAttr(), time), np.int64)
+    if len(which) > MAX_PRIMS:
+        found = f"places {len(which)} instances, more than {MAX_PRIMS}"
+        raise StageError(found, where=prim.GetPath(), do="make them fewer, or one mesh")
     prototypes = find_prototypes(prim)
     _check_arrays(instancer, time, len(which), len(prototypes), which)
     if not len(which):
