@@ -133,6 +133,7 @@ OPENING_METHODS = {
     "rglob", "rename", "symlink_to", "hardlink_to", "tofile",
 }
 # fmt: on
+JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")
 # Formulas read no clock and no hidden chance: times and generators are arguments.
 PURE = (
     "errors.py",
@@ -346,6 +347,22 @@ def test_text_of_others_is_split_into_lines_in_one_place() -> None:
     calls = ((m, node) for m in formats for node in ast.walk(tree(m)) if isinstance(node, ast.Attribute))
     found = {str(module) for module, node in calls if node.attr == "splitlines"}
     assert found == {"formats/text_file.py", "formats/mesh/ply_file.py", "formats/arrays/point_cloud_file.py"}
+
+
+def test_nobody_but_its_typed_look_ups_sees_the_json_of_a_gltf_file() -> None:
+    """They alone parse it, and what they hold has no look-ups of a dict's; another's private values nobody touches."""
+    readers = [module for module in MODULES if is_below(module, ("formats/mesh",))]
+    parsing = {"spin_usd.nesting", "spin_usd.nesting.parsed_json", "json"}
+    assert [m.name for m in readers if parsing & set(imports(m))] == ["gltf_json.py"]
+    methods = {node.name for node in ast.walk(tree(JSON_OF_GLTF)) if isinstance(node, ast.FunctionDef)}
+    assert not methods & {"__getitem__", "get", "items", "values"}
+    private = [
+        f"{module}:{node.lineno}: {ast.unparse(node)}"
+        for module in readers
+        for node in ast.walk(tree(module))
+        if isinstance(node, ast.Attribute) and node.attr == "_values" and dotted(node.value) != "self"
+    ]
+    assert not private
 
 
 def test_formulas_read_no_clock_no_chance_no_environment() -> None:

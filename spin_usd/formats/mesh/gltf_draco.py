@@ -4,28 +4,33 @@ Source: the extension's text. Its attributes are found by their unique ids; the 
 any, are a fallback for readers without a decoder. Strips are given as triangles.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.faults import decoding
 from spin_usd.formats.mesh.gltf_document import Document
+from spin_usd.formats.mesh.gltf_json import JsonObject
 
 DRACO = "KHR_draco_mesh_compression"
 
 
-def decompressed(document: Document, primitive: Mapping[str, Any]) -> tuple[Mapping[str, Any], dict[int, NDArray[Any]]]:
-    """Return the primitive as triangles, and what stands for its accessors by their indices: nothing where it is not
-    compressed. Raises any built-in error for damaged data."""
-    said = primitive.get("extensions", {}).get(DRACO)
-    if said is None:
-        return primitive, {}
-    mesh = DracoPy.decode(document.view(said["bufferView"]))
-    by_id = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
-    found = {primitive["attributes"][name]: by_id[number] for name, number in said["attributes"].items()}
-    if "indices" not in primitive:
-        raise ValueError("a compressed primitive has no indices")
-    found[primitive["indices"]] = np.asarray(mesh.faces).reshape(-1, 1)
-    return {**primitive, "mode": 4}, found
+def decompressed(document: Document, primitive: JsonObject) -> dict[int, NDArray[Any]] | None:
+    """Return what stands for the primitive's accessors by their indices, as triangles; None where it is not compressed.
+    Raises InputError."""
+    if DRACO not in primitive.object("extensions"):
+        return None
+    said = primitive.object("extensions").object(DRACO)
+    data = bytes(document.view(said.whole("bufferView")))
+    with decoding(f"{document.path}, {said.place}"):
+        mesh = DracoPy.decode(data)
+        by_id = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
+        faces = np.asarray(mesh.faces).reshape(-1, 1)
+    attributes, found = primitive.wholes_by_name("attributes"), {primitive.whole("indices"): faces}
+    for name, number in said.wholes_by_name("attributes").items():
+        if name not in attributes or number not in by_id:
+            raise said.damaged(f"{said.place} has no {name} that the primitive has too")
+        found[attributes[name]] = by_id[number]
+    return found

@@ -4,19 +4,18 @@ Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
 """
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.formats.mesh.gltf_document import Document, at, read_document
+from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_draco import DRACO, decompressed
+from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.formats.mesh.gltf_materials import (
     DISPLAY_COLOR,
     MATERIAL_EXTENSIONS,
@@ -31,12 +30,12 @@ from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedM
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.scene.material import Material
 from spin_usd.scene.shape import MAX_FACES
-from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.source.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.texture import Primvar
 from spin_usd.unique_names import UniqueNames
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
-COORDINATES, COLOR = "TEXCOORD_", "COLOR_0"
+COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
 HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, VISIBILITY, "KHR_mesh_quantization"}
 MOVING = ("CESIUM_RTC",)
 MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metadata|structural|animation)_")
@@ -51,26 +50,18 @@ class _Model:
     parts: list[MeshPart] = field(default_factory=list)
     materials: dict[tuple[int, frozenset[int], bool], tuple[int, ModelMaterial]] = field(default_factory=dict)
     notes: dict[str, None] = field(default_factory=dict)
+    faces: int = 0
 
 
 def read_gltf(path: Path) -> MeshAsset:
-    """Read the model, metres. Raises InputError that names the file."""
-    try:
-        document = read_document(path)
-        _refuse_unread(document)
-        model = _Model(document)
-        _read_parts(model)
-    except (InputError, GeometryError):
-        raise
-    except OSError as error:
-        about = f" {Path(error.filename).name!r}" if error.filename else ""
-        raise InputError(f"cannot be read ({error.strerror or error}{about})", where=path) from None
-    # A damaged file can lead any look-up and any sum astray.
-    except Exception as error:
-        raise InputError(f"cannot be read as {path.suffix[1:].upper()} ({error!r})", where=path) from None
+    """Read the model, metres. Raises InputError that names the file, GeometryError."""
+    document = read_document(path)
+    _refuse_unread(document)
+    model = _Model(document)
+    _read_parts(model)
     if not model.parts:
         raise InputError("holds no faces", where=path, do="; ".join(model.notes) or None)
-    unknown = sorted(set(document.json.get("extensionsUsed", [])) - HANDLED)
+    unknown = sorted(set(document.json.texts("extensionsUsed")) - HANDLED)
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
     materials = tuple(material for _, material in model.materials.values())
     return MeshAsset(name=path.stem, parts=tuple(model.parts), materials=materials, notes=(*model.notes, *notes))
@@ -79,8 +70,8 @@ def read_gltf(path: Path) -> MeshAsset:
 def _refuse_unread(document: Document) -> None:
     """Refuse extensions that move geometry and are not read, and required ones of which it is not known that they do
     not: without them the model would be another."""
-    used = set(document.json.get("extensionsUsed", [])) & set(MOVING)
-    required = {name for name in document.json.get("extensionsRequired", []) if not MOVES_NOTHING.match(name)}
+    used = set(document.json.texts("extensionsUsed")) & set(MOVING)
+    required = {name for name in document.json.texts("extensionsRequired") if not MOVES_NOTHING.match(name)}
     unknown = sorted((used | required) - HANDLED)
     if unknown:
         do = "export the model without it"
@@ -91,29 +82,37 @@ def _read_parts(model: _Model) -> None:
     places: dict[int, list[PlacedMesh]] = {}
     for place in placed_meshes(model.document):
         places.setdefault(place.mesh, []).append(place)
+    meshes = {index: model.document.entry("meshes", index) for index in sorted(places)}
+    primitives = {index: model.document.primitives(mesh) for index, mesh in meshes.items()}
+    parts = sum(len(places[index]) * sum(map(_has_faces, each)) for index, each in primitives.items())
+    if parts > MAX_PARTS:
+        raise GeometryError(f"the model has {parts} parts, more than {MAX_PARTS}; join some")
     names = UniqueNames(first=1, cased=True)
-    for index in sorted(places):
-        mesh = at(model.document.entries("meshes"), index)
-        if mesh.get("weights") or any("targets" in primitive for primitive in mesh["primitives"]):
+    for index, mesh in meshes.items():
+        if "weights" in mesh or any("targets" in primitive for primitive in primitives[index]):
             model.notes["its morph targets are not applied"] = None
         for place in places[index]:
-            own = str(mesh.get("name") or place.name or model.document.path.stem)
+            own = mesh.text("name", place.name or model.document.path.stem)
             name = place.name if len(places[index]) > 1 and place.name else own
-            for primitive in mesh["primitives"]:
+            for primitive in primitives[index]:
                 _read_primitive(model, primitive, place, names.give(name))
 
 
-def _read_primitive(model: _Model, primitive: Mapping[str, Any], place: PlacedMesh, name: str) -> None:
-    if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
+def _has_faces(primitive: JsonObject) -> bool:
+    return primitive.whole("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
+
+
+def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, name: str) -> None:
+    if not _has_faces(primitive):
         model.notes[f"{name!r} is made of points or lines, which are skipped"] = None
         return
     if _is_empty(model.document, primitive):
         model.notes[f"{name!r} has no faces and is skipped"] = None
         return
-    primitive, decoded = decompressed(model.document, primitive)
-    values, attributes = partial(model.document.values, decoded=decoded), primitive["attributes"]
-    points = values(attributes["POSITION"]).astype(np.float64)
-    faces, rest = _faces(values, primitive, len(points))
+    decoded = decompressed(model.document, primitive)
+    values, attributes = partial(model.document.values, decoded=decoded or {}), primitive.wholes_by_name("attributes")
+    points = values(attributes["POSITION"], (3,)).astype(np.float64)
+    faces, rest = _faces(values, primitive, len(points), TRIANGLES if decoded else primitive.whole("mode", TRIANGLES))
     if rest:
         model.notes[f"{name!r} ends with {rest} corners that make no triangle, which are skipped"] = None
     if not len(faces):
@@ -121,15 +120,26 @@ def _read_primitive(model: _Model, primitive: Mapping[str, Any], place: PlacedMe
     corners = faces.ravel()
     if corners.max() >= len(points):
         raise GeometryError(f"part {name!r} has a face with point {corners.max()}, expected 0 to {len(points) - 1}")
-    normals = values(attributes["NORMAL"]).astype(np.float64) if "NORMAL" in attributes else None
-    sets = [int(key[len(COORDINATES) :]) for key in attributes if key.startswith(COORDINATES)]
-    primvars = {primvar(i): values(attributes[f"{COORDINATES}{i}"]) * (1, -1) + (0, 1) for i in sorted(sets)}
-    material, colors = _material(model, primitive, frozenset(sets), name, values)
+
+    def of_points(key: str, *widths: int) -> Float:
+        found = values(attributes[key], widths)
+        if len(found) != len(points):
+            raise GeometryError(f"part {name!r} has {len(points)} points and {len(found)} values of {key}")
+        return found.astype(np.float64)
+
+    normals = of_points("NORMAL", 3) if "NORMAL" in attributes else None
+    sets = sorted(int(found[1]) for key in attributes if (found := COORDINATES.fullmatch(key)))
+    primvars = {primvar(i): of_points(f"TEXCOORD_{i}", 2) * (1, -1) + (0, 1) for i in sets}
+    colors = of_points(COLOR, 3, 4) if COLOR in attributes else None
+    material, colors = _material(model, primitive, frozenset(sets), name, colors)
     if colors is not None:
         primvars[DISPLAY_COLOR] = colors
     transforms = place.transforms(attributes, values)
-    if len(transforms) * len(faces) > MAX_FACES:
-        raise GeometryError(f"the instances of part {name!r} have more than {MAX_FACES} faces")
+    model.faces += len(transforms) * len(faces)
+    if model.faces > MAX_FACES:
+        raise GeometryError(f"the model has {model.faces} faces and more, expected at most {MAX_FACES}")
+    if any(each.ndim == 3 and len(each) != len(points) for each in transforms):
+        raise GeometryError(f"part {name!r} has {len(points)} points and joints for {len(transforms[0])}")
     moved = [_moved(matrix, points, normals, faces) for matrix in transforms]
     found_normals = [each for _, each, _ in moved if each is not None]
     order = np.concatenate([each for _, _, each in moved])
@@ -166,20 +176,19 @@ def _times(rows: Float, matrix: Float) -> Float:
     return rows @ matrix if matrix.ndim == 2 else np.einsum("pi,pij->pj", rows, matrix)
 
 
-def _is_empty(document: Document, primitive: Mapping[str, Any]) -> bool:
+def _is_empty(document: Document, primitive: JsonObject) -> bool:
     """Return whether it has no points or no indices: the standard forbids that, and exporters write it."""
-    indices = [primitive["indices"]] if "indices" in primitive else []
-    used = [at(document.entries("accessors"), index) for index in (primitive["attributes"]["POSITION"], *indices)]
-    return any(accessor["count"] == 0 for accessor in used)
+    indices = [primitive.whole("indices")] if "indices" in primitive else []
+    used = (primitive.object("attributes").whole("POSITION"), *indices)
+    return any(document.entry("accessors", index).whole("count") == 0 for index in used)
 
 
-def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[NDArray[np.int64], int]:
+def _faces(values: Values, primitive: JsonObject, points: int, mode: int) -> tuple[NDArray[np.int64], int]:
     """Return (F, 3) of triangles, a strip or a fan, all wound as the standard says; and how many corners are left
     over."""
     order = np.arange(points)
     if "indices" in primitive:
-        order = values(primitive["indices"])[:, 0].astype(np.int64)
-    mode = primitive.get("mode", TRIANGLES)
+        order = values(primitive.whole("indices"), (1,), whole=True)[:, 0].astype(np.int64)
     if mode == TRIANGLES:
         rest = len(order) % 3
         return order[: len(order) - rest].reshape(-1, 3), rest
@@ -189,15 +198,14 @@ def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[N
 
 
 def _material(
-    model: _Model, primitive: Mapping[str, Any], sets: frozenset[int], name: str, values: Values
+    model: _Model, primitive: JsonObject, sets: frozenset[int], name: str, colors: Float | None
 ) -> tuple[int, Float | None]:
     """Return (index into the materials or -1, displayColor of the points or None): COLOR_0 multiplies the base
     colour."""
-    index = int(primitive.get("material", -1))
-    entry = at(model.document.entries("materials"), index) if index >= 0 else {}
-    colors = None
-    if COLOR in primitive["attributes"]:
-        colors = _colors(model, entry, values(primitive["attributes"][COLOR]), name)
+    index = primitive.whole("material") if "material" in primitive else -1
+    entry = model.document.entry("materials", index) if index >= 0 else primitive.object("material")
+    if colors is not None:
+        colors = _colors(model, entry, colors, name)
     if index < 0 and colors is None:
         return -1, None
     key = (index, sets, colors is not None)
@@ -210,10 +218,10 @@ def _material(
     return model.materials[key][0], colors
 
 
-def _colors(model: _Model, entry: dict[str, Any], colors: Float, name: str) -> Float | None:
+def _colors(model: _Model, entry: JsonObject, colors: Float, name: str) -> Float | None:
     """Return the base colour as the colours change it; None, with a note where it matters, where they cannot be
     shown."""
-    if colors.shape[1] == 4 and entry.get("alphaMode", OPAQUE) != OPAQUE and (colors[:, 3] < 1).any():
+    if colors.shape[1] == 4 and entry.text("alphaMode", OPAQUE) != OPAQUE and (colors[:, 3] < 1).any():
         model.notes[f"the opacity in the vertex colours of {name!r} is not carried over"] = None
     if (colors[:, :3] == 1).all():
         return None

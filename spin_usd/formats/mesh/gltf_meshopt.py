@@ -1,7 +1,7 @@
 """EXT_meshopt_compression: the bytes of a buffer view out of compressed ones. Source: the extension's text, whose
 appendices define the three streams and the three filters; there is no well-kept package that decodes them."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ ATTRIBUTES, TRIANGLES, INDICES = 0xA0, 0xE1, 0xD1  # first bytes of the streams
 HEADS = {"ATTRIBUTES": ATTRIBUTES, "TRIANGLES": TRIANGLES, "INDICES": INDICES}
 GROUP = 16  # deltas that share a bit width
 MAX_BLOCK_BYTES, MAX_BLOCK = 8192, 256
+MOST_IN_A_BYTE = 4 * GROUP  # elements: a head of two bits stands for a group
 TABLE_BYTES = 16  # of a stream of triangles, at its end
 NO_EDGE, PAIR_FOLLOWS, ALL_TOLD = 0xF0, 0xFE, 0xFF  # least codes of triangles that continue no edge, whose codes of
 # two corners are no entry of the table, and whose first corner is told as well
@@ -27,17 +28,27 @@ ESCAPED = {
 """How many deltas in each byte stand for a byte that follows."""
 
 
-def decoded_view(said: Mapping[str, Any], data: bytes) -> bytes:
-    """Return what the compressed `data` of a buffer view holds, whose extension `said` describes it. Raises any
-    built-in error for damaged data."""
-    count, stride = int(said["count"]), int(said["byteStride"])
-    if not (count > 0 and 0 < stride <= MAX_BLOCK and count * stride <= MAX_MODEL):
-        raise ValueError(f"a compressed buffer view has {count} elements of {stride} bytes")
-    if data[0] != HEADS[said["mode"]]:
+@dataclass(frozen=True, kw_only=True)
+class Compressed:
+    """What the extension says of the `count` elements of `stride` bytes in a compressed buffer view."""
+
+    count: int
+    stride: int
+    mode: str
+    filter: str
+
+
+def decoded_view(said: Compressed, data: bytes) -> bytes:
+    """Return what the compressed `data` of a buffer view holds, of which that is `said`. Raises any built-in error for
+    damaged data."""
+    count, stride = said.count, said.stride
+    if not (0 < count <= MOST_IN_A_BYTE * len(data) and 0 < stride <= MAX_BLOCK and count * stride <= MAX_MODEL):
+        raise ValueError(f"a compressed buffer view of {len(data)} bytes has {count} elements of {stride} bytes")
+    if data[0] != HEADS[said.mode]:
         raise ValueError(f"a compressed buffer view begins with {data[0]:#x}")
-    if said["mode"] == "ATTRIBUTES":
-        return _filtered(_attributes(data, count, stride), said.get("filter", "NONE")).tobytes()
-    indices = _triangles(data, count) if said["mode"] == "TRIANGLES" else _indices(data, count)
+    if said.mode == "ATTRIBUTES":
+        return _filtered(_attributes(data, count, stride), said.filter).tobytes()
+    indices = _triangles(data, count) if said.mode == "TRIANGLES" else _indices(data, count)
     return np.array(indices, np.uint32).astype({2: "<u2", 4: "<u4"}[stride]).tobytes()
 
 

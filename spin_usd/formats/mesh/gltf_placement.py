@@ -3,21 +3,27 @@
 Source: glTF 2.0, sections 3.5 and 3.7.3, and the extensions EXT_mesh_gpu_instancing and KHR_node_visibility.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.formats.mesh.gltf_document import Document, at
+from spin_usd.errors import GeometryError
+from spin_usd.files.size_limits import MAX_PLACEMENTS
+from spin_usd.formats.mesh.gltf_document import Document
+from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.geometry.rotation import matrices_from_quaternions
 
 INSTANCING, VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 
-Values = Callable[[int], NDArray[Any]]
-"""The numbers of an accessor, by its index."""
+
+class Values(Protocol):
+    """The numbers of an accessor, by its index, as those of `Document.values`."""
+
+    def __call__(self, index: int, widths: tuple[int, ...], *, whole: bool = False) -> NDArray[Any]: ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,77 +38,107 @@ class PlacedMesh:
 
     def transforms(self, attributes: Mapping[str, int], values: Values) -> list[Float]:
         """Return for each instance of a primitive with these attributes a matrix (4, 4), or matrices (P, 4, 4) of its
-        points. Raises ValueError for a skin whose points have no joints, or weights that are all zero."""
+        points. Raises GeometryError for a skin whose points have no joints, or weights that are all zero."""
         if not self.skinned:
             return list(self.matrices)
         blended, total = np.zeros(()), np.zeros(())
         for number in range(sum(name.startswith("JOINTS_") for name in attributes)):
-            joints, weights = values(attributes[f"JOINTS_{number}"]), values(attributes[f"WEIGHTS_{number}"])
-            if joints.max() >= len(self.matrices):
-                raise ValueError(f"a point follows joint {joints.max()} of {len(self.matrices)}")
+            names = f"JOINTS_{number}", f"WEIGHTS_{number}"
+            if not set(names) <= set(attributes):
+                raise GeometryError(f"a skin of {self.name!r} has no {' and '.join(names)}")
+            joints, weights = values(attributes[names[0]], (4,), whole=True), values(attributes[names[1]], (4,))
+            if joints.min() < 0 or joints.max() >= len(self.matrices):
+                raise GeometryError(f"a point of {self.name!r} follows joint {joints.max()} of {len(self.matrices)}")
+            if len(joints) != len(weights):
+                raise GeometryError(
+                    f"{self.name!r} has joints for {len(joints)} points, and weights for {len(weights)}"
+                )
             for joint, weight in zip(joints.T, weights.T, strict=True):
                 blended = blended + self.matrices[joint] * weight[:, None, None]
                 total = total + weight
         if not np.all(total > 0):
-            raise ValueError("a point of a skin follows no joint")
+            raise GeometryError(f"a point of {self.name!r} follows no joint of its skin")
         return [blended / total[:, None, None]]
 
 
 def placed_meshes(document: Document) -> Iterator[PlacedMesh]:
-    """Yield the meshes of the scene's visible nodes, in the scene's order. A skin's own node does not move it."""
-    nodes = document.entries("nodes")
+    """Yield the meshes of the scene's visible nodes, in the scene's order. A skin's own node does not move it. Raises
+    InputError."""
     found = dict(_to_body(document))
+    total = 0
     for index, (to_body, visible) in found.items():
-        node = nodes[index]
+        node = document.entry("nodes", index)
         if "mesh" not in node or not visible:
             continue
-        name, mesh = str(node.get("name", "")), int(node["mesh"])
-        if "skin" in node:
-            skin = at(document.entries("skins"), node["skin"])
-            joints = np.stack([found[joint][0] for joint in skin["joints"]])
-            if "inverseBindMatrices" in skin:  # column after column
-                inverse = document.values(skin["inverseBindMatrices"])[: len(joints)]
-                joints = joints @ inverse.reshape(-1, 4, 4).swapaxes(1, 2)
-            yield PlacedMesh(mesh=mesh, name=name, matrices=joints, skinned=True)
-            continue
-        instancing = node.get("extensions", {}).get(INSTANCING)
-        instances = np.eye(4)[None] if instancing is None else _instances(document, instancing["attributes"])
-        yield PlacedMesh(mesh=mesh, name=name, matrices=to_body @ instances)
+        skinned = "skin" in node
+        matrices = _joints(document, node, found) if skinned else to_body @ _instances(document, node)
+        if not np.isfinite(matrices).all():
+            raise node.damaged(f"{node.place} is placed by what is no number")
+        total += len(matrices)
+        if total > MAX_PLACEMENTS:
+            raise node.damaged(f"has more than {MAX_PLACEMENTS} joints and instances in all")
+        yield PlacedMesh(mesh=node.whole("mesh"), name=node.text("name", ""), matrices=matrices, skinned=skinned)
+
+
+def _joints(document: Document, node: JsonObject, found: Mapping[int, tuple[Float, bool]]) -> Float:
+    """Return (J, 4, 4) from the points of the node's mesh to body axes, by each joint of its skin."""
+    skin = document.entry("skins", node.whole("skin"))
+    indices = skin.wholes("joints")
+    if not indices or not set(indices) <= set(found):
+        raise skin.damaged(f"{skin.place} has no joints, or some that are no nodes of the scene")
+    joints = np.stack([found[joint][0] for joint in indices])
+    if "inverseBindMatrices" not in skin:
+        return joints
+    inverse = document.values(skin.whole("inverseBindMatrices"), (16,))[: len(joints)]
+    if len(inverse) != len(joints):
+        raise skin.damaged(f"{skin.place} has {len(joints)} joints and {len(inverse)} inverseBindMatrices")
+    return np.asarray(joints @ inverse.reshape(-1, 4, 4).swapaxes(1, 2))  # column after column
 
 
 def _to_body(document: Document) -> Iterator[tuple[int, tuple[Float, bool]]]:
     """Yield (node, (4x4 to body axes, whether it is visible)) of the scene's nodes, in its order."""
-    nodes, scenes = document.entries("nodes"), document.entries("scenes")
-    children = {child for node in nodes for child in node.get("children", [])}
+    nodes = document.entries("nodes")
+    children = {child for node in nodes for child in node.wholes("children")}
     roots = [i for i in range(len(nodes)) if i not in children]
-    if scenes:
-        roots = at(scenes, document.json.get("scene", 0)).get("nodes", [])
+    if document.entries("scenes"):
+        roots = document.entry("scenes", document.json.whole("scene", 0)).wholes("nodes")
     seen: set[int] = set()
     stack = [(root, np.eye(4), True) for root in reversed(roots)]
     while stack:
         index, parent, visible = stack.pop()
+        node = document.entry("nodes", index)
         if index in seen:
-            raise ValueError(f"node {index} has two parents")
+            raise node.damaged(f"{node.place} has two parents")
         seen.add(index)
-        node = at(nodes, index)
         to_body = parent @ _local(node)
-        visible = visible and node.get("extensions", {}).get(VISIBILITY, {}).get("visible", True)
+        visible = visible and node.object("extensions").object(VISIBILITY).flag("visible", True)
         yield index, (to_body, visible)
-        stack += [(child, to_body, visible) for child in reversed(node.get("children", []))]
+        stack += [(child, to_body, visible) for child in reversed(node.wholes("children"))]
 
 
-def _local(node: dict[str, Any]) -> Float:
+def _local(node: JsonObject) -> Float:
     if "matrix" in node:
-        matrix: Float = np.array(node["matrix"], np.float64).reshape(4, 4).T  # column after column
-        return matrix
-    rows = {name: np.array([node[name]], np.float64) for name in ("translation", "rotation", "scale") if name in node}
-    return np.asarray(_matrices(rows.get("translation"), rows.get("rotation"), rows.get("scale"))[0], np.float64)
+        matrix = np.array(node.numbers("matrix", tuple(np.eye(4).ravel())))
+        return matrix.reshape(4, 4).T  # column after column
+    if not any(name in node for name in ("translation", "rotation", "scale")):
+        return np.eye(4)
+    moved, turned = node.numbers("translation", (0, 0, 0)), node.numbers("rotation", (0, 0, 0, 1))
+    scaled = node.numbers("scale", (1, 1, 1))
+    return np.asarray(_matrices(np.array([moved]), np.array([turned]), np.array([scaled]))[0], np.float64)
 
 
-def _instances(document: Document, attributes: Mapping[str, int]) -> Float:
-    """Return (N, 4, 4) of the instances of a node, in its axes."""
-    names = ("TRANSLATION", "ROTATION", "SCALE")
-    return _matrices(*(document.values(attributes[name]) if name in attributes else None for name in names))
+def _instances(document: Document, node: JsonObject) -> Float:
+    """Return (N, 4, 4) of the instances of a node, in its axes; one that moves nothing where it has none."""
+    extensions = node.object("extensions")
+    if INSTANCING not in extensions:
+        return np.eye(4)[None]
+    said = extensions.object(INSTANCING)
+    attributes = said.wholes_by_name("attributes")
+    widths = {"TRANSLATION": 3, "ROTATION": 4, "SCALE": 3}
+    found = {name: document.values(attributes[name], (widths[name],)) for name in widths if name in attributes}
+    if len({len(rows) for rows in found.values()}) > 1:
+        raise said.damaged(f"the attributes of {said.place} are of different counts")
+    return _matrices(*(found.get(name) for name in widths))
 
 
 def _matrices(translation: Float | None, rotation: Float | None, scale: Float | None) -> Float:
@@ -110,7 +146,8 @@ def _matrices(translation: Float | None, rotation: Float | None, scale: Float | 
     counts = [len(each) for each in (translation, rotation, scale) if each is not None]
     found = np.tile(np.eye(4), (max(counts, default=1), 1, 1))
     if rotation is not None:
-        turned = rotation / np.linalg.norm(rotation, axis=1, keepdims=True)
+        with np.errstate(invalid="ignore"):  # a quaternion of zeros places by what is no number, which is refused
+            turned = rotation / np.linalg.norm(rotation, axis=1, keepdims=True)
         found[:, :3, :3] = matrices_from_quaternions(np.roll(turned, 1, axis=1))
     if scale is not None:
         found[:, :3, :3] *= scale[:, None, :]

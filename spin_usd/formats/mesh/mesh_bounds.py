@@ -42,10 +42,10 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
 def _is_beyond_trimesh(document: Document) -> bool:
     """Return whether trimesh 5.2 misreads what decides the size: it ignores sparse values, skins, instances, hidden
     nodes and meshopt's compression, and leaves positions that are fractions of the largest integer whole numbers."""
-    primitives = [primitive for mesh in document.entries("meshes") for primitive in mesh["primitives"]]
-    points = [document.entries("accessors")[primitive["attributes"]["POSITION"]] for primitive in primitives]
-    odd = any(accessor.get("normalized", False) or "sparse" in accessor for accessor in points)
-    used = {*document.json.get("extensionsUsed", []), *document.json.get("extensionsRequired", [])}
+    primitives = [primitive for mesh in document.entries("meshes") for primitive in document.primitives(mesh)]
+    points = [document.entry("accessors", primitive.object("attributes").whole("POSITION")) for primitive in primitives]
+    odd = any(accessor.flag("normalized", False) or "sparse" in accessor for accessor in points)
+    used = {*document.json.texts("extensionsUsed"), *document.json.texts("extensionsRequired")}
     return odd or any("skin" in node for node in document.entries("nodes")) or not used.isdisjoint(BEYOND_TRIMESH)
 
 
@@ -53,12 +53,10 @@ def _loaded(path: Path, document: Document | None) -> "trimesh.Scene":
     """Return the file's geometry alone: nothing that it names is read, but for the buffers of the `document`."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
-    named = enumerate(document.entries("buffers")) if document else ()
-    beside = {entry["uri"]: document.buffer(index) for index, entry in named if document and "uri" in entry}
     return trimesh.load_scene(
         io.BytesIO(read_bytes(path, MAX_MODEL)),
         file_type=path.suffix.lower().removeprefix("."),
-        resolver=beside,
+        resolver=document.buffers_beside() if document else {},
         process=False,
         skip_materials=True,
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh.gltf_meshopt import decoded_view
+from spin_usd.formats.mesh.gltf_meshopt import Compressed, decoded_view
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 
 STEP = {"oct8": 0.02, "oct16": 1e-3, "quat": 1e-3, "exp": 1e-4}  # what the filters' few bits leave of numbers up to 1
@@ -111,9 +111,20 @@ CASES = {  # what the extension says of the view, its compressed bytes, and thos
 }
 
 
+def said(name: str) -> Compressed:
+    """What the extension of a case says."""
+    values = CASES[name][0]
+    return Compressed(
+        count=values["count"],
+        stride=values["byteStride"],
+        mode=values["mode"],
+        filter=values.get("filter", "NONE"),
+    )
+
+
 def decoded(name: str) -> tuple[bytes, bytes]:
-    said, data, raw = CASES[name]
-    return decoded_view(said, base64.b64decode(data)), base64.b64decode(raw)
+    _, data, raw = CASES[name]
+    return decoded_view(said(name), base64.b64decode(data)), base64.b64decode(raw)
 
 
 @pytest.mark.parametrize("name", ["pos5", "u16_37", "seq"])
@@ -145,10 +156,10 @@ def test_filtered_numbers_come_back_within_a_step(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("kept", [1, 0.3, 0.7])
 def test_cut_streams_raise_and_nothing_worse(name: str, kept: float) -> None:
-    said, data, _ = CASES[name]
+    _, data, _ = CASES[name]
     whole = base64.b64decode(data)
     with pytest.raises((ValueError, IndexError)):
-        decoded_view(said, b"\0" + whole[1 : int(kept * len(whole)) - 1])
+        decoded_view(said(name), b"\0" + whole[1 : int(kept * len(whole)) - 1])
 
 
 def test_mini_files_are_read(shared) -> None:
