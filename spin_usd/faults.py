@@ -5,7 +5,9 @@ both are a SpinError, one sentence, wherever they are met. This is the one place
 """
 
 import errno
+import logging
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
@@ -31,6 +33,12 @@ PARSERS: Mapping[str, str] = {
     "builtins.EOFError": "is cut short",
 }
 """Classes of what parsers raise, as text: whoever imports this must not import pxr. What they say of the input."""
+
+LOGGERS = ("trimesh", "PIL")
+"""Of libraries that log; what they say goes to nobody but to handlers that the program's user has set up."""
+
+for _name in LOGGERS:
+    logging.getLogger(_name).addHandler(logging.NullHandler())  # else Python prints it to the terminal
 
 SYSTEM: Mapping[int, str] = {
     errno.EACCES: "change its permissions, or choose another place",
@@ -70,10 +78,10 @@ def decoding(where: object) -> Iterator[None]:
     """Give whatever the block raises as InputError that says `where`, but for what the system refuses.
 
     Only for a block that does nothing but decode bytes of others by a library, of which nobody knows all that it may
-    raise: a damaged head of a zip file is a NotImplementedError.
+    raise: a damaged head of a zip file is a NotImplementedError. What the library warns of is not printed.
     """
     try:
-        with reading(where):
+        with reading(where), warnings.catch_warnings(action="ignore"):
             yield
     except SpinError:
         raise

@@ -3,9 +3,11 @@ import errno
 import gzip
 import io
 import json
+import logging
 import lzma
 import struct
 import tomllib
+import warnings
 import zipfile
 import zlib
 
@@ -81,3 +83,11 @@ def test_what_the_system_refuses_is_said_with_the_file_and_the_remedy(tmp_path) 
     with pytest.raises(OutputError, match=r"aaa: .*File name too long; give a shorter"), reading(None):
         (tmp_path / ("a" * 300 + "aaa")).stat()
     assert "ulimit -n" in str(expected(OSError(errno.EMFILE, "")))
+
+
+def test_what_a_library_warns_of_and_logs_while_it_decodes_is_not_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    with decoding(FILE):
+        warnings.warn("odd", RuntimeWarning, stacklevel=1)
+        for name in ("trimesh", "trimesh.base", "PIL.Image"):
+            logging.getLogger(name).warning("odd")
+    assert capfd.readouterr() == ("", "")

@@ -26,6 +26,19 @@ def lines_in(text: str, path: Path) -> Iterator[str]:
         yield line
 
 
+def refuse_long_lines(data: bytes, path: Path) -> None:
+    """Raise InputError where a line of the text in `data` has more than MAX_LINE bytes: for what is split into lines by
+    a library, before it is."""
+    start = 0
+    while start + MAX_LINE < len(data):
+        end = max(data.rfind(mark, start, start + MAX_LINE + 1) for mark in (b"\n", b"\r"))
+        if end < 0:
+            raise InputError(
+                f"has a line of more than {MAX_LINE} bytes", where=path, do="look for line breaks that were lost"
+            )
+        start = end + 1
+
+
 def read_any_text(path: Path, max_bytes: int) -> str:
     """Read the text of a file of at most `max_bytes`: UTF-16 where its byte order mark says so, else UTF-8, or Latin-1
     where it is not.

@@ -6,6 +6,7 @@ exporters write. A texture is named by MeshLab's comment `TextureFile`.
 """
 
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,21 +16,28 @@ from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement
 
 from spin_usd.arrays import Float
-from spin_usd.errors import InputError, SpinError
+from spin_usd.errors import InputError
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
+from spin_usd.formats.text_file import refuse_long_lines
 from spin_usd.formats.texture_file import color_space, texture_beside
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 
 ST, TEXTURE = "st", "texturefile "
+END, MAX_HEADER = b"end_header", 2**18
 KEYWORDS = (b"ply", b"format", b"comment", b"obj_info", b"element", b"property")
 INDICES = ("vertex_indices", "vertex_index")
 COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
+SIZES = dict.fromkeys((b"short", b"ushort", b"int16", b"uint16"), 2) | {b"double": 8, b"float64": 8}
+SIZES |= dict.fromkeys((b"int", b"uint", b"float", b"int32", b"uint32", b"float32"), 4)
+TEXT_SIZES = dict.fromkeys((*SIZES, b"char", b"uchar", b"int8", b"uint8"), 2)
+"""Bytes of a value in a binary file, and at the least in text; else 1."""
 NORMALS = (("nx", "ny", "nz"),)
 
 
@@ -45,17 +53,13 @@ class _PlyFaces:
 
 def read_ply(path: Path) -> MeshAsset:
     """Read the model in the file's own units. Raises InputError that names the file, GeometryError."""
-    try:
-        data = PlyData.read(io.BytesIO(_with_plain_header(read_bytes(path, MAX_MODEL))))
+    text = _with_plain_header(read_bytes(path, MAX_MODEL), path)
+    with decoding(path):
+        data = PlyData.read(io.BytesIO(text))
         faces = _faces(data)
         points = _columns(data["vertex"], (("x", "y", "z"),))
         part = None if points is None or not len(faces.counts) else _part(path.stem, points, faces)
         values = [] if part is None else [_at_corners(data["vertex"], faces, n) for n in (NORMALS, COLORS, COORDINATES)]
-    except SpinError:
-        raise
-    # A parser of damaged files raises whatever it stumbles over.
-    except Exception as error:
-        raise InputError(f"cannot be read as PLY ({error})", where=path) from None
     if part is None:
         raise InputError("holds no faces", where=path)
     normals, colors, st = values
@@ -68,13 +72,38 @@ def read_ply(path: Path) -> MeshAsset:
     return with_colors(asset, [colors])
 
 
-def _with_plain_header(data: bytes) -> bytes:
+def _with_plain_header(data: bytes, path: Path) -> bytes:
     """Return the file with each header line that the format does not know made a comment: Blender 2.47 wrote its name
-    so."""
-    head, end, body = data.partition(b"end_header")
-    lines = head.splitlines(keepends=True)
+    so. Raises InputError for a header without an end, or that counts more than the file can hold, and endless lines."""
+    end = data.find(END, 0, MAX_HEADER)
+    if end < 0:
+        found = f"has no {END.decode()} among its first {MAX_HEADER} bytes"
+        raise InputError(found, where=path, do="give a PLY file, as its exporter wrote it")
+    lines = data[:end].splitlines(keepends=True)
+    least, ascii_ = _least_bytes(lines), any(line.split()[:2] == [b"format", b"ascii"] for line in lines)
+    if least > len(data) - end:
+        found = f"counts points and faces of {least} bytes at least, and has {len(data) - end} for them"
+        raise InputError(found, where=path, do="copy or export it again")
+    if ascii_:
+        refuse_long_lines(data, path)
     commented = [line if line.split()[:1] and line.split()[0] in KEYWORDS else b"comment " + line for line in lines]
-    return b"".join([*commented, end, body])
+    return b"".join([*commented, data[end:]])
+
+
+def _least_bytes(lines: list[bytes]) -> int:
+    """Return the bytes that what the header's lines count takes at the least: of text a digit for each value and what
+    parts it from the next; of a list how many it has."""
+    total = rows = 0
+    sizes: Mapping[bytes, int] = {}
+    for line in lines:
+        match line.split():
+            case [b"format", kind, *_]:
+                sizes = TEXT_SIZES if kind == b"ascii" else SIZES
+            case [b"element", _, count] if count.isdigit():
+                rows = int(count)
+            case [b"property", b"list", kind, *_] | [b"property", kind, *_]:
+                total += rows * sizes.get(kind, 1)
+    return total
 
 
 def _part(name: str, points: Float, faces: _PlyFaces) -> MeshPart:

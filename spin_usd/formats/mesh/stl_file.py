@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spin_usd.errors import InputError
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
+from spin_usd.formats.text_file import refuse_long_lines
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 if TYPE_CHECKING:
     import trimesh
 
+HEAD, FACE = 84, 50  # bytes of a binary file
+LEAD = 1024  # bytes in which text says that it is one
 UNNAMED = "geometry_0"
 """What trimesh calls the mesh of a binary file."""
 
@@ -31,13 +35,22 @@ def _meshes(path: Path) -> list[tuple[str, "trimesh.Trimesh"]]:
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
     data = read_bytes(path, MAX_MODEL)
-    try:
+    _refuse_damaged(data, path)
+    with decoding(path):
         scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
-    # A parser of damaged files raises whatever it stumbles over.
-    except Exception as error:
-        raise InputError(f"cannot be read as STL ({error})", where=path) from None
     meshes = [(str(name), mesh) for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)]
     return [(name, mesh) for name, mesh in meshes if len(mesh.faces)]
+
+
+def _refuse_damaged(data: bytes, path: Path) -> None:
+    """Raise InputError where the file is neither as long as its head says nor text of lines."""
+    faces = int.from_bytes(data[HEAD - 4 : HEAD], "little")
+    if len(data) == HEAD + FACE * faces:
+        return
+    if b"solid" not in data[:LEAD].lower():
+        found = f"has {len(data)} bytes, and its head counts {faces} faces, for which it takes {HEAD + FACE * faces}"
+        raise InputError(found, where=path, do="copy or export it again")
+    refuse_long_lines(data, path)
 
 
 def _part(name: str, mesh: "trimesh.Trimesh") -> MeshPart:

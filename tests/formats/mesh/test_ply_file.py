@@ -123,3 +123,21 @@ def test_a_header_line_that_lacks_its_word_comment_is_one(tmp_path: Path, text: 
 def test_points_alone_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.ply: holds no faces"):
         read_mesh_file(ply(tmp_path / "a.ply", (XYZ, POINTS)), 1)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_taken(tmp_path: Path, kind: str) -> None:
+    head = f"ply\nformat {kind} 1.0\nelement vertex 100000000000\n"
+    (tmp_path / "a.ply").write_text(
+        head + "".join(f"property double {axis}\n" for axis in "xyz") + "end_header\n0 0 0\n"
+    )
+    least = 10**11 * 3 * (2 if kind == "ascii" else 8)
+    with pytest.raises(InputError, match=rf"a\.ply: counts points and faces of {least} bytes at least"):
+        read_mesh_file(tmp_path / "a.ply", 1)
+
+
+def test_text_of_the_fewest_digits_is_held_by_its_file(tmp_path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+    faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "a.ply").write_text(f"{head}{faces}0 0 0\n1 0 0\n0 1 0\n3 0 1 2")
+    assert read_mesh_file(tmp_path / "a.ply", 1).faces == 1
