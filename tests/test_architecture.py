@@ -133,6 +133,37 @@ OPENING_METHODS = {
     "rglob", "rename", "symlink_to", "hardlink_to", "tofile",
 }
 # fmt: on
+# Libraries that parse the bytes of others, by what is called, and where that is not within a block `decoding`.
+PARSERS_OF_OTHERS = {
+    "trimesh.load",
+    "trimesh.load_scene",
+    "trimesh.load_mesh",
+    "PlyData.read",
+    "DracoPy.decode",
+    "tarfile.open",
+    "tar.next",
+    "tar.extractfile",
+    "zipfile.ZipFile",
+    "Image.open",
+    "PillowImage.open",
+    "oiio.ImageInput.open",
+    "OpenImageIO.ImageInput.open",
+    "collada.Collada",
+    "ElementTree.fromstring",
+    "ElementTree.parse",
+    "np.load",
+    "cascadio.to_glb_bytes",
+    "cascadio.step_to_glb",
+}  # fmt: skip
+NOT_IN_DECODING = {
+    "formats/tar_file.py": "writes",
+    "formats/arrays/point_cloud_file.py": "writes, and reads by a table of readers, which is within one",
+    "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",
+    "stage/composition/images.py": "OpenImageIO says what is wrong, and raises nothing",
+    "renderers/blender/cycles/passes.py": "reads what Blender has just written for us",
+    "dataset/export/models/body_models.py": "reads what our own child process has just written",
+    "dataset/keypoints/shown_target.py": "reads what our own child process has just written",
+}
 JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")
 # Formulas read no clock and no hidden chance: times and generators are arguments.
 PURE = (
@@ -347,6 +378,25 @@ def test_text_of_others_is_split_into_lines_in_one_place() -> None:
     calls = ((m, node) for m in formats for node in ast.walk(tree(m)) if isinstance(node, ast.Attribute))
     found = {str(module) for module, node in calls if node.attr == "splitlines"}
     assert found == {"formats/text_file.py", "formats/mesh/ply_file.py", "formats/arrays/point_cloud_file.py"}
+
+
+def undecoded(node: ast.AST) -> Iterator[ast.Call]:
+    """The calls of parsers of others' bytes in `node`, but for those within a block `decoding`."""
+    if isinstance(node, ast.With) and any(
+        isinstance(item.context_expr, ast.Call) and dotted(item.context_expr.func) == "decoding" for item in node.items
+    ):
+        return
+    if isinstance(node, ast.Call) and dotted(node.func) in PARSERS_OF_OTHERS:
+        yield node
+    for child in ast.iter_child_nodes(node):
+        yield from undecoded(child)
+
+
+def test_bytes_of_others_are_parsed_within_decoding_alone() -> None:
+    """There whatever a library raises is one sentence, and what it warns of is not printed."""
+    found = {module.as_posix(): list(undecoded(tree(module))) for module in MODULES}
+    places = {module for module, calls in found.items() if calls}
+    assert places == set(NOT_IN_DECODING)
 
 
 def test_nobody_but_its_typed_look_ups_sees_the_json_of_a_gltf_file() -> None:

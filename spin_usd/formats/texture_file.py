@@ -10,6 +10,7 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_TEXTURE
 from spin_usd.formats.named_file import file_within
@@ -80,13 +81,13 @@ def is_grey(file: ImageFile) -> bool:
 
 def _decoded(name: str, data: bytes) -> Image.Image:
     try:
-        image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
-        if image.width * image.height <= MAX_PIXELS:
-            image.load()
-            return image
-    # A decoder of damaged files raises whatever it stumbles over, and so does its guard against bombs.
-    except Exception as error:
-        reason = str(error).split(" <")[0]
+        with decoding(name):
+            image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
+            if image.width * image.height <= MAX_PIXELS:
+                image.load()
+                return image
+    except InputError as error:
+        reason = str(error.__cause__ or error.found).split(" <")[0]
         raise InputError(
             f"the texture {name!r} is not a PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
         ) from None

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import open_file, path_of
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
@@ -115,16 +116,17 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
 def decoded_image(file: BufferedReader, path: Path, rows: range | None = None) -> tuple[Image, tuple[str, ...]]:
     """Return what `read_image` does, of a `file` that is open already and lies at `path`: all of it, or these `rows`,
     which cost as much less as they are fewer. Raises InputError."""
-    source = oiio.ImageInput.open(path_of(file))
-    if source is None:
-        raise InputError(f"cannot be read as an image ({_error(None)})", where=path, do="make it again")
-    spec = source.spec()
-    if rows is None:
-        pixels = source.read_image(0, 0, 0, spec.nchannels, spec.format)
-    else:
-        first, last = (spec.y + min(row, spec.height) for row in (rows.start, rows.stop))
-        pixels = source.read_scanlines(0, 0, first, last, 0, 0, spec.nchannels, spec.format)
-    source.close()
+    with decoding(path):
+        source = oiio.ImageInput.open(path_of(file))
+        if source is None:
+            raise InputError(f"cannot be read as an image ({_error(None)})", where=path, do="make it again")
+        spec = source.spec()
+        if rows is None:
+            pixels = source.read_image(0, 0, 0, spec.nchannels, spec.format)
+        else:
+            first, last = (spec.y + min(row, spec.height) for row in (rows.start, rows.stop))
+            pixels = source.read_scanlines(0, 0, first, last, 0, 0, spec.nchannels, spec.format)
+        source.close()
     if pixels is None:
         raise InputError(f"is cut short or damaged ({_error(source)})", where=path, do="make it again")
     return _in_name_order(pixels.reshape(-1, spec.width, spec.nchannels), list(spec.channelnames))

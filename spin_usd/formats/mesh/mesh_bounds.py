@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
@@ -27,10 +29,10 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
         document = read_document(path) if path.suffix.lower() in GLTF else None
         if document and _is_beyond_trimesh(document):
             return None
-        scene = _loaded(path, document)
-        corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
-    # A parser of others' files raises whatever it stumbles over.
-    except Exception:
+        with decoding(path):
+            scene = _loaded(path, document)
+            corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
+    except InputError:
         return None
     points = np.concatenate([np.zeros((0, 3)), *corners]) / (units_per_metre or 1.0)
     if not len(points) or not np.isfinite(points).all():

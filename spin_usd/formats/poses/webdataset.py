@@ -29,10 +29,11 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 
 def _opened(shard: BufferedReader, path: Path) -> tarfile.TarFile:
-    try:
-        return tarfile.open(fileobj=shard)
-    except tarfile.ReadError:  # it says so of every kind of compression, in a line each
-        raise InputError("is not a tar file", where=path, do="export it again") from None
+    with decoding(path):
+        try:
+            return tarfile.open(fileobj=shard)
+        except tarfile.ReadError:  # it says so of every kind of compression, in a line each
+            raise InputError("is not a tar file", where=path, do="export it again") from None
 
 
 def _read_to_end(tar: tarfile.TarFile, path: Path) -> None:
