@@ -30,3 +30,4 @@ GLTF_ENTRIES: Mapping[str, int] = {
 """The most entries of each list in a glTF file, refused before any of them is looked into; primitives: of one mesh."""
 MAX_PLACEMENTS = 2**20  # joints and instances in all, of a matrix each
 MAX_UNSTORED = 2**22  # elements of an accessor that no bytes of the file stand for
+MAX_ELEMENTS_OF_XML = 2**22

@@ -11,7 +11,8 @@ from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
-from spin_usd.formats.mesh.mesh_file import CONVERTED, MESHES, read_mesh_file
+from spin_usd.formats.mesh.dae_document import unit_of
+from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, read_mesh_file
 from spin_usd.resources import bundled
 from spin_usd.scene.source.asset import MeshAsset
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
@@ -95,5 +96,5 @@ def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -
     """Return how long a unit of the model in `file` is."""
     per_metre = units_per_metre or 1 / target.metres_per_unit
     if file.suffix.lower() in MESHES and units_per_metre is None:
-        per_metre = 1.0
+        per_metre = 1 / unit_of(file) if file.suffix.lower() == DAE else 1.0
     return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)

@@ -38,7 +38,7 @@ class ModelUnit:
         """The beginning of a sentence on what comes of the unit."""
         if self.given or self.file.suffix.lower() not in MESHES:
             return f"with {self.words(self.per_metre)} "
-        return "in metres, the unit of its format, "
+        return "in the unit that its format or the file says, "
 
 
 def refuse_size(corners: Float, unit: ModelUnit) -> None:

@@ -19,12 +19,15 @@ from spin_usd.scene.source.source_bounds import SourceBounds
 if TYPE_CHECKING:
     import trimesh
 
-GLTF = (".gltf", ".glb")
+GLTF, DAE = (".gltf", ".glb"), ".dae"
 BEYOND_TRIMESH = (INSTANCING, VISIBILITY, MESHOPT)
 
 
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
-    """Return the model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
+    """Return the model's size in metres; None where trimesh cannot read it, or finds no face with an area. It reads
+    COLLADA where pycollada happens to be installed, and without its unit."""
+    if path.suffix.lower() == DAE:
+        return None
     try:
         document = read_document(path) if path.suffix.lower() in GLTF else None
         if document and _is_beyond_trimesh(document):

@@ -1,4 +1,4 @@
-"""Mesh files (OBJ, PLY, STL, glTF, GLB) in, MeshAsset in metres out.
+"""Mesh files (OBJ, PLY, STL, glTF, GLB, COLLADA) in, MeshAsset in metres out.
 
 Points stay doubles in the file's order; nothing is merged or smoothed. The file's axes are the body axes.
 """
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.formats.mesh.dae_file import read_dae
 from spin_usd.formats.mesh.gltf_file import read_gltf
 from spin_usd.formats.mesh.obj_file import read_obj
 from spin_usd.formats.mesh.ply_file import read_ply
@@ -20,13 +21,13 @@ from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 UNIT_LIMITS = (1e-9, 1e9)
-GLTF = (".gltf", ".glb")
+GLTF, DAE = (".gltf", ".glb"), ".dae"
 
 
 def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> MeshAsset:
     """Read the model in the file at `path`, metres.
 
-    `units_per_metre` is 100 for a file in centimetres; glTF alone has a unit of its own, the metre.
+    `units_per_metre` is 100 for a file in centimetres; glTF has a unit of its own, the metre, and COLLADA says its own.
     Raises InputError that names the file.
     """
     path = Path(path)
@@ -35,9 +36,10 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
         raise InputError(f"is not one of the mesh formats {', '.join(READERS)}", where=path)
     if not path.exists():
         raise InputError("is not there", where=path)
-    scale = _units(path, units_per_metre)
+    _check_units(path, units_per_metre)
     try:
         asset = reader(path)
+        scale = 1 / asset.metres_per_unit if units_per_metre is None else float(units_per_metre)
         asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
         asset = _without_nan(_without_flat_faces(asset))
         return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale)))
@@ -47,20 +49,18 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
 
 def says_unit(path: Path) -> bool:
     """Return whether the files of that mesh format say their unit of length."""
-    return path.suffix.lower() in (*GLTF, *CONVERTED)
+    return path.suffix.lower() in (*GLTF, DAE, *CONVERTED)
 
 
-def _units(path: Path, units_per_metre: float | None) -> float:
+def _check_units(path: Path, units_per_metre: float | None) -> None:
     if units_per_metre is None and not says_unit(path):
         raise InputError(
             "does not say its unit of length",
             where=path,
             do="give --units-per-metre, for example 100 for centimetres or 1000 for millimetres",
         )
-    scale = 1.0 if units_per_metre is None else float(units_per_metre)
-    if not UNIT_LIMITS[0] <= scale <= UNIT_LIMITS[1]:
+    if units_per_metre is not None and not UNIT_LIMITS[0] <= float(units_per_metre) <= UNIT_LIMITS[1]:
         raise InputError(f"units per metre is {units_per_metre!r}, expected a number above zero, such as 100")
-    return scale
 
 
 def _without_flat_faces(asset: MeshAsset) -> MeshAsset:
@@ -131,6 +131,7 @@ READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".stl": read_stl,
     ".gltf": read_gltf,
     ".glb": read_gltf,
+    DAE: read_dae,
 }
 CONVERTED = (".fbx", ".blend")
 """Formats that Blender reads for us, in a process of its own, and writes as GLB."""

@@ -98,11 +98,11 @@ def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
     elif key == "Tr":
         entry.opacity = replace(entry.opacity, tr=r)
     else:
-        entry.constants = _changed(entry.constants, key, (r, g, b))
+        entry.constants = changed(entry.constants, key, (r, g, b))
 
 
-def _changed(material: Material, key: str, value: Color) -> Material:
-    """`material` with a statement's colour, or with its number, which is in each place of `value`."""
+def changed(material: Material, key: str, value: Color) -> Material:
+    """Return `material` with a statement's colour, or with its number, which is in each place of `value`."""
     if key == "Kd":
         return replace(material, diffuse_color=value)
     if key == "Ke":

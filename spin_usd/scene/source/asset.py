@@ -111,12 +111,14 @@ class MeshPart:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshAsset:
-    """A model from a mesh file. `notes` are sentences on what a user should know of how it was read."""
+    """A model from a mesh file. `notes` are sentences on what a user should know of how it was read;
+    `metres_per_unit`: how long the file says that its unit is."""
 
     name: str
     parts: tuple[MeshPart, ...]
     materials: tuple[ModelMaterial, ...] = ()
     notes: tuple[str, ...] = ()
+    metres_per_unit: float = 1.0
 
     def __post_init__(self) -> None:
         if not self.parts:

@@ -126,7 +126,7 @@ def test_a_size_that_no_craft_has_is_refused_with_the_likely_unit(craft: Path, u
 
 def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:
     trimesh.creation.box(BOX_CM).export(tmp_path / "craft.glb")
-    with pytest.raises(InputError, match=r"in metres, the unit of its format, the target is 110 x 80 x 30 m.*did you mean --units-per-metre 100 "):  # noqa: E501  # fmt: skip
+    with pytest.raises(InputError, match=r"in the unit that its format or the file says, the target is 110 x 80 x 30 m.*did you mean --units-per-metre 100 "):  # noqa: E501  # fmt: skip
         author(tmp_path / "craft.glb", (0, 0, 5), units=None)
     usd = tmp_path / "craft.usda"
     usd.write_text('#usda 1.0\n(\n defaultPrim = "C"\n metersPerUnit = 1\n)\ndef Cube "C" {\n double size = 300\n}\n')

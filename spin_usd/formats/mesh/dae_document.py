@@ -1,0 +1,158 @@
+"""A COLLADA file's XML: its elements by what refers to them, and its numbers. Source: COLLADA 1.4.1 and 1.5.
+
+pycollada keeps numbers as floats of 32 bits, opens what is a zip file, drops a scene for a lamp that is not there, and
+refused or emptied 4 of 25 real files; so the XML is read here.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.faults import decoding
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.size_limits import MAX_ELEMENTS_OF_XML, MAX_MODEL
+from spin_usd.nesting import MAX_DEPTH, NestingError
+
+MEND = "export the model again"
+
+
+@dataclass(frozen=True)
+class DaeDocument:
+    """`root` is COLLADA's element, `ids` its elements by their tag and id. Tags have no namespaces."""
+
+    path: Path
+    root: Element
+    ids: dict[tuple[str, str], Element]
+
+    def named(self, tag: str, url: str | None) -> Element | None:
+        """Return the element of the file that a URL such as "#hull" means; None where it is in another file, or
+        nowhere."""
+        return self.ids.get((tag, unquote(url)[1:])) if url and url.startswith("#") else None
+
+    def numbers(self, element: Element | None, count: int | None = None) -> Float:
+        """Return the numbers that stand in an element. Raises InputError for others than `count`."""
+        found: Float = self._parsed(element, np.float64)
+        if count is not None and len(found) != count:
+            raise self.damaged(element, f"holds {len(found)} numbers, expected {count}")
+        return found
+
+    def indices(self, element: Element | None) -> NDArray[np.int64]:
+        """Return the whole numbers from 0 that stand in an element. Raises InputError."""
+        found: NDArray[np.int64] = self._parsed(element, np.int64)
+        if len(found) and found.min() < 0:
+            raise self.damaged(element, f"holds {found.min()}, expected numbers from 0")
+        return found
+
+    def values(self, source: str | None, width: int) -> Float:
+        """Return (N, width) of the source that a URL means: the first numbers of each of its rows. Raises
+        InputError."""
+        element = self.named("source", source)
+        array = None if element is None else element.find("float_array")
+        accessor = None if element is None else element.find("technique_common/accessor")
+        if element is None or array is None or accessor is None:
+            raise InputError(f"has no numbers {source!r}", where=self.path, do=MEND)
+        data = self.numbers(array)
+        count, offset, stride = (whole(self, accessor, name, default) for name, default in ACCESSOR)
+        named = [at for at, param in enumerate(accessor.findall("param")) if param.get("name")]
+        columns = (named or list(range(stride)))[:width]
+        if len(columns) < width or columns[-1] >= stride or (count and offset + count * stride > len(data)):
+            raise self.damaged(accessor, f"counts more than the {len(data)} numbers of {source!r}")
+        rows = data[offset : offset + count * stride].reshape(count, stride)
+        return np.ascontiguousarray(rows[:, columns])
+
+    def damaged(self, element: Element | None, found: str) -> InputError:
+        tag = "an element that is missing" if element is None else f"its <{element.tag}>"
+        return InputError(f"is damaged: {tag} {found}", where=self.path, do=MEND)
+
+    def _parsed(self, element: Element | None, kind: type[np.generic]) -> NDArray[Any]:
+        words = (element.text or "").split() if element is not None else []
+        try:
+            return np.array(words, kind)
+        except (ValueError, OverflowError):
+            raise self.damaged(element, "holds what are no numbers, or decimal commas") from None
+
+
+ACCESSOR = (("count", 0), ("offset", 0), ("stride", 1))
+
+
+def whole(document: DaeDocument, element: Element, name: str, default: int) -> int:
+    """Return an attribute that is a whole number from 0. Raises InputError."""
+    text = element.get(name)
+    if text is None:
+        return default
+    if not (text.strip().isascii() and text.strip().isdigit() and len(text) < 20):
+        raise document.damaged(element, f"has the {name} {text[:40]!r}, expected a whole number from 0")
+    return int(text)
+
+
+def read_dae_document(path: Path) -> DaeDocument:
+    """Read the file at `path`. Raises InputError."""
+    parser = ElementTree.XMLParser(target=_Builder(path))
+    with decoding(path):
+        parser.feed(read_bytes(path, MAX_MODEL))
+        root = parser.close()
+    if root.tag != "COLLADA":
+        raise InputError(f"is XML of a <{root.tag}>, not of COLLADA", where=path)
+    return DaeDocument(path, root, {(each.tag, each.get("id", "")): each for each in reversed(list(root.iter()))})
+
+
+def metres_per_unit(document: DaeDocument) -> float:
+    """Return the length of the file's unit, the metre where it does not say. Raises InputError."""
+    text = next((unit.get("meter", "1") for unit in document.root.iterfind("asset/unit")), "1")
+    try:
+        metres = float(text)
+    except ValueError:
+        metres = 0.0
+    if not 0 < metres < float("inf"):
+        raise InputError(f"says that its unit is {text[:40]!r} metres", where=document.path, do="mend its <unit>")
+    return metres
+
+
+def unit_of(path: Path) -> float:
+    """Return the length in metres of the unit of the COLLADA file at `path`. Raises InputError."""
+    return metres_per_unit(read_dae_document(path))
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds elements without their namespaces, of a bounded number and depth, of a file that declares nothing:
+    COLLADA has no DOCTYPE, and what could stand in one names other files, or grows without end."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self._path, self._count, self._depth = path, 0, 0
+
+    def doctype(self, *_: object) -> None:
+        raise InputError("has a DOCTYPE, which no COLLADA file has", where=self._path, do="remove it")
+
+    def start(self, tag: str, attrs: dict[str, str]) -> Element:
+        self._count += 1
+        self._depth += 1
+        if self._count > MAX_ELEMENTS_OF_XML:
+            raise InputError(f"has more than {MAX_ELEMENTS_OF_XML} elements", where=self._path)
+        if self._depth > MAX_DEPTH:
+            raise NestingError
+        return super().start(tag.rpartition("}")[2], attrs)
+
+    def end(self, tag: str) -> Element:
+        self._depth -= 1
+        return super().end(tag.rpartition("}")[2])
+
+
+def inputs(element: Element) -> Iterator[tuple[str, str | None, int, int]]:
+    """Yield (semantic, URL, offset, set) of an element's inputs."""
+    for each in element.findall("input"):
+        yield each.get("semantic", ""), each.get("source"), _small(each.get("offset")), _small(each.get("set"))
+
+
+def _small(text: str | None) -> int:
+    """Return a whole number of at most three digits, 0 for what is none."""
+    return int(text) if text and text.isascii() and text.isdigit() and len(text) < 4 else 0
