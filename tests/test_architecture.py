@@ -27,6 +27,7 @@ ONLY_IN = {
     "trimesh": ("formats",),
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
+    "cascadio": ("formats",),
     "embreex": ("renderers/embree",),
     "cv2": ("dataset/check/in_child/pose.py", "labels/preview.py", "sensor"),
     "PIL": ("formats",),
@@ -85,6 +86,7 @@ MAY_OPEN = {
     "dataset/author/earth_maps.py": "looks for the maps in a folder that the user names; `files` opens them",
     "formats/arrays/point_cloud_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
+    "formats/mesh/step_file.py": MADE,
     "formats/poses/webdataset.py": "reads from an open file",
     "formats/poses/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
     "formats/poses/record.py": "looks for the records in a folder that the user names; `files` opens them",
@@ -153,7 +155,6 @@ PARSERS_OF_OTHERS = {
     "ElementTree.parse",
     "np.load",
     "cascadio.to_glb_bytes",
-    "cascadio.step_to_glb",
 }  # fmt: skip
 NOT_IN_DECODING = {
     "formats/tar_file.py": "writes",

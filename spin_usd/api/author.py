@@ -55,7 +55,7 @@ def author(
         sample: instead of it what poses and light are sampled from: text such as "range=3..10 inside=0.9", a TOML file,
             or a name; `target` and `camera` are needed where it names none.
         count: how many pictures are sampled; all if not given.
-        target: a target's name, or an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend or USD file.
+        target: a target's name, or an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file.
         camera: a camera's name, a SPEED+ camera.json, or a camera layer.
         units_per_metre: the model's units in a metre, 100 for centimetres.
         prim: the path of the prim of a USD target that is taken; "/" for all root prims.

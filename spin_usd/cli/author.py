@@ -44,7 +44,7 @@ def author(
         typer.Option(
             autocompletion=bundled("target"),
             metavar="NAME_OR_FILE",
-            help=f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend or USD file.",
+            help=f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file.",
         ),
     ] = None,
     camera: Annotated[

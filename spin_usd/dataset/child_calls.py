@@ -37,6 +37,11 @@ class ChildCalls:
     def convert_model(self, **arguments: Any) -> Any:
         return import_module(CONVERSION).convert_model(**arguments)
 
+    def convert_step(self, **arguments: Any) -> Any:
+        from spin_usd.formats.mesh.step_file import convert_step
+
+        return convert_step(**arguments)
+
     def augment(self, **arguments: Any) -> Any:
         from spin_usd.dataset.author.augment import augment_stage
 

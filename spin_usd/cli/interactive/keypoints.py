@@ -20,7 +20,7 @@ def keypoints(
         typer.Argument(
             autocompletion=bundled("target"),
             metavar="NAME_OR_FILE",
-            help=f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend or USD file, as of author.",
+            help=f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file, as of author.",
         ),
     ],
     out: Annotated[

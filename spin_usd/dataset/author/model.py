@@ -1,6 +1,7 @@
 """The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,7 +13,7 @@ from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
 from spin_usd.formats.mesh.dae_document import unit_of
-from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, read_mesh_file
+from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_mesh_file
 from spin_usd.resources import bundled
 from spin_usd.scene.source.asset import MeshAsset
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
@@ -76,18 +77,13 @@ def write_model(
 
 
 def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
-    """Read a model that Blender converts, in a process of its own. Raises InputError, and StageError where that dies of
-    it."""
+    """Read a model that Blender or Open CASCADE converts, in a process of its own. Raises InputError, and StageError
+    where that dies of it."""
     with TemporaryDirectory(prefix="spin_usd-") as folder:
         glb = Path(folder) / f"{file.stem}.glb"
-        said = ask_child(
-            "convert_model",
-            reads=file,
-            memory=rendering_memory(),
-            source=str(file),
-            to=str(glb),
-            root=str(root_of(file)),
-        )
+        ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
+        by_step = file.suffix.lower() in STEP
+        said = ask("convert_step") if by_step else ask("convert_model", root=str(root_of(file)))
         model = read_mesh_file(glb, units_per_metre or 1 / said["metres_per_unit"])
     return replace(model, notes=(*said["notes"], *model.notes))
 

@@ -133,6 +133,7 @@ READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".glb": read_gltf,
     DAE: read_dae,
 }
-CONVERTED = (".fbx", ".blend")
-"""Formats that Blender reads for us, in a process of its own, and writes as GLB."""
+BY_BLENDER, STEP = (".fbx", ".blend"), (".step", ".stp")
+CONVERTED = (*BY_BLENDER, *STEP)
+"""Formats that are read in a process of their own, and written as GLB."""
 MESHES = (*READERS, *CONVERTED)
