@@ -339,3 +339,32 @@ def Scope "Render"
     }
 }
 """
+
+BOX_DAE = """<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1" name="metre"/><up_axis>Z_UP</up_axis></asset>
+<library_images><image id="picture"><init_from>texture.png</init_from></image></library_images>
+<library_effects><effect id="effect"><profile_COMMON>
+<newparam sid="surface"><surface type="2D"><init_from>picture</init_from></surface></newparam>
+<newparam sid="sampler"><sampler2D><source>surface</source></sampler2D></newparam>
+<technique sid="t"><phong><diffuse><texture texture="sampler" texcoord="UV"/></diffuse>
+<shininess><float>20</float></shininess><transparency><float>0.5</float></transparency></phong></technique>
+</profile_COMMON></effect></library_effects>
+<library_materials><material id="foil" name="foil"><instance_effect url="#effect"/></material></library_materials>
+<library_geometries><geometry id="panel" name="panel"><mesh>
+<source id="points"><float_array id="points-a" count="12">0 0 0 1 0 0 1 1 0 0 1 1</float_array><technique_common>
+<accessor source="#points-a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<source id="st"><float_array id="st-a" count="4">0 0 1 1</float_array><technique_common>
+<accessor source="#st-a" count="2" stride="2"><param name="S" type="float"/><param name="T" type="float"/></accessor>
+</technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#points"/></vertices>
+<polylist material="m" count="2"><input semantic="VERTEX" source="#v" offset="0"/>
+<input semantic="TEXCOORD" source="#st" offset="1" set="0"/><vcount>3 3</vcount><p>0 0 1 1 2 0 0 0 2 1 3 1</p>
+</polylist></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node name="wing"><translate>1 2 3</translate><rotate>0 0 1 45</rotate>
+<instance_geometry url="#panel"><bind_material><technique_common><instance_material symbol="m" target="#foil">
+<bind_vertex_input semantic="UV" input_semantic="TEXCOORD" input_set="0"/></instance_material></technique_common>
+</bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene></COLLADA>
+"""

@@ -15,6 +15,7 @@ import trimesh
 from fuzzing.running.ended import Command
 from fuzzing.running.warm import WarmRunner
 from fuzzing.seed_texts import (
+    BOX_DAE,
     BOX_MTL,
     BOX_OBJ,
     CAMERA,
@@ -74,6 +75,7 @@ def _texts(folder: Path) -> None:
         "camera.json": json.dumps(CAMERA),
         "box.obj": BOX_OBJ,
         "box.mtl": BOX_MTL,
+        "box.dae": BOX_DAE,
         "keypoints.json": json.dumps(KEYPOINTS),
         "keypoints.csv": "name,x,y,z\na,0,0,0\nb,1,0,0\n",
         "keypoints.toml": '"a" = [0, 0, 0]\n"b" = [1, 0, 0]\n',

@@ -26,7 +26,8 @@ def model_file(given: str) -> Path:
     suffix = Path(given).suffix.lower()
     if suffix not in USD_SUFFIXES | set(MESHES):
         if suffix or "/" in given:
-            do = f"give one of {', '.join(MESHES)} or USD; Blender and assimp convert many others to .glb"
+            glb = f"assimp export {Path(given).name} {Path(given).stem}.glb"
+            do = f"give one of {', '.join(MESHES)} or USD; Blender converts many others, and so does: {glb}"
             raise InputError("is not a model file", where=given, do=do)
         return bundled("target", given)
     if not Path(given).is_file():

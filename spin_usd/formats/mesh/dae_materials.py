@@ -19,7 +19,8 @@ from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.source.asset import RAW, ImageFile, ImageMap, ModelMaterial
 from spin_usd.scene.texture import Color
 
-SHADINGS = ("phong", "blinn", "lambert", "constant")
+GLOSSY = ("phong", "blinn")
+SHADINGS = (*GLOSSY, "lambert", "constant")
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 WRAPS = {"WRAP": "repeat", "MIRROR": "mirror", "CLAMP": "clamp", "BORDER": "clamp", "NONE": "clamp"}
 LUMINANCE = (0.212671, 0.715160, 0.072169)  # COLLADA's own
@@ -149,16 +150,14 @@ def read_dae_material(
         diffuse_color=BLACK if said.tag == "constant" else reading.color("diffuse", BLACK),
         emissive_color=reading.color("emission", BLACK),
     )
-    glossy = said.tag in ("phong", "blinn")
-    if said.find("specular/texture") is not None:
-        reading.note("its specular texture is not carried over")
-    elif glossy or said.find("specular") is not None:
-        constants = changed(constants, "Ks", reading.color("specular", BLACK))
-    if not glossy:
+    if said.tag not in GLOSSY:
         constants = changed(constants, "Ks", BLACK)
-    elif said.find("shininess") is not None:
-        shininess = reading.number("shininess", 0.0, 1e6)
-        constants = changed(constants, "Ns", (shininess,) * 3)
+    elif said.find("specular/texture") is not None:
+        reading.note("its specular texture is not carried over")
+    elif said.find("specular") is not None:
+        constants = changed(constants, "Ks", reading.color("specular", BLACK))
+    if said.tag in GLOSSY and said.find("shininess") is not None:
+        constants = changed(constants, "Ns", (reading.number("shininess", 0.0, 1e6),) * 3)
     reading.add("diffuseColor", "diffuse")
     reading.add("emissiveColor", "emission")
     if next(effect.iter("bump"), None) is not None:

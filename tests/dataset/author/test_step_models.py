@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.author.model import model_file
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.mesh.step_file import convert_step
 from spin_usd.stage.read.stage_reader import StageReader
@@ -101,6 +102,12 @@ def test_a_damaged_file_is_refused_in_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SpinError, match=r"cut\.stp: cannot be read as STEP"):
         author_stage(poses=tmp_path / "poses.json", out=tmp_path / "s", target=tmp_path / "cut.stp", camera="speedplus")
     assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("name", ["craft.3ds", "craft.3mf", "craft.x3d"])
+def test_other_formats_are_refused_with_what_converts_them(name: str) -> None:
+    with pytest.raises(InputError, match=rf"{name}: is not a model file; .*Blender .*: assimp export {name} craft.glb"):
+        model_file(name)
 
 
 def test_without_the_extra_one_sentence_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,6 +103,7 @@ SUBJECTS = (
     _model("stl", "box.stl", "box_ascii.stl"),
     _model("gltf", "box.gltf"),
     _model("glb", "box.glb"),
+    _model("dae", "box.dae"),
     *map(_texture, ("png", "jpg", "exr", "hdr", "bmp", "tif")),
     _poses("speedplus", "poses.json"),
     _poses("record", "ds/records/nominal/img000001.json"),
