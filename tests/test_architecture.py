@@ -95,7 +95,6 @@ MAY_OPEN = {
     "stage/usd/layer_file.py": MADE,
     "stage/composition/copy_stage.py": f"{MADE}; copies what `stage/composition/files.py` has let in",
     "stage/composition/files.py": "looks for the tiles of an image; each is looked at by lstat before USD opens it",
-    "stage/composition/images.py": "takes an image out of a package into a temporary file",
     "stage/augment/replace_files.py": "replaces the files of augmentations, which `file_digests` knows to be ours",
     "stage/augment/write_augmentations.py": "lists those files",
     "renderers/blender/camera.py": WORK,

@@ -7,6 +7,7 @@ import json
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
 import pytest
 
 from spin_usd.dataset.author.author import author_stage
@@ -17,6 +18,7 @@ from spin_usd.errors import SpinError
 from spin_usd.progress import ignore
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
+from tests.cases.png import png
 
 GOOD_POSE = {"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
 GOOD_CAMERA = {
@@ -302,11 +304,29 @@ def test_bad_stages_are_refused(tmp_path, name) -> None:
     assert_one_sentence(str(raised.value), word)
 
 
-def planned(path, copy):
+def test_labels_alone_decode_no_texture(tmp_path) -> None:
+    """A texture damaged behind its header keeps an image from being made, and no label."""
+    content, _ = BAD_STAGES["missing texture"]
+    (tmp_path / "stage.usda").write_text(content)
+    noise = np.random.default_rng(0).integers(0, 256, (32, 32, 3))
+    (tmp_path / "gone.png").write_bytes(png(noise, color=2)[:1000])
+    assert planned(tmp_path / "stage.usda", tmp_path / "labels", renders=False)
+    with pytest.raises(SpinError, match=r"gone.png.* is cut short"):
+        planned(tmp_path / "stage.usda", tmp_path / "images")
+
+
+def planned(path, copy, renders=True):
     """What a child of `render` does first of all."""
     settings = asdict(RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0))
-    opened, _ = open_plan(stage=str(path), variants=(), frames=None, seed=None, copy_to=str(copy))
-    asked = {"settings": settings, "image_suffix": ".png", "labels": (), "provenance": (), "explain": False}
+    opened, _ = open_plan(stage=str(path), variants=(), frames=None, seed=None, renders=renders, copy_to=str(copy))
+    asked = {
+        "settings": settings,
+        "image_suffix": ".png",
+        "renders": renders,
+        "labels": (),
+        "provenance": (),
+        "explain": False,
+    }
     stage = {name: opened[name] for name in ("root", "variants", "chosen")}
     return plan_pictures(**stage, **asked, progress=ignore)
 

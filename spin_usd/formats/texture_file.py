@@ -5,6 +5,8 @@ without loss.
 """
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from PIL import Image, ImageChops
@@ -20,6 +22,7 @@ EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
 REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
+BAND = 256  # rows looked at together
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 
 
@@ -64,7 +67,7 @@ def has_alpha(file: ImageFile) -> bool:
     """Return whether the image has a channel of opacity; False for EXR, where it is not examined."""
     if file.name.endswith(EXR):
         return False
-    image = _decoded(file.name, file.data)
+    image = _opened(file.name, file.data)
     return "A" in image.getbands() or "transparency" in image.info
 
 
@@ -75,20 +78,39 @@ def is_grey(file: ImageFile) -> bool:
     image = _decoded(file.name, file.data)
     if image.mode in ("1", "L", "LA", "I", "I;16", "F"):
         return True
-    red, green, blue = image.convert("RGB").split()
+    bands = (image.crop((0, top, image.width, min(top + BAND, image.height))) for top in range(0, image.height, BAND))
+    return all(_is_grey(band.convert("RGB")) for band in bands)
+
+
+def _is_grey(rgb: Image.Image) -> bool:
+    red, green, blue = rgb.split()
     return not (ImageChops.difference(red, green).getbbox() or ImageChops.difference(red, blue).getbbox())
 
 
 def _decoded(name: str, data: bytes) -> Image.Image:
+    image = _opened(name, data)
+    with _refusing(name):
+        image.load()
+    return image
+
+
+def _opened(name: str, data: bytes) -> Image.Image:
+    """Read the image's header. Raises InputError."""
+    with decoding(name), _refusing(name):
+        image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
+    if image.width * image.height > MAX_PIXELS:
+        raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")
+    return image
+
+
+@contextmanager
+def _refusing(name: str) -> Iterator[None]:
+    """Raise InputError for what is no image, or a damaged one."""
     try:
         with decoding(name):
-            image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
-            if image.width * image.height <= MAX_PIXELS:
-                image.load()
-                return image
+            yield
     except InputError as error:
         reason = str(error.__cause__ or error.found).split(" <")[0]
         raise InputError(
             f"the texture {name!r} is not a PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
         ) from None
-    raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")

@@ -3,6 +3,7 @@
 Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds none.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,7 +25,7 @@ OUTPUTS = ("rgb", "r", "g", "b", "a")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Image:
-    """A decoded picture: pixels (H, W, 4) float32 RGBA, linear or raw, the top row first. Equal when its pixels are."""
+    """A picture: pixels (H, W, 4) float32 RGBA, linear or raw, the top row first. Equal when its keys are."""
 
     name: str
     pixels: NDArray[np.float32]
@@ -49,14 +50,83 @@ class Image:
     @cached_property
     def extremes(self) -> NDArray[np.float32]:
         """(2, 4) the lowest and the highest number of each channel."""
-        texels = self.pixels.reshape(-1, 4)
-        return frozen(np.stack([texels.min(0), texels.max(0)]), np.float32)
+        each = [(band.min((0, 1)), band.max((0, 1))) for band in self.bands()]
+        return frozen(
+            np.stack([np.min([low for low, _ in each], 0), np.max([high for _, high in each], 0)]), np.float32
+        )
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        """(2, 4) numbers below and above which none of each channel lies: those that cost the least to find."""
+        return self.extremes
+
+    def bands(self) -> Iterator[NDArray[np.float32]]:
+        """Yield the pixels in parts of some whole rows each, from the top."""
+        yield self.pixels
+
+    def channel(self, number: int) -> NDArray[np.float32]:
+        """Return the numbers (H, W) of one channel."""
+        return self.pixels[..., number]
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Image) and self.key == other.key
 
     def __hash__(self) -> int:
         return hash(self.key)
+
+
+class FileImage(Image):
+    """An image that stays in its file until its numbers are asked for: one of 8192 x 8192 pixels takes 1 GiB.
+
+    What looks at all numbers once takes `bands`, which nothing keeps; `pixels` and `channel` are kept.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        size: tuple[int, int],
+        whole: bool,
+        key: Callable[[], str],
+        bands: Callable[[], Iterator[NDArray[np.float32]]],
+    ) -> None:
+        """size: rows and columns · whole: whether the file holds whole numbers, which stand for 0 to 1 · key: returns
+        the digest of what decides the numbers, without decoding them · bands: decodes them, as Image.bands has it."""
+        object.__setattr__(self, "name", name)
+        self._size, self._whole, self._key, self._bands = size, whole, key, bands
+        self._channels: dict[int, NDArray[np.float32]] = {}
+
+    @cached_property
+    def key(self) -> str:
+        return self._key()
+
+    @cached_property
+    def pixels(self) -> NDArray[np.float32]:
+        return frozen(self._gathered(slice(0, 4)), np.float32)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self._size
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        return np.array([[0] * 4, [1] * 4], np.float32) if self._whole else self.extremes
+
+    def bands(self) -> Iterator[NDArray[np.float32]]:
+        return iter([self.pixels]) if "pixels" in self.__dict__ else self._bands()
+
+    def channel(self, number: int) -> NDArray[np.float32]:
+        if number not in self._channels:
+            self._channels[number] = self._gathered(slice(number, number + 1))[..., 0]
+        return self._channels[number]
+
+    def _gathered(self, channels: slice) -> NDArray[np.float32]:
+        found = np.empty((*self.size, channels.stop - channels.start), np.float32)
+        row = 0
+        for band in self.bands():
+            found[row : row + len(band)] = band[..., channels]
+            row += len(band)
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +148,12 @@ class Tiles:
         """(2, 4) the lowest and the highest number of each channel, the 0 between the tiles included."""
         found = np.stack([*(image.extremes for _, image in self.images), np.zeros((2, 4), np.float32)])
         return frozen(np.stack([found[:, 0].min(0), found[:, 1].max(0)]), np.float32)
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        """(2, 4) as Image.bounds has it, of all of them and the 0 between them."""
+        found = np.stack([*(image.bounds for _, image in self.images), np.zeros((2, 4), np.float32)])
+        return np.stack([found[:, 0].min(0), found[:, 1].max(0)])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -45,6 +45,7 @@ def open_plan(
     frames: str | None,
     seed: int | None,
     devices: Sequence[str] = (CPU,),
+    renders: bool = True,
     copy_to: str | None = None,
 ) -> tuple[dict[str, Any], StageReader]:
     """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
@@ -52,11 +53,12 @@ def open_plan(
     reader, for `plan_pictures`.
 
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
-    those that may render the light; "device" is the first that can. `copy_to`: first copy the stage into that folder
-    and plan from the copy, whose root layer is returned as "root".
+    those that may render the light; "device" is the first that can. `renders`: as plan_pictures has it.
+    `copy_to`: first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
-    reader = StageReader(root, keep_poses=bool(variants))  # for others after it, where there may be others
+    several = bool(variants)  # perhaps: then poses are kept for the readers after this one
+    reader = StageReader(root, check_images=renders, keep_poses=several)
     chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
     if not chosen:
         found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
@@ -86,6 +88,7 @@ def plan_pictures(
     labels: Sequence[str],
     provenance: Sequence[str],
     explain: bool,
+    renders: bool = True,
     progress: Progress,
     opened: StageReader | None = None,
 ) -> list[dict[str, Any]]:
@@ -94,20 +97,23 @@ def plan_pictures(
     that. With `explain` also "skipped", as SkippedWorkCounter.taken has it. A column is None where it is that of the
     variant before.
 
-    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `labels`: those that are
-    asked for. `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
+    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `renders`: whether light is
+    rendered; labels alone need no texture, and a damaged one is not refused. `labels`: those that are asked for.
+    `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
     where image files cannot hold a sensor's numbers.
     """
     pictures, rendering = range(*chosen), RenderSettings.from_json(settings)
     counter = SkippedWorkCounter(rendering) if explain else None
-    planner = _Planner(rendering, image_suffix, labels, counter, keep_poses=len(variants) > 1)
+    planner = _Planner(rendering, image_suffix, labels, counter, renders=renders, keep_poses=len(variants) > 1)
     answer = []
     before: dict[str, list[Any]] = {}
     reader = opened
     for number, variant in enumerate(variants):
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
         if reader is None or reader.variant != variant:
-            reader = StageReader(root, variant=variant, after=reader, keep_poses=len(variants) > 1)
+            reader = StageReader(
+                root, variant=variant, after=reader, check_images=renders, keep_poses=len(variants) > 1
+            )
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
         planned = planner.columns(reader, pictures, views, count)
         stage = stage_provenance(reader) if variant in provenance else None
@@ -123,7 +129,7 @@ def plan_pictures(
 def _scenes(root: Path, reader: StageReader, variants: Sequence[str], chosen: range) -> Iterator[Scene]:
     """Yield the scenes of the chosen pictures of the variants."""
     for variant in variants:
-        reader = StageReader(root, variant=variant, after=reader)
+        reader = StageReader(root, variant=variant, after=reader, check_images=False)
         for frame in reader.frames[chosen.start : chosen.stop : chosen.step]:
             yield reader.scene(frame)
 
@@ -195,8 +201,10 @@ class _Planner:
         labels: Sequence[str],
         counter: SkippedWorkCounter | None,
         *,
+        renders: bool,
         keep_poses: bool,
     ) -> None:
+        self._lit = renders or counter is not None  # what costs time where light is rendered
         self._settings, self._image_suffix, self._labels, self._counter = settings, image_suffix, labels, counter
         self._keys = KeyMaker(settings, keep_poses=keep_poses)
         self._extents, self._features = Extents(), Features()
@@ -224,7 +232,8 @@ class _Planner:
     def _row(self, scene: Scene) -> tuple[Any, ...]:
         """Return the picture of `scene`, in the order of COLUMNS."""
         frame, keys = scene.frame, self._keys.keys(scene)
-        extent, (has, groups) = self._extents.of(scene, keys.geometry), self._features.of(scene)
+        extent = self._extents.of(scene, keys.geometry)
+        has, groups = self._features.of(scene) if self._lit else ([], 0)
         if self._counter:
             self._counter.add(scene, keys.radiance, has)
         seed = render_seed(scene, self._settings) if scene.lidar else 0

@@ -30,7 +30,8 @@ class Question:
     """The question that a plan answers: the stage, the variants and the slice of its pictures wanted (as `--frames`),
     how they are to be rendered, and the image files' extension (None for none). `devices`: those that may render the
     light, of which the first that can is taken. `labels`: those whose keys are asked for. `copy_to`: a folder to copy
-    the stage to first. `explain`: what of the work the scenes do not need."""
+    the stage to first. `explain`: what of the work the scenes do not need.
+    `renders`: whether more than labels is wanted."""
 
     stage: Path
     variants: tuple[str, ...]
@@ -43,6 +44,7 @@ class Question:
     labels: tuple[str, ...] = ()
     copy_to: Path | None = None
     explain: bool = False
+    renders: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,6 +115,7 @@ def _request(
         "chosen": _part(range(*opened["chosen"]), number, count),
         "settings": asdict(settings),
         "image_suffix": question.image_suffix,
+        "renders": question.renders,
         "labels": question.labels,
         "provenance": opened["variants"][number::count],
         "explain": question.explain,
@@ -152,6 +155,7 @@ def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
                 frames=question.frames,
                 seed=question.seed,
                 devices=question.devices,
+                renders=question.renders,
                 copy_to=str(question.copy_to) if question.copy_to else None,
                 within_s=PATIENCE_S,
             )

@@ -108,6 +108,7 @@ def plan(
         seed=request.seed,
         devices=request.devices(),
         image_suffix=request.image_suffix if request.image else None,
+        renders=request.renders,
         labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.offered, *had)),
         copy_to=copy_to,
         explain=explain,

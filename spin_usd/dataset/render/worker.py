@@ -247,7 +247,8 @@ class Worker:
     def reader(self, variant: str) -> StageReader:
         """Return the stage in that variant. One is kept open: pictures come ordered by variant."""
         if self._reader is None or self._reader.variant != variant:
-            self._reader = StageReader(self.store.root / self.options.stage, variant=variant, after=self._reader)
+            root = self.store.root / self.options.stage
+            self._reader = StageReader(root, variant=variant, after=self._reader, check_images=False)  # the plan did
         return self._reader
 
 

@@ -42,7 +42,7 @@ class Document:
 
     path: Path
     json: JsonObject
-    binary: bytes
+    binary: bytes | memoryview
 
     def entries(self, name: str) -> list[JsonObject]:
         """Return the top-level array `name`, empty where there is none."""
@@ -166,17 +166,17 @@ class Document:
             raise part.damaged(f"{part.place} reaches beyond the {len(data)} bytes of bufferViews[{view}]")
         return np.ndarray((count, width), kind, data, offset, (stride, kind.itemsize))
 
-    def buffer(self, index: int) -> bytes:
+    def buffer(self, index: int) -> bytes | memoryview:
         """Return the bytes of a buffer, from its file beside this one where it has one."""
         if index not in self._buffers:
             self._buffers[index] = self._buffer(self.entry("buffers", index), index)
         return self._buffers[index]
 
     @cached_property
-    def _buffers(self) -> dict[int, bytes]:
+    def _buffers(self) -> dict[int, bytes | memoryview]:
         return {}
 
-    def _buffer(self, entry: JsonObject, index: int) -> bytes:
+    def _buffer(self, entry: JsonObject, index: int) -> bytes | memoryview:
         uri = entry.text("uri", "")
         if not uri:
             if index:  # the GLB's own is the first; others are placeholders of what is compressed elsewhere
@@ -192,15 +192,19 @@ class Document:
     def buffers_beside(self) -> dict[str, bytes]:
         """Return the bytes of each buffer with a URI, by that URI."""
         named = ((entry.text("uri", ""), index) for index, entry in enumerate(self.entries("buffers")))
-        return {uri: self.buffer(index) for uri, index in named if uri}
+        return {uri: bytes(self.buffer(index)) for uri, index in named if uri}
 
 
 def read_document(path: Path) -> Document:
     """Read the file at `path`. Raises InputError."""
-    data, binary = read_bytes(path, MAX_MODEL), b""
+    data = read_bytes(path, MAX_MODEL)
+    binary: bytes | memoryview = b""
     if data.startswith(GLB_MAGIC):
         length = int.from_bytes(data[12:16], "little")
-        data, rest = data[GLB_HEAD : GLB_HEAD + length], data[GLB_HEAD + length :]
+        data, rest = (
+            data[GLB_HEAD : GLB_HEAD + length],
+            memoryview(data)[GLB_HEAD + length :],
+        )  # no copy of what is large
         if int.from_bytes(rest[4:8], "little") == BIN:
             binary = rest[8 : 8 + int.from_bytes(rest[:4], "little")]
     found = parsed_object(data, path)

@@ -1,6 +1,5 @@
 """The box of a mesh file's faces, read by trimesh: an authority apart from our own readers."""
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +8,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import read_bytes
+from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
@@ -29,11 +28,11 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
     if path.suffix.lower() == DAE:
         return None
     try:
-        document = read_document(path) if path.suffix.lower() in GLTF else None
-        if document and _is_beyond_trimesh(document):
+        beside = _buffers_beside(path)
+        if beside is None:
             return None
         with decoding(path):
-            scene = _loaded(path, document)
+            scene = _loaded(path, beside)
             corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
     except InputError:
         return None
@@ -42,6 +41,14 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
         return None
     box = np.stack([points.min(0), points.max(0)])
     return SourceBounds(whole=box, polygons=box, exact=True)
+
+
+def _buffers_beside(path: Path) -> dict[str, bytes] | None:
+    """Return the buffers that a glTF file names, by their names; None for what trimesh misreads."""
+    if path.suffix.lower() not in GLTF:
+        return {}
+    document = read_document(path)
+    return None if _is_beyond_trimesh(document) else document.buffers_beside()
 
 
 def _is_beyond_trimesh(document: Document) -> bool:
@@ -54,17 +61,13 @@ def _is_beyond_trimesh(document: Document) -> bool:
     return odd or any("skin" in node for node in document.entries("nodes")) or not used.isdisjoint(BEYOND_TRIMESH)
 
 
-def _loaded(path: Path, document: Document | None) -> "trimesh.Scene":
-    """Return the file's geometry alone: nothing that it names is read, but for the buffers of the `document`."""
+def _loaded(path: Path, beside: dict[str, bytes]) -> "trimesh.Scene":
+    """Return the file's geometry alone: nothing that it names is read, but for its buffers, which lie `beside`."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
-    return trimesh.load_scene(
-        io.BytesIO(read_bytes(path, MAX_MODEL)),
-        file_type=path.suffix.lower().removeprefix("."),
-        resolver=document.buffers_beside() if document else {},
-        process=False,
-        skip_materials=True,
-    )
+    kind = path.suffix.lower().removeprefix(".")
+    with open_file(path, MAX_MODEL) as file:
+        return trimesh.load_scene(file, file_type=kind, resolver=beside, process=False, skip_materials=True)
 
 
 def _corners(scene: "trimesh.Scene", node: str) -> Float:

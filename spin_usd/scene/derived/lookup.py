@@ -70,29 +70,31 @@ def placed(coordinates: Coordinates, st: Float) -> Float:
 
 def look_up(texture: Texture, st: Float) -> Float:
     """Return (N, 1 or 3) of the texture at `st` (N, 2), already placed: bilinear between the centres of its texels."""
-    image = texture.image
-    found = _texels(image, texture.wrap, st) if isinstance(image, Image) else _tile_texels(image, st)
-    scaled = found * np.array(texture.scale) + np.array(texture.bias)
-    return np.asarray(scaled[:, CHANNELS[texture.output]])
+    image, channels = texture.image, CHANNELS[texture.output]
+    found = (
+        _texels(image, texture.wrap, st, channels) if isinstance(image, Image) else _tile_texels(image, st, channels)
+    )
+    return np.asarray(found * np.array(texture.scale)[channels] + np.array(texture.bias)[channels])
 
 
-def _tile_texels(tiles: Tiles, st: Float) -> Float:
-    """Return (N, 4) of the tiles at `st` (N, 2). On the edge between two, the right or upper one counts."""
-    result = np.zeros((len(st), 4))
+def _tile_texels(tiles: Tiles, st: Float, channels: slice) -> Float:
+    """Return (N, C) of the tiles at `st` (N, 2). On the edge between two, the right or upper one counts."""
+    result = np.zeros((len(st), channels.stop - channels.start))
     for corner, image in tiles.images:
         on = np.flatnonzero(((st >= corner) & (st <= np.add(corner, 1))).all(1))
-        result[on] = _texels(image, ("clamp", "clamp"), st[on] - corner)
+        result[on] = _texels(image, ("clamp", "clamp"), st[on] - corner, channels)
     return result
 
 
-def _texels(image: Image, wrap: tuple[str, str], st: Float) -> Float:
-    """Return (N, 4) of one image at `st` (N, 2)."""
-    pixels = image.pixels
+def _texels(image: Image, wrap: tuple[str, str], st: Float, channels: slice) -> Float:
+    """Return (N, C) of one image at `st` (N, 2). A single channel is all that is decoded where it is asked for."""
+    single = channels.stop - channels.start == 1
+    pixels = image.channel(channels.start)[..., None] if single else image.pixels[..., channels]
     height, width = image.size
     x, y = st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5
     x0, y0 = np.floor(x), np.floor(y)
     fx, fy = (x - x0)[:, None], (y - y0)[:, None]
-    result = np.zeros((len(st), 4))
+    result = np.zeros((len(st), pixels.shape[2]))
     for dy, wy in ((0, 1 - fy), (1, fy)):
         rows, outside_t = _wrapped(y0 + dy, height, wrap[1])
         for dx, wx in ((0, 1 - fx), (1, fx)):
@@ -105,8 +107,19 @@ def _texels(image: Image, wrap: tuple[str, str], st: Float) -> Float:
 
 def extremes(texture: Texture) -> Float:
     """Return (2, C) lowest and highest number of each channel of a texture; bilinear look-up goes no further."""
+    return _scaled(texture, texture.image.extremes)
+
+
+def bounds(texture: Texture) -> Float:
+    """Return (2, C) numbers below and above which none of a texture lies: `extremes`, or further apart and had without
+    decoding it."""
+    return _scaled(texture, texture.image.bounds)
+
+
+def _scaled(texture: Texture, found_in_image: NDArray[np.float32]) -> Float:
+    """Return (2, C) lowest and highest number of a texture, of those (2, 4) of its image."""
     channels = CHANNELS[texture.output]
-    found = texture.image.extremes[:, channels].astype(np.float64)
+    found = found_in_image[:, channels].astype(np.float64)
     if "black" in texture.wrap:
         found = np.concatenate([found, np.zeros((1, found.shape[1]))])
     scaled = found * np.array(texture.scale)[channels] + np.array(texture.bias)[channels]

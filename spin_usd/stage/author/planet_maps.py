@@ -38,7 +38,7 @@ def _refuse_unless_map(file: Path, kind: str) -> None:
     """Decode the map as a render will, so that what cannot be rendered is refused before a stage is written of it.
     Raises InputError."""
     image = image_in(file, "raw" if kind == "clouds" else "auto")
-    height, width, _ = image.pixels.shape
+    height, width = image.size
     if not SHAPE[0] * height <= width <= SHAPE[1] * height:
         found = f"has {width} x {height} pixels, and a map in latitude and longitude is twice as wide as high"
         raise InputError(found, where=file, do="give one of the whole planet")

@@ -1,13 +1,15 @@
-"""Image files that a stage names, decoded to linear or raw RGBA, as UsdUVTexture and dome lights use them.
+"""Image files that a stage names, as linear or raw RGBA, as UsdUVTexture and dome lights use them. Their numbers are
+decoded when something asks for them, and then by bands: labels ask for none but those of cut-outs.
 
 Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel,
 before any interpolation; alpha is never a colour, and never multiplied into one.
 """
 
-import os
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
@@ -17,18 +19,96 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd
 
+from spin_usd.arrays import digest
 from spin_usd.errors import InputError, SpinError, StageError, UnsupportedError
+from spin_usd.files.given_file import open_file
+from spin_usd.files.size_limits import UNBOUNDED
 from spin_usd.scene.photometry import srgb
-from spin_usd.scene.texture import Image, Tiles
+from spin_usd.scene.texture import FileImage, Image, Tiles
+from spin_usd.sha256 import sha256_of
 from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
 COLOR_SPACES = ("auto", "raw", "sRGB")
 MAX_PIXELS = 2**26  # of one image: 8192 x 8192, 1 GiB decoded
 MAX_TOTAL_PIXELS = 2**28  # of all images of a reader
+BAND_PIXELS = 2**20  # decoded at once: 16 MiB
+MAX_HEADER = 2**22  # bytes of a PNG in which its chunks before the first of pixels are looked for
 LEVELS = {oiio.UINT8: 2**8, oiio.UINT16: 2**16}  # of the numbers of an image's file
+WHOLE = {levels: kind for kind, levels in LEVELS.items()}
 WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mirror"}
 """Wrap modes as OpenImageIO names them in a file's metadata, and as USD does."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImageSource:
+    """The file of an image, or the part of a package that is one.
+
+    path: as USD resolves it · columns, rows: the first and the end of each · tile_rows: of the tiles that the file is
+    made of, 0 for rows alone · channels: their names · levels: of whole numbers, which stand for 0 to 1, None for
+    others · linearised: whether its colours are sRGB's, to be decoded.
+    """
+
+    path: str
+    columns: tuple[int, int]
+    rows: tuple[int, int]
+    tile_rows: int
+    channels: tuple[str, ...]
+    levels: int | None
+    linearised: bool
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Its rows and columns."""
+        return self.rows[1] - self.rows[0], self.columns[1] - self.columns[0]
+
+    def key(self) -> str:
+        """Return the digest of the file's bytes and of how they are understood."""
+        how = ["image file", "sRGB" if self.linearised else "raw"]
+        if Ar.IsPackageRelativePath(self.path):
+            return digest(how, hashlib.sha256(_bytes_in_package(self.path)).hexdigest())
+        return digest(how, sha256_of(Path(self.path)))
+
+    def bands(self) -> Iterator[NDArray[np.float32]]:
+        """Yield the numbers (rows, W, 4) from the top, with those of colours linear where the file's are sRGB's. Raises
+        StageError where they are damaged or not finite."""
+        for values in self._encoded(oiio.FLOAT):
+            pixels = _rgba(values, self.channels)
+            if not (self.levels or np.isfinite(pixels).all()):
+                raise StageError("holds NaN or infinity", do="fix it")
+            if self.linearised:
+                pixels[..., :3] = _linear(pixels[..., :3], self.levels)
+            yield pixels
+
+    @cached_property
+    def damage(self) -> StageError | None:
+        """What `bands` raises, None where nothing is wrong: whole numbers are only decompressed to find it."""
+        try:
+            for _ in self._encoded(WHOLE[self.levels]) if self.levels else self.bands():
+                pass
+        except StageError as found:
+            return found
+        return None
+
+    def _encoded(self, kind: Any) -> Iterator[NDArray[Any]]:
+        """Yield what the file holds (rows, W, C), as numbers of that kind."""
+        width, count = self.size[1], len(self.channels)
+        step = max(BAND_PIXELS // width, 1)
+        step = -(-step // self.tile_rows) * self.tile_rows if self.tile_rows else step
+        with _opened(self.path) as source:
+            if (source.spec().height, source.spec().width, source.spec().nchannels) != (*self.size, count):
+                raise StageError("has changed since it was opened", do="try again")
+            for row in range(*self.rows, step):
+                end = min(row + step, self.rows[1])
+                if self.tile_rows:
+                    values = source.read_tiles(*self.columns, row, end, 0, 1, 0, count, kind)
+                else:
+                    values = source.read_scanlines(row, end, 0, 0, count, kind)
+                reason = source.geterror()
+                if values is None or reason:
+                    detail = reason.splitlines()[-1] if reason else "no reason given"
+                    raise StageError(f"is cut short or damaged ({detail})", do="copy or make it again")
+                yield values.reshape(end - row, width, count)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,19 +117,22 @@ class Decoded:
 
     image: Image
     wrap: tuple[str, str]
+    source: ImageSource
 
 
 @dataclass(eq=False)
 class Images:
-    """A cache of decoded images: each file is decoded once for each colour space. `before`: the `decoded` of another
-    reader of the same files, which have not changed since."""
+    """A cache of images: each file is opened once for each colour space. `before`: the `decoded` of another reader of
+    the same files, which have not changed since. `check`: whether the numbers of each are looked at when it is opened,
+    which finds damage; else what needs them finds it."""
 
     before: Mapping[tuple[str, str], Decoded] = field(default_factory=dict)
+    check: bool = True
     decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
     _pixels: int = 0
 
     def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Decoded:
-        """Decode the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
+        """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
 
         Raises StageError, with the prim and the file, for a file that is missing, outside the stage's folder, too
         large, damaged or not finite, UnsupportedError for a format that is not read.
@@ -57,16 +140,16 @@ class Images:
         path = _checked(asset, prim)
         key = (path, color_space)
         if key not in self.decoded:
-            try:
-                self.decoded[key] = self.before.get(key) or _decode(path, color_space)
-            except SpinError as error:
-                raise type(error)(
-                    f"its image @{asset.path}@ {error.found}", where=prim.GetPath(), do=error.do
-                ) from None
-            self._pixels += self.decoded[key].image.pixels[..., 0].size
+            with _named(f"its image @{asset.path}@", prim.GetPath()):
+                found = self.before.get(key) or _decode(path, color_space)
+                if self.check and (damage := found.source.damage):
+                    raise damage
+            self.decoded[key] = found
+            rows, columns = found.image.size
+            self._pixels += rows * columns
         if self._pixels > MAX_TOTAL_PIXELS:
-            found = f"its image @{asset.path}@ brings the stage's images to more than {MAX_TOTAL_PIXELS} pixels"
-            raise StageError(found, where=prim.GetPath(), do="make them smaller")
+            found_all = f"its image @{asset.path}@ brings the stage's images to more than {MAX_TOTAL_PIXELS} pixels"
+            raise StageError(found_all, where=prim.GetPath(), do="make them smaller")
         return self.decoded[key]
 
     def read_tiles(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Tiles:
@@ -82,9 +165,21 @@ class Images:
 def image_in(file: Path, color_space: str) -> Image:
     """Return the image in a `file` that no stage names yet. Raises InputError where no stage could use it."""
     try:
-        return _decode(str(file), color_space).image
+        found = _decode(str(file), color_space)
+        if damage := found.source.damage:
+            raise damage
+        return found.image
     except SpinError as error:
         raise InputError(error.found, where=file, do=error.do) from None
+
+
+@contextmanager
+def _named(name: str, where: object) -> Iterator[None]:
+    """Let errors within say which image is meant, and where it is named."""
+    try:
+        yield
+    except SpinError as error:
+        raise type(error)(f"{name} {error.found}", where=where, do=error.do) from None
 
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:
@@ -114,41 +209,68 @@ def _inner(path: str) -> str:
 
 
 def _decode(path: str, color_space: str) -> Decoded:
-    """Decode the file at `path`. Raises SpinError that names neither file nor prim."""
-    with Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) as asset:
-        data = asset.GetBuffer() if asset else b""
+    """Open the file at `path`. Raises SpinError that names neither file nor prim."""
+    with _opened(path) as source:
+        spec = source.spec()
+    _check_size(spec)
+    of = ImageSource(
+        path=path,
+        columns=(spec.x, spec.x + spec.width),
+        rows=(spec.y, spec.y + spec.height),
+        tile_rows=spec.tile_height if spec.tile_width else 0,
+        channels=tuple(spec.channelnames),
+        levels=LEVELS.get(spec.format.basetype),
+        linearised=color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, _head(path))),
+    )
+    _rgba(np.zeros((1, 1, spec.nchannels), np.float32), of.channels)  # refuses channels without a meaning
+
+    def bands() -> Iterator[NDArray[np.float32]]:
+        with _named("its image", path):
+            yield from of.bands()
+
     name = Path(_inner(path)).name
-    if not Ar.IsPackageRelativePath(path):
-        return _decode_file(path, name, data, color_space)
-    # OpenImageIO's Python reads from named files only.
-    with NamedTemporaryFile(suffix=_suffix(path), delete=False) as file:
-        file.write(data)
-    try:
-        return _decode_file(file.name, name, data, color_space)
-    finally:
-        os.unlink(file.name)
+    image = FileImage(name=name, size=of.size, whole=of.levels is not None, key=of.key, bands=bands)
+    return Decoded(image=image, wrap=_wrap(spec), source=of)
 
 
-def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded:
+@contextmanager
+def _opened(path: str) -> Iterator[Any]:
+    """Open an image with its alpha apart from its colours. Raises SpinError that names neither file nor prim."""
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(file, hints)
-    if source is None:
-        raise StageError(f"cannot be decoded ({oiio.geterror()})", do="make it again")
-    spec = source.spec()
-    _check_size(spec)
-    values = source.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
-    reason = source.geterror()
-    source.close()
-    if values is None or reason:
-        detail = reason.splitlines()[-1] if reason else "no reason given"
-        raise StageError(f"is cut short or damaged ({detail})", do="copy or make it again")
-    pixels = _rgba(values.reshape(spec.height, spec.width, spec.nchannels), list(spec.channelnames))
-    if not np.isfinite(pixels).all():
-        raise StageError("holds NaN or infinity", do="fix it")
-    if color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, data)):
-        pixels[..., :3] = _linear(pixels[..., :3], LEVELS.get(spec.format.basetype))
-    return Decoded(image=Image(name=name, pixels=pixels), wrap=_wrap(spec))
+    with _named_file(path) as file:
+        source = oiio.ImageInput.open(file, hints)
+        if source is None:
+            raise StageError(f"cannot be decoded ({oiio.geterror()})", do="make it again")
+        try:
+            yield source
+        finally:
+            source.close()
+
+
+@contextmanager
+def _named_file(path: str) -> Iterator[str]:
+    """Give the image a file of its own where it lies in a package: OpenImageIO's Python reads from named files only."""
+    if not Ar.IsPackageRelativePath(path):
+        yield path
+        return
+    with NamedTemporaryFile(suffix=_suffix(path)) as file:
+        file.write(_bytes_in_package(path))
+        file.flush()
+        yield file.name
+
+
+def _bytes_in_package(path: str) -> bytes:
+    with Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) as asset:
+        return bytes(asset.GetBuffer()) if asset else b""
+
+
+def _head(path: str) -> bytes:
+    """Return the first bytes of an image's file."""
+    if Ar.IsPackageRelativePath(path):
+        return _bytes_in_package(path)[:MAX_HEADER]
+    with open_file(Path(path), UNBOUNDED) as stream:
+        return stream.read(MAX_HEADER)
 
 
 def _linear(encoded: NDArray[np.float32], levels: int | None) -> NDArray[np.float32]:
@@ -174,7 +296,7 @@ def _check_size(spec: Any) -> None:
         raise UnsupportedError("has a data window that differs from its display window", do="write it without one")
 
 
-def _rgba(values: NDArray[np.float32], names: list[str]) -> NDArray[np.float32]:
+def _rgba(values: NDArray[np.float32], names: Sequence[str]) -> NDArray[np.float32]:
     """Arrange channels as RGBA (H, W, 4): a grey channel for all three colours, alpha 1 where there is none."""
     grey = [name for name in names if name not in "RGBA"]
     if set("RGB") <= set(names):

@@ -24,5 +24,5 @@ def colours_outside(image: Image, attribute: str) -> str | None:
 @lru_cache(maxsize=4)
 def _extremes(image: Image) -> tuple[float, float]:
     """Return its least and its greatest colour. It is cached: a map of a planet has millions of pixels."""
-    colours = image.pixels[..., :3]
+    colours = image.extremes[:, :3]
     return float(colours.min()), float(colours.max())

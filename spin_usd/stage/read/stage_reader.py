@@ -63,12 +63,14 @@ class StageReader:
         stage: Usd.Stage | None = None,
         after: "StageReader | None" = None,
         images: Mapping[tuple[str, str], Decoded] = NO_IMAGES,
+        check_images: bool = True,
         keep_poses: bool = False,
         numbering: Numbering | None = None,
     ):
         """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
         sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used again.
-        `images`: decoded ones of another reader, of files that have not changed since. `keep_poses`: keep the poses of
+        `images`: decoded ones of another reader, of files that have not changed since. `check_images`: refuse
+        damaged ones, which takes all their bytes to be decoded once; labels need none. `keep_poses`: keep the poses of
         all pictures for readers after this one, which take them where their variants do not change them. `numbering`:
         that of another reader of the same files; that of `after` unless given."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
@@ -77,7 +79,7 @@ class StageReader:
         self.metres = metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
         self._notes = Notes()
-        self._images: Images = Images(before=after._images.decoded if after else images)
+        self._images: Images = Images(before=after._images.decoded if after else images, check=check_images)
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)

@@ -250,3 +250,46 @@ def test_all_images_together_have_a_limit(decode, monkeypatch) -> None:
     decode("a.png", data=data, reader=reader)
     with pytest.raises(StageError, match=r"to more than 60 pixels"):
         decode("b.png", data=data, reader=reader)
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg", "tif", "exr", "hdr"])
+def test_a_damaged_file_has_a_size_and_a_key_until_its_numbers_are_asked_for(decode, tmp_path, suffix) -> None:
+    write_image_file(tmp_path / f"a.{suffix}", np.random.default_rng(0).random((64, 80, 3)).astype(np.float32))
+    data = (tmp_path / f"a.{suffix}").read_bytes()[:-1000]
+    image = decode(f"a.{suffix}", data=data, reader=Images(check=False)).image
+    assert image.size == (64, 80)
+    assert len(image.key) == 64
+    for read in (lambda: image.pixels, lambda: image.channel(3), lambda: image.extremes, lambda: list(image.bands())):
+        with pytest.raises(StageError, match=rf"a.{suffix}: its image (is cut short|cannot be decoded)"):
+            read()
+
+
+def test_bands_and_channels_are_the_pixels(decode, tmp_path, monkeypatch) -> None:
+    """Of rows and of tiles, whose last ones reach beyond the image."""
+    monkeypatch.setattr(images, "BAND_PIXELS", 8 * 2)
+    values = np.random.default_rng(2).random((37, 8, 4)).astype(np.float32)
+    spec = oiio.ImageSpec(8, 37, 4, "float")
+    spec.tile_width = spec.tile_height = 16
+    tiled = oiio.ImageOutput.create(str(tmp_path / "tiled.exr"))
+    tiled.open(str(tmp_path / "tiled.exr"), spec)
+    tiled.write_image(values)
+    tiled.close()
+    (tmp_path / "rows.png").write_bytes(png((values * 255).astype(int), color=6))
+    for name, bands in (("tiled.exr", 3), ("rows.png", 19)):
+        image = decode(name, "sRGB").image
+        found = list(image.bands())
+        assert len(found) == bands
+        assert (image.bounds[0] <= image.extremes[0]).all()
+        assert (image.extremes[1] <= image.bounds[1]).all()
+        np.testing.assert_array_equal(image.channel(3), np.concatenate(found)[..., 3])
+        np.testing.assert_array_equal(image.pixels, np.concatenate(found))
+        np.testing.assert_array_equal(image.extremes, [image.pixels.min((0, 1)), image.pixels.max((0, 1))])
+
+
+def test_the_key_is_of_the_files_bytes_and_of_how_they_are_understood(decode) -> None:
+    data = png(RGB.astype(int), color=2)
+    one = decode("a.png", "raw", data=data).image
+    assert one == decode("b.png", "raw", data=data).image
+    assert one != decode("a.png", "sRGB").image
+    assert decode("a.png", "sRGB").image == decode("a.png", "auto").image
+    assert one != decode("c.png", "raw", data=png(RGB.astype(int) + 1, color=2)).image

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.derived.lookup import extremes
+from spin_usd.scene.derived.lookup import bounds, extremes
 from spin_usd.scene.material import LIMITS, Material
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.texture import Primvar, Texture
@@ -34,7 +34,9 @@ def _check(value: Any, name: str, path: str, mesh: Shape, faces: NDArray[np.bool
     elif isinstance(value, Texture):
         if value.coordinates.primvar is not None:
             _primvar(mesh, value.coordinates.primvar, 2, limits.name, path)
-        numbers = extremes(value)
+        numbers = bounds(value)
+        if not limits.low <= numbers.min() <= numbers.max() <= limits.high:
+            numbers = extremes(value)
         given = numbers.shape[1]
     else:
         numbers = np.asarray(value, np.float64)

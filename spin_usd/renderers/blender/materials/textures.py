@@ -30,11 +30,15 @@ class ImageLibrary:
     def upload(self, image: Image) -> Any:
         """Return the picture in Blender: floats that it neither converts nor multiplies by alpha."""
         if image.key not in self._uploaded:
-            height, width = image.pixels.shape[:2]
+            height, width = image.size
             made = bpy.data.images.new("texture", width, height, alpha=True, float_buffer=True, is_data=True)
             made.alpha_mode = "CHANNEL_PACKED"
             made.use_half_precision = False
-            made.pixels.foreach_set(np.ascontiguousarray(image.pixels[::-1]).ravel())
+            flipped, row = np.empty((height, width, 4), np.float32), height
+            for band in image.bands():
+                flipped[row - len(band) : row] = band[::-1]
+                row -= len(band)
+            made.pixels.foreach_set(flipped.ravel())
             made.update()
             self._uploaded[image.key] = made
         return self._uploaded[image.key]

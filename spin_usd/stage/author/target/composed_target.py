@@ -28,6 +28,11 @@ def composed_target(asset: TargetAsset, folder: Path) -> Target:
     author_target(stage, PRIM, asset, asset_reference(asset, f"./{asset.file.relative_to(folder).as_posix()}"))
     prim, time = stage.GetPrimAtPath(PRIM), Usd.TimeCode.EarliestTime()
     reader = TargetReader(
-        prim=prim, parts=BodyParts().add(prim), time=time, group_of=lambda _: 0, images=Images(), notes=Notes()
+        prim=prim,
+        parts=BodyParts().add(prim),
+        time=time,
+        group_of=lambda _: 0,
+        images=Images(check=False),
+        notes=Notes(),
     )
     return reader.read(1.0)

@@ -27,7 +27,12 @@ def _hull(target: TargetAsset) -> Float:
     stage, time = open_as_it_is(target.file), Usd.TimeCode.EarliestTime()
     root = _root(stage, target)
     reader = TargetReader(
-        prim=root, parts=BodyParts().add(root), time=time, group_of=lambda _: 0, images=Images(), notes=Notes()
+        prim=root,
+        parts=BodyParts().add(root),
+        time=time,
+        group_of=lambda _: 0,
+        images=Images(check=False),
+        notes=Notes(),
     )
     own = reader.read(1.0).mesh.hull
     placed = np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(root))  # for row vectors

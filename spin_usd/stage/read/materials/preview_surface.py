@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.derived.lookup import extremes
+from spin_usd.scene.derived.lookup import bounds, extremes
 from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.composition.images import Images
@@ -186,7 +186,9 @@ def _value(shader: UsdShade.Shader, limits: Limits, nodes: NodeReader) -> Any:
     if isinstance(value, Output):
         value = nodes.varying(value, limits.size)
     if isinstance(value, Texture):
-        refuse_outside(extremes(value), limits, where, value.path)
+        low, high = bounds(value).min(), bounds(value).max()
+        if not limits.low <= low <= high <= limits.high:
+            refuse_outside(extremes(value), limits, where, value.path)
         return value
     if isinstance(value, PrimvarInput):
         refuse_outside(np.array(value.fallback), limits, where, f"the fallback of primvars:{value.name}")
