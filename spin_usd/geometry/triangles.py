@@ -1,15 +1,46 @@
 """Triangles by their corners: their normals and areas."""
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+
+FACES_AT_ONCE = 2**15
 
 
 def normals(corners: Float) -> Float:
     """Return (..., 3) normals of the triangles `corners` (..., 3, 3), whose corners go around them counter-clockwise:
     as long as twice the area."""
     a, b, c = np.moveaxis(corners, -2, 0)
-    return np.cross(b - a, c - a)
+    return cross(b - a, c - a)
+
+
+def cross(u: Float, v: Float) -> Float:
+    """Return (..., 3) the cross products of the vectors (..., 3), equal to the bit to those of np.cross, which takes
+    several times as long and makes copies of both."""
+    found = np.empty(np.broadcast_shapes(u.shape, v.shape), np.result_type(u, v))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        np.multiply(u[..., j], v[..., k], out=found[..., i])
+        found[..., i] -= u[..., k] * v[..., j]
+    return found
+
+
+def normals_of(points: Float, faces: NDArray[np.integer]) -> Float:
+    """Return (F, 3) `normals` of the triangles `faces` (F, 3), which index `points` (P, 3)."""
+    found = np.empty((len(faces), 3))
+    for some in parts(len(faces)):
+        found[some] = normals(points[faces[some]])
+    return found
+
+
+def parts(count: int) -> Iterator[slice]:
+    """Yield slices of so many faces, each of a part whose corners a processor's cache holds: sums over all at once
+    take gigabytes of a model of millions."""
+    for start in range(0, count, FACES_AT_ONCE):
+        yield slice(start, min(start + FACES_AT_ONCE, count))
 
 
 def unit_normals(corners: Float) -> Float:

@@ -12,7 +12,7 @@ from spin_usd.arrays import Float, digest
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.convexity import is_convex
 from spin_usd.geometry.facing import few_axes
-from spin_usd.geometry.triangles import normals
+from spin_usd.geometry.triangles import normals_of
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.shape import MAX_FACES, Shape, hull_points
 
@@ -88,8 +88,10 @@ class Mesh(Shape):
     @cached_property
     def face_axes(self) -> Float:
         """(A, 3) few directions that stand for those of all faces, as `geometry.facing` has them."""
-        own = few_axes(normals(self.points[self.faces]))
-        placed = [each.area_vectors(few_axes(normals(each.shape.points[each.shape.faces]))) for each in self.instances]
+        own = few_axes(normals_of(self.points, self.faces))
+        placed = [
+            each.area_vectors(few_axes(normals_of(each.shape.points, each.shape.faces))) for each in self.instances
+        ]
         return few_axes(np.concatenate([own, *placed]))
 
     @cached_property

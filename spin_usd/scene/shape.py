@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
-from spin_usd.geometry.triangles import unit_normals
+from spin_usd.geometry.triangles import parts, unit_normals
 
 MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
@@ -91,8 +91,11 @@ class Shape:
     @cached_property
     def smooth(self) -> NDArray[np.bool_]:
         """(F,) whether a face's corner normals differ from its own normal."""
-        normal = unit_normals(self.points[self.faces])
-        return frozen(np.abs(self.corner_normals - normal[:, None]).max((1, 2), initial=0) > FLAT, bool)
+        found = np.empty(len(self.faces), bool)
+        for some in parts(len(found)):
+            normal = unit_normals(self.points[self.faces[some]])
+            found[some] = np.abs(self.corner_normals[some] - normal[:, None]).max((1, 2), initial=0) > FLAT
+        return frozen(found, bool)
 
     @cached_property
     def own_hull(self) -> Float:
@@ -104,7 +107,8 @@ def hull_points(points: Float) -> Float:
     """Points that span the convex hull of `points` (N, 3); all of them when the hull is flat."""
     from scipy.spatial import ConvexHull, QhullError
 
-    unique = np.unique(points, axis=0)
+    ordered = points[np.lexsort(points.T[::-1])]  # np.unique along an axis does the same in twice the time
+    unique = ordered[np.r_[True, (ordered[1:] != ordered[:-1]).any(1)]] if len(ordered) else ordered
     try:
         return frozen(unique[ConvexHull(unique).vertices])
     except (QhullError, ValueError):

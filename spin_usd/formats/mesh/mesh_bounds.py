@@ -13,6 +13,7 @@ from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
 from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY
+from spin_usd.geometry.triangles import areas, parts
 from spin_usd.scene.source.source_bounds import SourceBounds
 
 if TYPE_CHECKING:
@@ -71,13 +72,16 @@ def _loaded(path: Path, beside: dict[str, bytes]) -> "trimesh.Scene":
 
 
 def _corners(scene: "trimesh.Scene", node: str) -> Float:
-    """Return (N, 3) corners of the triangles with an area that `node` places, in the file's axes."""
+    """Return (N, 3) corners of boxes around the triangles with an area that `node` places, in the file's axes."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
     transform, name = scene.graph[node]
     mesh = scene.geometry[name]
     if not isinstance(mesh, trimesh.Trimesh):
         return np.zeros((0, 3))
-    triangles = np.asarray(trimesh.transform_points(mesh.vertices, transform))[mesh.faces]
-    areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
-    return np.asarray(triangles[areas > 0].reshape(-1, 3))
+    points, boxes = np.asarray(trimesh.transform_points(mesh.vertices, transform)), [np.zeros((0, 3))]
+    for some in parts(len(mesh.faces)):
+        triangles = points[mesh.faces[some]]
+        seen = triangles[areas(triangles) > 0].reshape(-1, 3)
+        boxes += [seen.min(0)[None], seen.max(0)[None]] if len(seen) else []
+    return np.concatenate(boxes)

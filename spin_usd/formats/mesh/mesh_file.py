@@ -16,6 +16,7 @@ from spin_usd.formats.mesh.gltf_file import read_gltf
 from spin_usd.formats.mesh.obj_file import read_obj
 from spin_usd.formats.mesh.ply_file import read_ply
 from spin_usd.formats.mesh.stl_file import read_stl
+from spin_usd.geometry.triangles import cross, parts
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
@@ -94,14 +95,18 @@ def _without_nan(asset: MeshAsset) -> MeshAsset:
 
 def flat_faces(part: MeshPart) -> NDArray[np.bool_]:
     """Return (F,) which faces have no area."""
-    corners, starts = part.points[part.face_indices], part.face_starts
-    following = np.arange(1, len(corners) + 1)
-    following[starts + part.face_counts - 1] = starts
-    first = np.repeat(corners[starts], part.face_counts, axis=0)
-    twice_areas = np.add.reduceat(np.cross(corners - first, corners[following] - first), starts)
-    edges = np.linalg.norm(corners[following] - corners, axis=1)
-    longest = np.maximum.reduceat(edges, starts)
-    return np.asarray(np.linalg.norm(twice_areas, axis=1) <= FLAT_FACE * longest**2)
+    flat, starts = np.empty(len(part.face_counts), bool), part.face_starts
+    for faces in parts(len(flat)):
+        own, counts = starts[faces] - starts[faces.start], part.face_counts[faces]
+        corners = part.points[part.face_indices[starts[faces.start] : starts[faces.stop - 1] + counts[-1]]]
+        following = np.arange(1, len(corners) + 1)
+        following[own + counts - 1] = own
+        first = np.repeat(corners[own], counts, axis=0)
+        twice_areas = np.add.reduceat(cross(corners - first, corners[following] - first), own)
+        edges = np.linalg.norm(corners[following] - corners, axis=1)
+        longest = np.maximum.reduceat(edges, own)
+        flat[faces] = np.linalg.norm(twice_areas, axis=1) <= FLAT_FACE * longest**2
+    return flat
 
 
 def _kept(part: MeshPart, keep: NDArray[np.bool_]) -> MeshPart:

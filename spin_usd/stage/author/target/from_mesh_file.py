@@ -71,9 +71,15 @@ def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> N
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(name)
     model.SetAssetIdentifier(Sdf.AssetPath(f"./{name}.usda"))
-    points = np.concatenate([part.points[part.face_indices] for part in asset.parts])
-    UsdGeom.ModelAPI.Apply(root).SetExtentsHint(box(points))
+    UsdGeom.ModelAPI.Apply(root).SetExtentsHint(box(np.concatenate([_used_points(part) for part in asset.parts])))
     _label(root, "class", CLASS_OF_A_MODEL)
+
+
+def _used_points(part: MeshPart) -> Float:
+    used = np.zeros(len(part.points), bool)
+    used[part.face_indices] = True
+    found: Float = part.points[used]
+    return found
 
 
 def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:

@@ -115,4 +115,4 @@ def _authored_normals(mesh: UsdGeom.Mesh, time: Usd.TimeCode, at: Corners) -> Fl
 def _without_holes(mesh: UsdGeom.Mesh, time: Usd.TimeCode, triangles: Triangles, faces: int) -> Triangles:
     holes = array(mesh.GetHoleIndicesAttr(), time, np.int64)
     refuse((holes < 0) | (holes >= faces), "holeIndices", holes, f"there are {faces} faces", mesh.GetPath())
-    return triangles.kept(~np.isin(triangles.source, holes))
+    return triangles.kept(~np.isin(triangles.source, holes)) if len(holes) else triangles

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.geometry.triangles import normals
+from spin_usd.geometry.triangles import cross, normals_of, parts
 
 Int = NDArray[np.int64]
 # Twice the area over the longest edge squared: below this, rounding decides which way a triangle faces.
@@ -63,9 +63,11 @@ class Triangles:
 
     def with_area(self) -> "Triangles":
         """Drop the triangles without an area, which no ray can hit."""
-        a, b, c = (self.points[self.corners[:, i]] for i in range(3))
-        longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
-        keep = np.linalg.norm(normals(self.points[self.corners]), axis=1) > FLAT * longest
+        keep = np.empty(len(self.corners), bool)
+        for some in parts(len(keep)):
+            a, b, c = (self.points[self.corners[some, i]] for i in range(3))
+            longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
+            keep[some] = np.linalg.norm(cross(b - a, c - a), axis=1) > FLAT * longest
         return self if keep.all() else self.kept(keep)
 
 
@@ -79,7 +81,7 @@ def determinant(matrix: Float, where: object) -> float:
 
 def face_normals(points: Float, corners: Int) -> Float:
     """Compute unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
-    return unit(normals(points[corners]))
+    return unit(normals_of(points, corners))
 
 
 def unit(vectors: Float) -> Float:
