@@ -201,10 +201,8 @@ def read_document(path: Path) -> Document:
     binary: bytes | memoryview = b""
     if data.startswith(GLB_MAGIC):
         length = int.from_bytes(data[12:16], "little")
-        data, rest = (
-            data[GLB_HEAD : GLB_HEAD + length],
-            memoryview(data)[GLB_HEAD + length :],
-        )  # no copy of what is large
+        rest = memoryview(data)[GLB_HEAD + length :]  # no copy of what may be large
+        data = data[GLB_HEAD : GLB_HEAD + length]
         if int.from_bytes(rest[4:8], "little") == BIN:
             binary = rest[8 : 8 + int.from_bytes(rest[:4], "little")]
     found = parsed_object(data, path)

@@ -216,6 +216,8 @@ def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
     """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>. They must lie in
     one of `folders`, of which absolute paths may name all but the first."""
     do = "use a relative path to a file in the stage's own folder, or of a model below author's --root FOLDER"
+    if "\0" in named:
+        raise StageError(f"refers to {named!r}, which no file is called", where=layer, do=do)
     if SCHEME.match(named):
         raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)
     outer = Ar.SplitPackageRelativePathOuter(named)[0]

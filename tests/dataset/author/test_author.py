@@ -174,7 +174,7 @@ def test_built_in_target_and_camera_files(inputs: dict[str, Any], tmp_path: Path
         ({"camera": "none.usda"}, "none.usda"),
         ({"target": "hubble"}, "tango"),
         ({"target": "none.obj"}, "none.obj"),
-        ({"target": "model.step"}, "model file"),
+        ({"target": "model.txt"}, "model file"),
         ({"poses": "none.json"}, "none.json"),
         ({"frames": "9:"}, "none of 4"),
         ({"seed": 2**63}, "64 bits"),

@@ -178,6 +178,7 @@ def test_an_unknown_set_or_variant_of_it_lists_the_known_ones(grouped, selection
     [
         ("/etc/passwd", "the absolute path @/etc/passwd@"),
         ("../../outside.usda", "outside the stage's folder"),
+        ("./a\0.usda", "which no file is called"),
         ("http://example.com/a.usda", "network and other schemes"),
         ("file:///etc/passwd", "network and other schemes"),
         ("./link.usda", "through a symbolic link"),
