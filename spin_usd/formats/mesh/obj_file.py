@@ -52,7 +52,9 @@ def read_obj(path: Path) -> MeshAsset:
         elif key == "vt":
             coordinates.append(_coordinates(rest, where))
         elif key == "f":
-            faces = parts.setdefault(group, _ObjFaces(_part_name(group, path)))
+            if group not in parts:
+                parts[group] = _ObjFaces(_part_name(group, path))
+            faces = parts[group]
             if len(parts) > MAX_PARTS:
                 many = f"has more than {MAX_PARTS} objects and groups"
                 raise InputError(many, where=path, do="join those that are one part")
