@@ -1,5 +1,6 @@
 """The box of a mesh file's faces, read by trimesh: an authority apart from our own readers."""
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import open_file
+from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
@@ -67,8 +68,8 @@ def _loaded(path: Path, beside: dict[str, bytes]) -> "trimesh.Scene":
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
     kind = path.suffix.lower().removeprefix(".")
-    with open_file(path, MAX_MODEL) as file:
-        return trimesh.load_scene(file, file_type=kind, resolver=beside, process=False, skip_materials=True)
+    file = io.BytesIO(read_bytes(path, MAX_MODEL))  # trimesh takes an open file's name for its parts'
+    return trimesh.load_scene(file, file_type=kind, resolver=beside, process=False, skip_materials=True)
 
 
 def _corners(scene: "trimesh.Scene", node: str) -> Float:
