@@ -5,6 +5,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from spin_usd.arrays import Float
 from spin_usd.dataset.author.additions import Additions, read_additions
 from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.dataset.author.choices import Choices, Sources, open_sources
@@ -13,26 +14,29 @@ from spin_usd.dataset.author.plausible_target import notes_on_far_keypoints, ref
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.sample.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.dataset.author.sample.spec import open_spec
-from spin_usd.dataset.author.size import check_written
-from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
+from spin_usd.dataset.author.views import ComposedTarget, look_notes, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
+from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, ignore
 from spin_usd.scene.derived.view_text import sentences
+from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.target.extent import box_corners, hull_corners
+from spin_usd.stage.author.target.source_bounds import usd_bounds
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
@@ -253,3 +257,42 @@ def _colour_notes(camera: Path, composed: ComposedTarget, additions: Additions) 
     if composed.grey and camera.suffix.lower() == ".json" and not additions.channels:
         return (f"{camera.name} says nothing of colour: pictures are grey; --channels rgb has colour",)
     return ()
+
+
+def check_written(
+    reader: StageReader,
+    file: Path,
+    asset: TargetAsset,
+    units_per_metre: float | None,
+    selections: Mapping[str, str],
+) -> tuple[str, ...]:
+    """Return notes on the target that the stage of the `reader` has from the model `file`, with variants `selections`.
+
+    Raises InputError when its size is another than the file's, StageError or UnsupportedError as a render would.
+    """
+    time_code = reader.frames[0].time_code
+    target = reader.target_at(time_code)
+    notes = (*in_sentences(reader.notes), *look_notes(reader))
+    if file.suffix.lower() in MESHES:
+        source = mesh_bounds(file, units_per_metre)
+    else:
+        metres = asset.metres_per_unit
+        source = usd_bounds(file, asset.source_prim, metres_per_unit=metres, selections=selections, time_code=time_code)
+    if source is None:
+        return ("the target's size could not be compared with its file's: no other reader opens it", *notes)
+    seen = all(finding.code != "material-transparent" for finding in reader.notes)
+    _refuse_another_size(file, target.mesh.box if seen else reader.whole_target_at(time_code).mesh.box, source)
+    return notes
+
+
+def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> None:
+    if source.agree_with(written):
+        return
+    found = f"is {_size(source.whole)} in its own file, but {_size(written)} in the stage, which was not kept"
+    raise InputError(found, where=file, do="this is a defect of spin_usd: report it with the file")
+
+
+def _size(box: Float) -> str:
+    """Say how long the box's edges are and where it lies, so that two boxes of one size differ."""
+    edges = " x ".join(f"{edge:.6g}" for edge in box[1] - box[0])
+    return f"{edges} m around ({', '.join(f'{x:.6g}' for x in box.mean(0))})"

@@ -7,11 +7,11 @@ from pathlib import Path
 from spin_usd.arrays import digest
 from spin_usd.dataset.author.additions import Additions
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
-from spin_usd.dataset.author.earth_maps import earth_maps
 from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
-from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD
+from spin_usd.files.given_file import open_file
+from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
@@ -22,6 +22,12 @@ from spin_usd.stage.author.provenance import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer
 
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
+
+SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
+KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
+"""What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
+
+Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,3 +172,36 @@ def _preset(given: str) -> Preset:
 def _surroundings_file(given: str, kind: str) -> Path:
     """Return the layer of the lights or the environment of that name, or the file itself."""
     return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else bundled(kind, given)
+
+
+def earth_maps(given: str | Path) -> dict[str, Path]:
+    """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
+
+    Raises InputError for a folder without maps or with two of a kind, and for a file that is not a map.
+    """
+    path = Path(given)
+    maps: dict[str, Path] = {}
+    for file in _files(path):
+        kind = _kind(file.stem.lower())
+        if kind in maps:
+            found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
+            raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+        maps[kind] = file
+    return maps
+
+
+def _kind(name: str) -> str:
+    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        if not files:
+            raise InputError("holds no map of the Earth", where=path, do=f"put {', '.join(SUFFIXES)} files there")
+        return files
+    if path.suffix.lower() not in SUFFIXES:
+        do = f"give a folder, or one of {', '.join(SUFFIXES)}"
+        raise InputError("is not a map of the Earth that is read", where=path, do=do)
+    return [path]

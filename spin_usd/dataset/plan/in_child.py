@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.plan.columns import COLUMNS, PLANNING
-from spin_usd.dataset.plan.device_choice import chosen_device
 from spin_usd.dataset.plan.skipped_work import SkippedWorkCounter
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.dataset.plan.work import features
@@ -21,6 +20,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.labels.table import own_keys, take_next_frame
 from spin_usd.last_value import LastValue
 from spin_usd.progress import Progress
+from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.scene.derived.light_groups import LightGroups
@@ -297,3 +297,15 @@ def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterat
         for part in parts:
             labels = {"class": part.class_name, "name": part.name}
             yield str(before + part.id), {"path": part.path, **labels, "target": target}
+
+
+def chosen_device(offered: Sequence[str], scenes: Iterable[Scene]) -> str:
+    """Return the first of the devices `offered`, names in DEVICES, that can render all of `scenes`, which are read only
+    as far as that is in doubt. Raises UnsupportedError where none can."""
+    if DEVICES[offered[0]].shaders:
+        return offered[0]
+    shaded = next(filter(needs_shader, scenes), None)
+    able = [name for name in offered if shaded is None or DEVICES[name].shaders]
+    if shaded and not able:
+        raise shader_refusal(offered[0], shaded)
+    return able[0]

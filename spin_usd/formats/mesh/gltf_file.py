@@ -1,20 +1,27 @@
 """glTF and GLB, as the file says it: a part for each primitive of each mesh where a node of the scene places it.
 
 Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
+
+KHR_draco_mesh_compression: a primitive's numbers out of one compressed buffer view, by Google's own decoder.
+
+Source: the extension's text. Its attributes are found by their unique ids; the accessors' own buffers, where there are
+any, are a fallback for readers without a decoder. Strips are given as triangles.
 """
 
 import re
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.faults import decoding
 from spin_usd.formats.mesh.gltf_document import Document, read_document
-from spin_usd.formats.mesh.gltf_draco import DRACO, decompressed
 from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.formats.mesh.gltf_materials import (
     DISPLAY_COLOR,
@@ -36,6 +43,9 @@ from spin_usd.unique_names import UniqueNames
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
+DRACO = "KHR_draco_mesh_compression"
+
+
 HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, VISIBILITY, "KHR_mesh_quantization"}
 MOVING = ("CESIUM_RTC",)
 MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metadata|structural|animation)_")
@@ -230,3 +240,22 @@ def _colors(model: _Model, entry: JsonObject, colors: Float, name: str) -> Float
         model.notes[f"{found} by a texture"] = None
         return None
     return np.asarray(colors[:, :3] * np.array(base_color(entry)[:3]))
+
+
+def decompressed(document: Document, primitive: JsonObject) -> dict[int, NDArray[Any]] | None:
+    """Return what stands for the primitive's accessors by their indices, as triangles; None where it is not compressed.
+    Raises InputError."""
+    if DRACO not in primitive.object("extensions"):
+        return None
+    said = primitive.object("extensions").object(DRACO)
+    data = bytes(document.view(said.whole("bufferView")))
+    with decoding(f"{document.path}, {said.place}"):
+        mesh = DracoPy.decode(data)
+        by_id = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
+        faces = np.asarray(mesh.faces).reshape(-1, 1)
+    attributes, found = primitive.wholes_by_name("attributes"), {primitive.whole("indices"): faces}
+    for name, number in said.wholes_by_name("attributes").items():
+        if name not in attributes or number not in by_id:
+            raise said.damaged(f"{said.place} has no {name} that the primitive has too")
+        found[attributes[name]] = by_id[number]
+    return found

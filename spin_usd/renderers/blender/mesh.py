@@ -1,21 +1,29 @@
 """A body in Blender: one mesh for each shape, and an object for each place it stands in; faces are numbered."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.renderers.blender.cycles.assign import assign, assign_matrix
 from spin_usd.renderers.blender.cycles.light_groups import EMISSION
-from spin_usd.renderers.blender.materials.material import FIRST_NUMBER, MaterialLibrary
-from spin_usd.renderers.blender.shape import build_mesh
-from spin_usd.renderers.blender.shared_mesh import shared_meshes
+from spin_usd.renderers.blender.materials.material import FACE_NUMBER, FIRST_NUMBER, MaterialLibrary
+from spin_usd.renderers.blender.materials.textures import attribute_name
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.shape import Shape
+
+# A primvar's kind of attribute by its number of components, and the property that holds its values.
+KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
+Faces = NDArray[np.intp] | slice
+EVERY = slice(None)
 
 
 class TargetObject:
@@ -111,3 +119,86 @@ class TargetObject:
             assign(shown, {"visible_camera": self._camera_sees, "hide_render": self._hidden})
         self._scene.collection.objects.link(shown)
         return shown
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshCopy:
+    """One object of a shared mesh. matrix (4, 4) from its axes around its centre to the body's around the target's,
+    metres · group: of faces, 0 where nobody asks · first: how many faces are numbered before its own."""
+
+    matrix: Float
+    group: int = 0
+    first: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SharedMesh:
+    """The `chosen` faces of `shape`, metres from `centre`, and the objects that show them."""
+
+    shape: Shape
+    centre: Float
+    copies: tuple[MeshCopy, ...]
+    chosen: Faces = EVERY
+
+
+def shared_meshes(mesh: Mesh, *, split: bool) -> Iterator[SharedMesh]:
+    """Yield all of `mesh`; `split` by face groups."""
+    if len(mesh.faces) and not split:
+        yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(MeshCopy(matrix=np.eye(4)),))
+    elif len(mesh.faces):
+        of_face = np.asarray(mesh.face_group)
+        for group in np.unique(of_face):
+            copy = MeshCopy(matrix=np.eye(4), group=int(group))
+            yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(copy,), chosen=np.flatnonzero(of_face == group))
+    for first, each in mesh.numbered:
+        used = each.shape.used_points
+        centre = (used.min(0) + used.max(0)) / 2
+        copies = []
+        for number, (linear, group) in enumerate(zip(each.matrices[..., :3], each.groups, strict=True)):
+            matrix = np.eye(4)
+            matrix[:3, :3], matrix[:3, 3] = linear, each.moved(centre, number) - mesh.centre
+            before = first + number * len(each.shape.faces)
+            copies.append(MeshCopy(matrix=matrix, group=int(group) if split else 0, first=before))
+        yield SharedMesh(shape=each.shape, centre=centre, copies=tuple(copies))
+
+
+def build_mesh(shape: Shape, centre: Float, chosen: Faces, primvars: Set[str]) -> Any:
+    """Return a Blender mesh of the `chosen` faces of `shape`, metres from `centre`, each with three vertices of its
+    own, and of those of its `primvars`.
+
+    Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
+    """
+    corners = (shape.points[shape.faces[chosen]] - centre).astype(np.float32)
+    count = len(corners)
+    data = bpy.data.meshes.new("target")
+    data.vertices.add(3 * count)
+    data.vertices.foreach_set("co", corners.ravel())
+    data.loops.add(3 * count)
+    data.loops.foreach_set("vertex_index", np.arange(3 * count, dtype=np.int32))
+    data.polygons.add(count)
+    data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
+    data.polygons.foreach_set("material_index", shape.face_material[chosen])
+    _number_faces(data, np.arange(1, len(shape.faces) + 1, dtype=np.float32)[chosen])
+    for name in sorted(primvars & set(shape.primvars)):
+        values = shape.primvars[name]
+        kind, holder = KINDS[values.shape[2]]
+        attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map
+        attribute.data.foreach_set(holder, values[chosen].ravel())
+    data.update(calc_edges=True)
+    if data.validate():
+        raise RenderError("Blender repaired the target's mesh, so its faces are no longer those of the labels")
+    _set_normals(data, shape, chosen)
+    return data
+
+
+def _number_faces(data: Any, numbers: NDArray[np.float32]) -> None:
+    data.attributes.new(FACE_NUMBER, "FLOAT", "FACE").data.foreach_set("value", numbers)
+
+
+def _set_normals(data: Any, shape: Shape, chosen: Faces) -> None:
+    """Shade as the corner normals say; flat where they are the faces' own."""
+    smooth = shape.smooth[chosen]
+    data.polygons.foreach_set("use_smooth", smooth)
+    if smooth.any():
+        normals = data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+        normals.data.foreach_set("vector", shape.corner_normals[chosen].ravel())

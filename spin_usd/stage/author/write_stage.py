@@ -8,7 +8,7 @@ T_world_body = T_world_cam @ T_cam_body.
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Kind, Sdf, Usd, UsdGeom, UsdRender
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
@@ -20,7 +20,6 @@ from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
-from spin_usd.stage.author.render_layer import SETTINGS, render_layer
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.target.target_prim import asset_reference, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
@@ -34,6 +33,7 @@ from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 ROOT = "dataset.usda"
 MODEL_LAYER = "layers/model.usda"
+SETTINGS = Sdf.Path("/Render/Settings")
 
 
 def write_stage(
@@ -148,3 +148,33 @@ def _documentation(poses: PoseList, target: TargetAsset) -> str:
         f"{len(poses)} pictures of {target.name}: time code i is picture i. The camera stands at the origin and looks "
         "along +Y; the target moves (layers/poses.usdc)."
     )
+
+
+def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
+    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name.
+    Its camera is set by the layer that references it, since it lies outside."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
+    stage = stage_on(layer)
+    UsdGeom.Scope.Define(stage, "/Render")
+    UsdGeom.Scope.Define(stage, "/Render/Products")
+    UsdGeom.Scope.Define(stage, "/Render/Vars")
+    settings = UsdRender.Settings.Define(stage, SETTINGS)
+    settings.CreateResolutionAttr(Gf.Vec2i(camera.width, camera.height))
+    settings.CreatePixelAspectRatioAttr(camera.fy / camera.fx)
+    settings.CreateIncludedPurposesAttr([UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    settings.CreateProductsRel().SetTargets([_product(stage, name, kind) for name, kind in outputs.items()])
+    return layer
+
+
+def _product(stage: Usd.Stage, name: str, kind: str) -> Sdf.Path:
+    """Define a product of one variable: each label is a file of its own."""
+    variable = UsdRender.Var.Define(stage, f"/Render/Vars/{name}")
+    variable.CreateDataTypeAttr(kind)
+    variable.CreateSourceNameAttr(name)
+    variable.CreateSourceTypeAttr(UsdRender.Tokens.raw)
+    product = UsdRender.Product.Define(stage, f"/Render/Products/{name}")
+    product.CreateProductTypeAttr(UsdRender.Tokens.raster)
+    product.CreateProductNameAttr(name)
+    product.CreateOrderedVarsRel().SetTargets([variable.GetPath()])
+    return product.GetPath()

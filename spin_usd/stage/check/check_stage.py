@@ -4,8 +4,9 @@ raise.
 A stage that `spin-usd author` has just written has no findings.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeAlias
 
 from pxr import Usd, UsdValidation
 
@@ -13,7 +14,17 @@ from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
-from spin_usd.stage.check.stage_rules import STAGE_RULES, StageRule
+from spin_usd.stage.check.layers import layer_findings
+from spin_usd.stage.check.poses_and_cameras import camera_findings, capture_findings, norm_findings, pose_findings
+from spin_usd.stage.check.prims import (
+    draw_mode_findings,
+    extent_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+)
+from spin_usd.stage.check.properties import property_findings
+from spin_usd.stage.check.variant_opinions import variant_findings
 from spin_usd.stage.composition.materialx import names_document
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd.parser_faults import parser_faults
@@ -21,6 +32,24 @@ from spin_usd.stage.usd.parser_faults import parser_faults
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages do not apply.
 SKIPPED_KEYWORD = "UsdzValidators"
 COMPOSITION = "CompositionErrorTest"
+
+StageRule: TypeAlias = Callable[[Usd.Stage], Iterator[Finding]]
+
+STAGE_RULES: tuple[StageRule, ...] = (
+    layer_findings,
+    capture_findings,
+    pose_findings,
+    norm_findings,
+    camera_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+    extent_findings,
+    draw_mode_findings,
+    property_findings,
+    variant_findings,
+)
+"""All rules, in the order in which findings are reported."""
 
 
 def check_stage(

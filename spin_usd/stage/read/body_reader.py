@@ -1,6 +1,6 @@
 """One body of a stage: its pose in the camera's axes, and its shape, at each time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -13,9 +13,9 @@ from spin_usd.stage.read.environment.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
 from spin_usd.stage.read.target.bodies import OccluderPrims
+from spin_usd.stage.read.target.keypoints import find_keypoints
 from spin_usd.stage.read.target.target import TargetReader
-from spin_usd.stage.read.target.time_variation import occluder_varies, target_varies
-from spin_usd.stage.usd.time_variation import CachedIfConstant, moves
+from spin_usd.stage.usd.time_variation import CachedIfConstant, has_varying_attribute, moves, varying, visibility_varies
 from spin_usd.stage.usd.transforms import (
     UNIT_SCALE_TOLERANCE,
     between,
@@ -24,6 +24,7 @@ from spin_usd.stage.usd.transforms import (
     placement,
     placement_below,
 )
+from spin_usd.stage.usd.visibility import ancestors
 
 OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
 """Opens the reader of what is in the axes of a prim, at a time."""
@@ -123,3 +124,26 @@ def _camera_below(above: Usd.Prim, camera: Usd.Prim) -> Callable[[Usd.TimeCode],
         return placement_below(above, camera, world, frame="usdcam").transform, size
 
     return compute
+
+
+def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
+    """Return whether the target's shape can change in time, apart from its own pose. read: the prims that it was read
+    from."""
+    if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
+        return True
+    return any(has_varying_attribute(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
+
+
+def occluder_varies(frame: Usd.Prim, roots: Sequence[Usd.Prim], read: list[Usd.Prim]) -> bool:
+    """Return whether the shape of an occluder with these `roots` can change in the axes of `frame`, which may be one of
+    them. read: the prims that it was read from."""
+    if any(visibility_varies(prim) for root in roots for prim in ancestors(root)):
+        return True
+    return any(varying(prim) if prim == frame else has_varying_attribute(prim) for prim in read)
+
+
+def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:
+    """List the prim of the keypoints and all from there up to the target: their poses move the keypoints."""
+    keypoints = find_keypoints(target)
+    chain = [*ancestors(keypoints), keypoints] if keypoints else []
+    return [prim for prim in chain if prim.GetPath().HasPrefix(target.GetPath())]

@@ -5,13 +5,16 @@ from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.errors import StageError
+from spin_usd.errors import GeometryError, StageError
+from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.finding import Finding
+from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
 from spin_usd.scene.photometry.eclipse import eclipsed
 from spin_usd.scene.target import Target
@@ -21,7 +24,6 @@ from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
-from spin_usd.stage.read.camera.lidar import lidar_in_time
 from spin_usd.stage.read.camera.optics import read_optics
 from spin_usd.stage.read.camera.sensor import read_sensor
 from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
@@ -32,11 +34,13 @@ from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.target.target import TargetReader
+from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
-from spin_usd.stage.usd.transforms import Placement, check_chain, placement
+from spin_usd.stage.usd.transforms import Placement, between, check_chain, nearest_ancestor, placement, placement_below
+from spin_usd.stage.usd.values import typed_value
 from spin_usd.stage.usd.visibility import PROXIES
 
 # Prefixes of the camera's attributes on which only the sensor, the optics, the shutter or the focus depends.
@@ -282,3 +286,46 @@ def metres_per_unit(stage: Usd.Stage) -> float:
     if up not in ("Y", "Z"):
         raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")
     return metres
+
+
+def lidar_in_time(stage: Usd.Stage, camera: Usd.Prim, metres: float) -> CachedIfConstant[Lidar | None]:
+    """Return the LiDAR of the stage, of `metres` per unit, in time; None where it has none. Raises StageError for
+    several."""
+    prims = [prim for prim in stage.Traverse() if prim.HasAPI(schema.LIDAR_API)]
+    if not prims:
+        return CachedIfConstant(False, lambda time: None)
+    if len(prims) > 1:
+        names = ", ".join(str(prim.GetPath()) for prim in prims[:5])
+        do = "keep one of them active, and render the stage again with another"
+        raise StageError(f"the stage has {len(prims)} LiDARs ({names})", where=prims[1].GetPath(), do=do)
+    (prim,) = prims
+    check_chain(prim)
+    varies = bool(varying(prim)) or moves(prim) or moves(camera)
+    return CachedIfConstant(varies, partial(read_lidar, prim, camera, metres))
+
+
+def read_lidar(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCode) -> Lidar:
+    """Read the LiDAR `prim` at `time`. Raises StageError that names it and the number that is wrong."""
+    values = {field: typed_value(prim, name, time) for field, name in schema.LIDAR.items()}
+    try:
+        return Lidar(T_cam_lidar=_mounting(prim, camera, metres, time), **{k: _plain(v) for k, v in values.items()})
+    except GeometryError as error:
+        raise StageError(error.found, where=prim.GetPath(), do="correct its spin:lidar:* attributes") from None
+
+
+def _mounting(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCode) -> Transform:
+    """Compute T_cam_lidar, metres; units are applied last, as to the target's pose."""
+    above, world = nearest_ancestor(camera, prim), UsdGeom.XformCache(time)
+    unit = placement(world.GetLocalToWorldTransform(above), frame="above", metres=1.0, where=above.GetPath()).scale
+    usdcam, lidar = (
+        placement_below(above, each, world, frame=frame).transform
+        for each, frame in ((camera, "usdcam"), (prim, "lidar"))
+    )
+    near = between(usdcam, lidar)
+    translation = near.translation * (unit * metres)
+    return T_CAM_USDCAM @ Transform.unchecked(to=near.to, of=near.of, rotation=near.rotation, translation=translation)
+
+
+def _plain(value: Any) -> Any:
+    """Return a vector as a tuple; everything else as it is."""
+    return value if isinstance(value, str | int | float) else tuple(value)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.author.author import author_stage, check_written
 from spin_usd.dataset.author.reports import AuthorReport
-from spin_usd.dataset.author.size import check_written
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target.target_asset import describe
 from spin_usd.stage.read.stage_reader import StageReader

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from spin_usd.dataset.plan.device_choice import chosen_device
+from spin_usd.dataset.plan.in_child import chosen_device
 from spin_usd.errors import UnsupportedError
 from tests.cases.scenes import SMALL, box, pose, scene, target
 

@@ -3,9 +3,8 @@
 import pytest
 from pxr import Sdf
 
-from spin_usd.stage.composition.flattened import flattened_text
 from spin_usd.stage.composition.open_stage import open_stage
-from spin_usd.stage.composition.stage_hash import stage_hash
+from spin_usd.stage.composition.stage_hash import flattened_text, stage_hash
 
 SHAPES = ("Cube", "Sphere", "Cone", "Cylinder", "Capsule", "Plane")
 NESTED = """#usda 1.0

@@ -7,24 +7,26 @@ from functools import cached_property, partial
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.sample.limits import check_ends, cut, limited
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
-from spin_usd.sampling.distribution import Value
+from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
 from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.body_axes import body_rotations
 from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
+from spin_usd.stage.augment.parameter import Parameter
 from spin_usd.stage.augment.parameters import parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
 from spin_usd.stage.augment.sun_and_planet import read_sky
+from spin_usd.stage.usd.values import Range
 
 MAX_TRIES = 1000
 ALWAYS = Constraint(
     description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
+Check = Callable[[Value], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,3 +218,38 @@ def _directions(sampled: Sequence[Value]) -> Float:
     given = np.array(sampled, np.float64)
     unit: Float = given / np.linalg.norm(given, axis=1, keepdims=True)
     return unit
+
+
+def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
+    """Return `distribution`, a normal one cut at the parameter's limits where its own ends are not given.
+
+    Raises InputError, where it is the parameter's name, for ends and values outside of the limits.
+    """
+    if isinstance(distribution, Uniform | LogUniform):
+        parameter.check_span(distribution.low, distribution.high)
+    if isinstance(distribution, Normal):
+        for end in distribution.ends:
+            parameter.check(end)
+    check_ends(distribution, parameter.check)
+    return cut(distribution, parameter.limits)
+
+
+def check_ends(distribution: Distribution, check: Check) -> None:
+    """Call `check` with every value and both ends that `distribution` has by itself; a normal one can be cut."""
+    match distribution:
+        case Fixed(value=value):
+            check(value)
+        case Choice(values=values):
+            for value in values:
+                check(value)
+        case Uniform(low=low, high=high) | LogUniform(low=low, high=high):
+            check(low)
+            check(high)
+
+
+def cut(distribution: Distribution, limits: Range) -> Distribution:
+    """Return a normal distribution of which only samples within `limits` count; any other as it is."""
+    if not isinstance(distribution, Normal):
+        return distribution
+    low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)
+    return replace(distribution, low=low, high=high)

@@ -1,22 +1,197 @@
-"""The lights of a scene as Blender's: kept from frame to frame, touched only where they changed."""
+"""The lights of a scene as Blender's: kept from frame to frame, touched only where they changed.
 
+Lights with a place as Blender lights, exactly as bright: no falloff is softened, no power guessed.
+
+With `normalize` off, Blender's energy is pi times the radiance of a sphere, disk or rectangle, and pi times the radiant
+intensity of a point (measured against the formulas: tests/renderers/blender/lights/test_lights.py).
+
+Cylinder lights, which Blender lacks: a tube that emits outwards and is invisible otherwise.
+
+Its sides are as many as keep its width within 0.03 % of a cylinder's from every direction, and so wide that the mean
+over all directions, its surface, is the cylinder's. Along its length it is in pieces, so that the light tree can
+choose those that are near.
+"""
+
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
+import numpy as np
 
+from spin_usd.arrays import Float
+from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.renderers.blender.cycles.assign import assign
 from spin_usd.renderers.blender.cycles.light_groups import light_name
-from spin_usd.renderers.blender.lights.lamp import Lamp
-from spin_usd.renderers.blender.lights.light_check import refuse_clamped
+from spin_usd.renderers.blender.lights.lamp_nodes import LampNodes, shaped
 from spin_usd.renderers.blender.lights.light_links import LightLinking, chosen
 from spin_usd.renderers.blender.lights.placement import LightPlacement
-from spin_usd.renderers.blender.lights.sun import Sun
-from spin_usd.renderers.blender.lights.tube import Tube
+from spin_usd.renderers.blender.materials.nodes import Nodes, Value
 from spin_usd.renderers.blender.materials.textures import ImageLibrary
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.content import key_of
-from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, Light, PointLight, RectLight, SphereLight
+from spin_usd.scene.light import (
+    AreaLight,
+    CylinderLight,
+    DiskLight,
+    DistantLight,
+    Light,
+    PointLight,
+    RectLight,
+    SphereLight,
+)
+
+MAX_ANGLE = 3.0  # radians; Blender clamps a little above
+SIDES = 128
+PIECES = 8
+
+
+class Tube:
+    """One emissive tube."""
+
+    def __init__(self) -> None:
+        self.object = bpy.data.objects.new("tube", _unit_tube())
+        # Seen by reflections only; it keeps no light from anything.
+        self.object.visible_camera = self.object.visible_shadow = False
+        self._material: Any = None
+        self._blockers: Any = None
+
+    def show(self, light: CylinderLight, place: LightPlacement) -> None:
+        """Make it `light`, at `place`."""
+        place.move(self.object, (light.length, light.radius, light.radius))
+        before, self._material = self._material, _emissive_material(light, place)
+        slots = self.object.data.materials
+        if before is None:
+            slots.append(self._material)
+        else:
+            slots[0] = self._material
+            bpy.data.materials.remove(before)
+
+    def casts_shadows(self, shadows: bool) -> None:
+        """Switch the light's shadows. A mesh has no setting for it: without shadows the tube itself is the only blocker
+        of its light, and shades nothing."""
+        linking = self.object.light_linking
+        if self._blockers is None and not shadows:
+            self._blockers = bpy.data.collections.new("tube")
+            self._blockers.objects.link(self.object)
+        if not shadows:
+            linking.blocker_collection = self._blockers
+        elif linking.blocker_collection == self._blockers:
+            linking.blocker_collection = None
+
+    def remove(self) -> None:
+        if self._blockers is not None:
+            bpy.data.collections.remove(self._blockers)
+        if self._material is not None:
+            bpy.data.materials.remove(self._material)
+        bpy.data.meshes.remove(self.object.data)  # and with it the object
+
+
+def _unit_tube() -> Any:
+    """Return a mesh of length and radius 1 along x, open, its faces outwards."""
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    radius = np.pi / SIDES / np.sin(np.pi / SIDES)
+    along = np.repeat(np.linspace(-0.5, 0.5, PIECES + 1), SIDES)
+    around = np.tile(radius * np.stack([np.cos(angle), np.sin(angle)], -1), (PIECES + 1, 1))
+    i, j = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    piece = np.stack([i, j, j + SIDES, i + SIDES], -1)
+    faces = np.concatenate([piece + k * SIDES for k in range(PIECES)])
+    data = bpy.data.meshes.new("tube")
+    data.from_pydata(np.column_stack([along, around]).tolist(), [], faces.tolist())
+    return data
+
+
+def _emissive_material(light: CylinderLight, place: LightPlacement) -> Any:
+    """Return a material that emits outwards, and is transparent to rays that pass."""
+    nodes = Nodes("tube")
+    color = shaped(nodes, light.shaping, place.axis, light.emission)
+    outside = nodes.math("SUBTRACT", 1.0, nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"])
+    emission = nodes.add("ShaderNodeEmission", [color, outside]).outputs[0]
+    transparent = nodes.add("ShaderNodeBsdfTransparent").outputs[0]
+    material = nodes.surface(nodes.add("ShaderNodeAddShader", [emission, transparent]).outputs[0])
+    material.cycles.emission_sampling = "FRONT"
+    return material
+
+
+class Lamp:
+    """One Blender light."""
+
+    def __init__(self, kind: str, images: ImageLibrary) -> None:
+        self.object = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", kind))
+        self._images = images
+
+    def show(self, light: AreaLight, place: LightPlacement) -> None:
+        """Make it `light`, at `place`."""
+        data = self.object.data
+        brightest = max(light.emission)
+        color = tuple(value / brightest for value in light.emission)
+        assign(data, {"normalize": False, "energy": float(np.pi * brightest), "color": color, **_size(light)})
+        place.move(self.object)
+        nodes = LampNodes(data)
+        nodes.shine(shaped(nodes, light.shaping, place.axis, self._image(nodes, light)))
+
+    def casts_shadows(self, shadows: bool) -> None:
+        assign(self.object.data, {"use_shadow": shadows})
+
+    def remove(self) -> None:
+        bpy.data.lights.remove(self.object.data)  # and with it the object
+
+    def _image(self, nodes: LampNodes, light: AreaLight) -> Value:
+        """Return the factor of the emission by the light's image, which is upright as seen from the side that is lit,
+        +x to the left."""
+        if not isinstance(light, RectLight) or light.image is None:
+            return (1.0, 1.0, 1.0)
+        u, v, _ = nodes.add("ShaderNodeSeparateXYZ", [nodes.add("ShaderNodeNewGeometry").outputs["Parametric"]]).outputs
+        st = nodes.add("ShaderNodeCombineXYZ", [nodes.math("SUBTRACT", 1.0, u), v]).outputs[0]
+        image = self._images.upload(light.image)
+        node = nodes.add("ShaderNodeTexImage", [st], image=image, interpolation="Linear", extension="EXTEND")
+        return node.outputs["Color"]
+
+
+def _size(light: AreaLight) -> dict[str, Any]:
+    """Blender's settings for the shape and size of `light`."""
+    match light:
+        case PointLight():
+            return {"shadow_soft_size": 0.0, "use_soft_falloff": False}
+        case SphereLight(radius=radius):
+            return {"shadow_soft_size": radius, "use_soft_falloff": False}
+        case DiskLight(radius_x=x, radius_y=y):
+            return {"shape": "ELLIPSE", "size": 2 * x, "size_y": 2 * y, "spread": math.pi}
+        case RectLight(width=width, height=height):
+            return {"shape": "RECTANGLE", "size": width, "size_y": height, "spread": math.pi}
+    raise UnsupportedError(f"is a {light.shape}, which Blender has no light for", where=light.path)
+
+
+class Sun:
+    """One Blender Sun; `parent` is that of all lights."""
+
+    def __init__(self, parent: Any) -> None:
+        self._parent = parent
+        self.object = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+
+    def show(self, light: DistantLight) -> None:
+        """Make it `light`."""
+        energy = max(light.at_target)
+        color = tuple(value / energy for value in light.at_target)
+        assign(self.object.data, {"energy": energy, "color": color, "angle": light.angle})
+        rotation = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
+        LightPlacement(rotation=rotation, location=np.zeros(3), parent=self._parent).move(self.object)
+
+    def casts_shadows(self, shadows: bool) -> None:
+        assign(self.object.data, {"use_shadow": shadows})
+
+    def remove(self) -> None:
+        bpy.data.lights.remove(self.object.data)  # and with it the object
+
+
+def shining_along(direction: Float) -> Float:
+    """Return a rotation matrix (3, 3) that takes -z, along which a Blender Sun shines, to the unit `direction`."""
+    z = -np.asarray(direction, np.float64)
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], -1)
 
 
 @dataclass(eq=False)
@@ -119,3 +294,33 @@ def _kind(light: DistantLight | AreaLight) -> str:
     if isinstance(light, CylinderLight):
         return "TUBE"
     return "POINT" if isinstance(light, (PointLight, SphereLight)) else "AREA"
+
+
+def refuse_clamped(light: DistantLight | AreaLight) -> None:
+    """Raise UnsupportedError, with the light's path, for a light that cannot be rendered as it is meant."""
+    if isinstance(light, DistantLight):
+        _check_color(light.irradiance, "irradiance", light.path)
+        _check_distant(light)
+    else:
+        _check_color(light.emission, "emission", light.path)
+        _check_area(light)
+
+
+def _check_color(color: tuple[float, float, float], name: str, path: str) -> None:
+    if not np.isfinite(color).all() or min(color) < 0:
+        do = "make it finite and not negative"
+        raise UnsupportedError(f"its {name} is {color}", where=path, do=do)
+
+
+def _check_distant(light: DistantLight) -> None:
+    if not 0 <= light.angle <= MAX_ANGLE:
+        do = f"keep it between 0 and {np.degrees(MAX_ANGLE):.4g} degrees, or use a DomeLight"
+        raise UnsupportedError(f"its angle is {np.degrees(light.angle):.4g} degrees", where=light.path, do=do)
+    if abs(float(np.linalg.norm(light.direction_cam)) - 1) > 1e-6:
+        found = f"its direction {light.direction_cam} is not of unit length"
+        raise UnsupportedError(found, where=light.path, do="divide it by its length")
+
+
+def _check_area(light: AreaLight) -> None:
+    if not all(np.isfinite(length) and length > 0 for length in light.size):
+        raise UnsupportedError(f"its size is {light.size}", where=light.path, do="make it finite and above 0")

@@ -1,6 +1,13 @@
-"""UsdPreviewSurface as Cycles materials, and the materials of the label picture."""
+"""UsdPreviewSurface as Cycles materials, and the materials of the label picture.
 
-from collections.abc import Callable, Sequence
+Opacity: what of a surface is not there, or lets light through. Light that passes is not refracted.
+
+As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its diffuse
+body fades, and what neither clearcoat nor surface reflects passes. `presence` fades everything. A cut-out is there or
+not.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -8,14 +15,23 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.renderers.blender.materials.limits import check_material
+from spin_usd.errors import UnsupportedError
 from spin_usd.renderers.blender.materials.nodes import Nodes, Value, varies
-from spin_usd.renderers.blender.materials.reflection import mapped_normal, principled_inputs
-from spin_usd.renderers.blender.materials.see_through import absent, coverage, faded
+from spin_usd.renderers.blender.materials.reflection import (
+    COAT_IOR,
+    Inputs,
+    fresnel,
+    is_emissive,
+    mapped_normal,
+    principled_inputs,
+    reflectance,
+)
 from spin_usd.renderers.blender.materials.textures import ImageLibrary, attribute_name, node_value
-from spin_usd.scene.material import LIMITS, Material
+from spin_usd.scene.derived.lookup import bounds, extremes
+from spin_usd.scene.material import LIMITS, PRESENCE, Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
+from spin_usd.scene.texture import Primvar, Texture
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index in its mesh + 1, so that 0 is nothing
 FIRST_NUMBER = "first"  # the object's property that holds how many faces are numbered before its own
@@ -26,6 +42,8 @@ CUT = ("opacity",)  # the inputs that labels depend on
 # fmt: off
 FIELDS = ("diffuse_color", "emissive_color", "specular_color", "metallic", "roughness", "clearcoat",
           "clearcoat_roughness", "opacity", "ior")
+
+
 # fmt: on
 
 
@@ -179,3 +197,103 @@ def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
     along = attribute_name(material.tangent_primvar)
     node = nodes.add("ShaderNodeNormalMap", {"Strength": 1.0, "Color": color}, space="TANGENT", uv_map=along)
     return node.outputs["Normal"]
+
+
+def faded(nodes: Nodes, opaque: Any, material: Material, inputs: Inputs, normal: Any) -> Any:
+    """Return the shader `opaque` with its material's opacity."""
+    share = coverage(nodes, material, inputs["opacity"])
+    if not varies(share) and share >= 1:
+        return opaque
+    if material.cut_out or material.opacity_mode == PRESENCE:
+        return nodes.mixed(share, absent(nodes), opaque)
+    return nodes.mixed(share, _clear(nodes, material, inputs, normal), opaque)
+
+
+def coverage(nodes: Nodes, material: Material, opacity: Value) -> Value:
+    """Return the opacity itself, or of a cut-out 0 or 1."""
+    if not material.cut_out:
+        return opacity
+    return nodes.math("SUBTRACT", 1.0, nodes.math("LESS_THAN", opacity, material.opacity_threshold))
+
+
+def absent(nodes: Nodes) -> Any:
+    """Return the shader of nothing."""
+    return nodes.add("ShaderNodeBsdfTransparent").outputs[0]
+
+
+def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
+    """Return the surface without its body: reflection, emission, and what passes."""
+    share, colored = reflectance(nodes, inputs, normal, specular_workflow=material.use_specular_workflow)
+    gloss = {"Roughness": inputs["roughness"], **mapped_normal(normal)}
+    if colored:
+        passing = nodes.add("ShaderNodeBsdfTransparent", {"Color": nodes.vector("SUBTRACT", 1.0, share)}).outputs[0]
+        glossy = nodes.add("ShaderNodeBsdfGlossy", {"Color": share, **gloss}).outputs[0]
+        surface = _sum(nodes, passing, glossy)
+    else:
+        white = (1.0, 1.0, 1.0)
+        glossy = nodes.add("ShaderNodeBsdfGlossy", {"Color": white, **gloss}).outputs[0]
+        surface = nodes.mixed(share, absent(nodes), glossy)
+    if is_emissive(inputs["emissive_color"]):
+        surface = _sum(nodes, surface, nodes.add("ShaderNodeEmission", {"Color": inputs["emissive_color"]}).outputs[0])
+    return _coated(nodes, surface, inputs, normal)
+
+
+def _coated(nodes: Nodes, surface: Any, inputs: Inputs, normal: Any) -> Any:
+    weight = inputs["clearcoat"]
+    if not varies(weight) and weight == 0:
+        return surface
+    share = nodes.math("MULTIPLY", weight, fresnel(nodes, COAT_IOR, normal))
+    gloss = {"Color": (1.0, 1.0, 1.0), "Roughness": inputs["clearcoat_roughness"], **mapped_normal(normal)}
+    return nodes.mixed(share, surface, nodes.add("ShaderNodeBsdfGlossy", gloss).outputs[0])
+
+
+def _sum(nodes: Nodes, first: Any, second: Any) -> Any:
+    return nodes.add("ShaderNodeAddShader", (first, second)).outputs[0]
+
+
+def check_material(material: Material, mesh: Shape, faces: NDArray[np.bool_], inputs: Iterable[str] = LIMITS) -> None:
+    """Raise UnsupportedError, with the material's path, where one of its `inputs` cannot be rendered as it is meant, or
+    reads a primvar that `mesh` lacks; `faces` (F,) says where the mesh shows the material."""
+    for name in inputs:
+        value = getattr(material, name)
+        if value is not None:
+            _check(value, name, material.path, mesh, faces)
+        if name == "normal" and value not in (None, (0, 0, 1)):
+            _primvar(mesh, material.tangent_primvar, 2, name, material.path)
+
+
+def _check(value: Any, name: str, path: str, mesh: Shape, faces: NDArray[np.bool_]) -> None:
+    limits = LIMITS[name]
+    size, given = limits.size, limits.size
+    if isinstance(value, Primvar):
+        numbers = _primvar(mesh, value.name, size, limits.name, path)[faces]
+        if not numbers.size:
+            return
+    elif isinstance(value, Texture):
+        if value.coordinates.primvar is not None:
+            _primvar(mesh, value.coordinates.primvar, 2, limits.name, path)
+        numbers = bounds(value)
+        if not limits.low <= numbers.min() <= numbers.max() <= limits.high:
+            numbers = extremes(value)
+        given = numbers.shape[1]
+    else:
+        numbers = np.asarray(value, np.float64)
+    if given != size:
+        found = f"its {limits.name} takes {size} numbers, its texture gives {given}"
+        raise UnsupportedError(found, where=path, do="use another output of the texture")
+    if not (np.isfinite(numbers).all() and limits.low <= numbers.min() and numbers.max() <= limits.high):
+        found = f"its {limits.name} lies between {numbers.min():g} and {numbers.max():g}"
+        raise UnsupportedError(found, where=path, do=f"keep it finite and between {limits.low:g} and {limits.high:g}")
+
+
+def _primvar(mesh: Shape, name: str, size: int, used_by: str, path: str) -> Any:
+    """Return the values of the primvar; UnsupportedError unless the mesh has it with `size` components."""
+    if name not in mesh.primvars:
+        raise UnsupportedError(
+            f"its {used_by} reads the primvar {name}, which its mesh lacks", where=path, do="author it"
+        )
+    values = mesh.primvars[name]
+    if values.shape[2] != size:
+        found = f"its {used_by} reads the primvar {name} of {values.shape[2]} components, expected {size}"
+        raise UnsupportedError(found, where=path, do="give the primvar as many")
+    return values

@@ -4,6 +4,8 @@
 for each part, labelled with the part's name; the asset's class is "spacecraft".
 """
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +14,19 @@ from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.scene.material import Material
-from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.source.asset import ImageFile, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.stage.author.target.material_network import author_material
-from spin_usd.stage.author.target.texture_files import asset_paths, write_images
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.read.target.part_labels import MAX_LABEL
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
-from spin_usd.stage.usd.layer_file import author_metadata, export
+from spin_usd.stage.usd.layer_file import author_metadata, export, writing
+from spin_usd.unique_names import UniqueNames
 
 NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
 CLASS_OF_A_MODEL = "spacecraft"
 MATERIALS = "mtl"
+FOLDER = "textures"
+NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean something in asset paths
 
 
 def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
@@ -161,3 +165,25 @@ def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
 def _printable(name: str) -> str:
     """Return a name as a label may be: files of old encodings hold what cannot be printed, and some paths are names."""
     return "".join(each if each.isprintable() else "_" for each in name)[:MAX_LABEL]
+
+
+def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
+    """Return the asset path of each image of `asset`, relative to the target's layers. Equal images share one file."""
+    paths: dict[ImageFile, str] = {}
+    by_data: dict[bytes, str] = {}
+    names = UniqueNames()
+    for file in (image.file for material in asset.materials for image in material.images.values()):
+        if file.data not in by_data:
+            stem, suffix = Path(file.name).stem, Path(file.name).suffix
+            by_data[file.data] = f"./{FOLDER}/{names.give(NOT_ALLOWED.sub('_', stem) or 'image', suffix)}"
+        paths[file] = by_data[file.data]
+    return paths
+
+
+def write_images(asset: MeshAsset, folder: Path) -> None:
+    """Write the images below `folder`. Raises OutputError."""
+    for file, path in asset_paths(asset).items():
+        target = folder / path
+        with writing(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(file.data)

@@ -16,10 +16,9 @@ from spin_usd.scene.derived.lookup import bounds, extremes
 from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.materials.binding import SHOWN_INSTEAD, bound_material
-from spin_usd.stage.read.materials.display_color import read_display_color
+from spin_usd.stage.composition.materialx import document_of
 from spin_usd.stage.read.materials.texture_nodes import NodeReader, PrimvarInput
-from spin_usd.stage.read.shapes.primvars import FoundPrimvar
+from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.shader_inputs import (
     Output,
@@ -40,6 +39,8 @@ NOT_IN_MATERIAL = {
 CONSTANT = ("opacityThreshold",)
 SURFACE = "UsdPreviewSurface"
 FACING = (0.0, 0.0, 1.0)
+DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
+SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,3 +197,67 @@ def _value(shader: UsdShade.Shader, limits: Limits, nodes: NodeReader) -> Any:
     found = numbers(value, (0.0,) * limits.size, input_path(shader, name))
     refuse_outside(found, limits, where)
     return float(found[0]) if limits.size == 1 else tuple(float(v) for v in found)
+
+
+def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict[str, Any]:
+    """Read fields of Material, with PrimvarInput where they vary over `prim`; none where nothing is authored. Colours
+    above 1 are clamped, because they would reflect more light than there is, and noted.
+
+    Raises StageError for numbers that are not valid as a colour or an opacity.
+    """
+    fields: dict[str, Any] = {}
+    for name, of in DISPLAYED.items():
+        size = LIMITS[of].size
+        primvar = find_primvar(prim, name, size, time)
+        if primvar is None:
+            continue
+        if primvar.clamped:
+            notes.add("color-clamped", primvar.where, "holds numbers above 1, which are rendered as 1")
+        refuse_outside(primvar.values, Limits(name=name, size=size), primvar.where)
+        first = tuple(float(v) for v in primvar.values[0])
+        fields[of] = (
+            PrimvarInput(name=name, fallback=first) if not primvar.is_constant else first if size > 1 else first[0]
+        )
+    return fields
+
+
+def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
+    """Find the material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
+
+    A binding to what is no material binds nothing, by those rules; it is noted.
+    """
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+    if material:
+        return material
+    _note_dangling(prim, notes)
+    return None
+
+
+def _note_dangling(prim: Usd.Prim, notes: Notes) -> None:
+    """Note the nearest binding, here or above, to a prim that is not a material: it must not silently become grey."""
+    while prim and not prim.IsPseudoRoot():
+        for name in ("material:binding", "material:binding:full"):
+            relation = prim.GetRelationship(name)
+            lost = relation.GetTargets() or _lost_targets(relation) if relation else []
+            document = document_of(prim.GetStage(), lost[0]) if lost else ""
+            if document:
+                notes.add(
+                    "material-foreign", lost[0], f"is defined by @{document}@, which is not read: {SHOWN_INSTEAD}"
+                )
+                return
+            if lost:
+                notes.add(
+                    "material-missing",
+                    prim.GetPath(),
+                    f"is bound to {lost[0]}, which is not a material: {SHOWN_INSTEAD}",
+                )
+                return
+        prim = prim.GetParent()
+
+
+def _lost_targets(relation: Usd.Relationship) -> list[Any]:
+    """Return the strongest opinion's targets where USD only warns and finds none: paths outside a reference."""
+    if relation.GetTargets():
+        return []
+    specs = [spec for spec in relation.GetPropertyStack(Usd.TimeCode.Default()) if spec.HasInfo("targetPaths")]
+    return list(specs[0].targetPathList.GetAddedOrExplicitItems()) if specs else []

@@ -10,7 +10,7 @@ from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Image, Texture
 from spin_usd.stage.read.shapes import tessellate
 from spin_usd.stage.read.shapes.displacement import displaced
-from spin_usd.stage.read.shapes.revolution import revolve
+from spin_usd.stage.read.shapes.primitives import revolve
 from spin_usd.stage.read.shapes.tessellate import tessellated, welded
 from spin_usd.stage.read.shapes.triangles import Triangles, face_normals
 from tests.cases.png import png

@@ -6,8 +6,7 @@ import trimesh
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
-from spin_usd.stage.read.shapes.primitives import read_gprim
-from spin_usd.stage.read.shapes.revolution import SEGMENTS
+from spin_usd.stage.read.shapes.primitives import SEGMENTS, read_gprim
 
 # With t = 2 pi / SEGMENTS, a polygon in a circle loses t^2 / 6 of its area (1.3e-4), and the chords of a sphere's
 # meridian lose another t^2 / 4 of its volume (2.0e-4).
