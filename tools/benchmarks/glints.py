@@ -57,17 +57,17 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         stage = three_stages.author("sunlamp", Path(folder) / "stage", frames=FRAME)
         reader = StageReader(stage)
         scene = only(PART, reader.scene(reader.frames[0]))
-    render = partial(rendered, BlenderRenderer(), scene)
-    converged = Effort(samples=options.part_samples, bounces=REFERENCE_BOUNCES)
-    parts = [render(converged, REFERENCE_SEEDS + number) for number in range(options.parts)]
-    target = np.mean([part[:, 3] for part in parts], axis=0) >= HALF
-    reference = Reference.of(part[target, :3] for part in parts)
-    return {
-        "pixels": int(target.sum()),
-        "reference_samples": options.parts * options.part_samples,
-        "reference_error": round(math.sqrt(reference.error_squared), 4),
-        "rows": [row(render, target, reference, effort, options.samples) for effort in chosen],
-    }
+        render = partial(rendered, BlenderRenderer(), scene)
+        converged = Effort(samples=options.part_samples, bounces=REFERENCE_BOUNCES)
+        parts = [render(converged, REFERENCE_SEEDS + number) for number in range(options.parts)]
+        target = np.mean([part[:, 3] for part in parts], axis=0) >= HALF
+        reference = Reference.of(part[target, :3] for part in parts)
+        return {
+            "pixels": int(target.sum()),
+            "reference_samples": options.parts * options.part_samples,
+            "reference_error": round(math.sqrt(reference.error_squared), 4),
+            "rows": [row(render, target, reference, effort, options.samples) for effort in chosen],
+        }
 
 
 def efforts() -> Iterator[Effort]:
