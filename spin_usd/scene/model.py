@@ -89,7 +89,8 @@ class Scene:
 
     `target` and `T_cam_body` are the first target's, whose id is 1; `others` are the other bodies: targets in order of
     their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`. `next_frame`: the
-    scene of the stage's next frame, where a label asks for it.
+    scene of the stage's next frame, where a label asks for it. `classes`: the class names of all parts of the stage, by
+    their ids in labels from 1; none where only the parts of these bodies are known.
     """
 
     frame: FrameId
@@ -105,6 +106,7 @@ class Scene:
     others: tuple[Body, ...] = ()
     next_frame: "Scene | None" = None
     lidar: Lidar | None = None
+    classes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():

@@ -64,6 +64,11 @@ class Numbering:
         for path, before in self._before.items():
             yield self._id_of(path), before, self._bodies[path].parts
 
+    @cached_property
+    def classes(self) -> tuple[str, ...]:
+        """The class names of all parts, by their ids in labels from 1."""
+        return tuple(part.class_name for _, _, parts in self.bodies for part in parts)
+
     def parts_of(self, body: Usd.Prim) -> BodyParts:
         """Return the parts of the body in the axes of that prim."""
         return self._bodies[str(body.GetPath())]

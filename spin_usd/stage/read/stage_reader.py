@@ -169,6 +169,7 @@ class StageReader:
             others=tuple(others),
             next_frame=self._next_frame(frame) if with_next else None,
             lidar=self._lidar.at(time),
+            classes=self.numbering.classes,
         )
 
     def _next_frame(self, frame: FrameId) -> Scene | None:

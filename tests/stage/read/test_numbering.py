@@ -7,6 +7,7 @@ import pytest
 
 from spin_usd.errors import StageError
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.part_classes import class_of_parts
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.stage_reader import StageReader
@@ -204,6 +205,17 @@ def test_a_part_that_blinks_renumbers_nothing(tmp_path) -> None:
     assert second == {part: number for part, number in first.items() if part in second}
 
 
+def test_what_is_hidden_changes_no_class(tmp_path) -> None:
+    """The class of each part is the same number where an occluder before it, of another class, is hidden."""
+    labels = 'prepend apiSchemas = ["SemanticsLabelsAPI:class"]'
+    arm = f'over "Arm" (\n{labels}\n) {{\nuniform token[] semantics:labels:class = ["arm"]\n}}'
+    path = write(tmp_path, variants=f'"named" {{\n{arm}\n}}\n"off" {{\nover "Arm" (\nactive = false\n) {{}}\n}}')
+    whole, without = scene_of(path, "named"), scene_of(path, "off")
+    assert len(without.bodies) == len(whole.bodies) - 1
+    assert class_of_parts(without).tolist() == class_of_parts(whole).tolist()
+    assert len(class_of_parts(without)) == 1 + max(ids(whole).values())
+
+
 def test_numbers_are_those_of_any_reader(tmp_path) -> None:
     """They depend on the stage, not on the variant that is read first."""
     path = write(tmp_path, variants=in_variants(*VARIANTS))
@@ -251,3 +263,22 @@ def test_numbering_is_shared_by_readers_after(tmp_path) -> None:
     first = StageReader(path)
     assert StageReader(path, variant="nearer", after=first).numbering is first.numbering
     assert isinstance(first.numbering, Numbering)
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_an_occluder_s_own_class_is_its_own(tmp_path, moves) -> None:
+    """Also where it is a frame of its own, as what moves is."""
+    path = write(tmp_path)
+    still = path.read_text().replace(
+        "translate.timeSamples = { 0: (-3, 0, -8), 1: (-3, 1, -8) }", "translate = (-3, 0, -8)"
+    )
+    labelled = (path.read_text() if moves else still).replace(
+        'def Cube "Arm"\n    {',
+        'def Cube "Arm" (\nprepend apiSchemas = ["SemanticsLabelsAPI:class"]\n)\n'
+        '{\nuniform token[] semantics:labels:class = ["arm"]',
+    )
+    path.write_text(labelled)
+    scene = scene_of(path)
+    classes = {part.name: part.class_name for body in scene.bodies for part in body.target.parts}
+    assert classes["Arm"] == "arm"
+    assert classes["Boom"] == "unknown"

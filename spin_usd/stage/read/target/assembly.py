@@ -26,7 +26,9 @@ def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, pa
     channels = _channels(pieces)
     alone, shared = _by_mesh(pieces)
     instances = tuple(_instances(each, ids, metres) for each in shared)
-    return Mesh(**_joined(alone, ids, metres, channels), instances=instances)
+    joined = _joined(alone, ids, metres, channels)
+    assert joined["face_part"].all(), "a face is of a part that has no number"
+    return Mesh(**joined, instances=instances)
 
 
 def _by_mesh(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:

@@ -28,11 +28,14 @@ class BodyParts:
 
     def add(self, body: Usd.Prim | OccluderPrims) -> "BodyParts":
         """Add the parts that a target or an occluder can show as it is composed, at any time."""
-        roots = body.roots if isinstance(body, OccluderPrims) else (body,)
-        frame = prim_of(body)
-        start = Labels() if isinstance(body, OccluderPrims) else labels_of_target(body), purpose_of(frame)
+        frame, purpose = prim_of(body), purpose_of(prim_of(body))
+        if isinstance(body, OccluderPrims):
+            roots, start = body.roots, Labels().below(frame)
+        else:
+            roots, start = (body,), labels_of_target(body)
         for root in roots:
-            for labels in _parts_below(root, start if root == frame else _entered(root, start)):
+            state = (start, purpose) if root == frame else _entered(root, (Labels(), purpose))
+            for labels in _parts_below(root, state):
                 self._labels.setdefault(labels.part_key, labels)
         return self
 

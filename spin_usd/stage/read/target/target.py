@@ -93,7 +93,7 @@ class TargetReader:
         pieces: list[PlacedGprim] = []
         for root in roots if self._shown() else ():
             if root == self.prim:
-                pieces += self._below(root, start)
+                pieces += self._below(root, replace(start, labels=start.labels.below(root)))
             elif self._visible(root):
                 pieces += self._below(root, self._entered(root, start))
         return self._assembled(pieces, str(roots[0].GetName()), metres) if pieces else None
