@@ -1,10 +1,11 @@
 """Find whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
 
 A stage is the same while `author` made it from the same files with the same options, and one that `author` did not make
-while its root layer's name is the same: what dataset.json keeps as its origin.
+while its root layer's name is the same: what dataset.json keeps as its origin. It is another where a target or a part
+has another id: labels that are there already say the old one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from spin_usd.dataset.plan.make_plan import Plan
@@ -15,6 +16,8 @@ from spin_usd.errors import InputError
 from spin_usd.files.node import NodeType
 
 ROOT = "root"  # of a stage that `author` did not make
+IDS = "ids"  # of targets and parts
+WORDS = {ROOT: "root layer", IDS: "ids of targets and parts"}
 
 
 def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
@@ -32,7 +35,26 @@ def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
     """Return the names of the inputs and options in which the planned stage differs from that of the dataset with this
     dataset.json."""
     before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
-    return tuple(sorted(name for name in {*before, *now} if before.get(name) != now.get(name)))
+    differing = {name for name in {*before, *now} if before.get(name) != now.get(name)}
+    return tuple(sorted({*differing, *_renumbered(description, plan)}))
+
+
+def _renumbered(description: Mapping[str, Any], plan: Plan) -> Iterator[str]:
+    """Yield IDS where a target or a part that dataset.json lists has another id in the plan, or its id is another's."""
+    for listed in (_ids, _part_ids):
+        before, now = listed(description), listed(plan.description)
+        if any(before[path] != now[path] for path in before.keys() & now.keys()) or any(
+            path not in now and number in now.values() for path, number in before.items()
+        ):
+            yield IDS
+
+
+def _ids(description: Mapping[str, Any]) -> dict[str, int]:
+    return {target["name"]: target["id"] for target in description["targets"]}
+
+
+def _part_ids(description: Mapping[str, Any]) -> dict[str, int]:
+    return {f"{part['path']} {part['name']}": int(number) for number, part in description["parts"].items()}
 
 
 def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,7 +66,7 @@ def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_words(other: Sequence[str]) -> str:
     """Say that the dataset holds another stage's pictures, and name what differs as the options of `author`."""
-    names = ["root layer" if name == ROOT else f"--{name.replace('_', '-')}" for name in other]
+    names = [WORDS.get(name, f"--{name.replace('_', '-')}") for name in other]
     return f"holds pictures of another stage, which differs in: {', '.join(names)}"
 
 

@@ -6,7 +6,7 @@ exporters write. A texture is named by MeshLab's comment `TextureFile`.
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -155,13 +155,19 @@ def _at_corners(vertices: PlyElement, faces: _PlyFaces, choices: tuple[tuple[str
 
 def _columns(element: PlyElement, choices: tuple[tuple[str, ...], ...]) -> Float | None:
     """Return (N, C) of the first of `choices` whose properties the element all has, of whole colours the share of
-    255."""
+    white."""
     for names in choices:
         if set(names) <= _names(element):
             columns = [np.asarray(element[name]) for name in names]
-            whole = choices is COLORS and columns[0].dtype.kind in "iu"
-            return np.stack(columns, axis=1).astype(np.float64) / (np.iinfo(columns[0].dtype).max if whole else 1)
+            values = np.stack(columns, axis=1).astype(np.float64)
+            return values / _white(columns) if choices is COLORS and columns[0].dtype.kind in "iu" else values
     return None
+
+
+def _white(columns: Sequence[NDArray[Any]]) -> int:
+    """Return what stands for a full colour: 255, which many write into wider numbers too, or all that these hold."""
+    most = max((int(column.max()) for column in columns if column.size), default=0)
+    return 255 if most <= 255 else int(np.iinfo(columns[0].dtype).max)
 
 
 def _lists(element: PlyElement, names: tuple[str, ...]) -> NDArray[Any]:

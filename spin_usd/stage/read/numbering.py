@@ -16,7 +16,7 @@ from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.target import MAX_PARTS, Part
 from spin_usd.stage.composition.open_stage import compositions
 from spin_usd.stage.read.camera.camera import find_camera
-from spin_usd.stage.read.target.bodies import OccluderPrims, find_occluders, find_targets, prim_of
+from spin_usd.stage.read.target.bodies import OccluderPrims, find_occluders, find_targets, prim_of, target_name
 from spin_usd.stage.read.target.body_parts import BodyParts
 
 
@@ -26,6 +26,7 @@ class Numbering:
 
     targets: tuple[str, ...] = ()
     _bodies: dict[str, BodyParts] = field(default_factory=dict)
+    _names: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, stage: Usd.Stage, variant: str) -> "Numbering":
@@ -42,16 +43,25 @@ class Numbering:
 
     def in_order(self, stage: Usd.Stage) -> list[Usd.Prim | OccluderPrims]:
         """Find the bodies of the stage as it is composed, in the order of their numbers. Raises StageError unless it
-        has the same targets as in its other variants: a target's id would mean another one there."""
+        has the same targets as in its other variants, and these and their parts the same names and classes: an id would
+        mean something else there."""
         targets = find_targets(stage)
         for path in sorted({*self.targets} ^ {str(prim.GetPath()) for prim in targets}):
             found = "is no target of this variant" if path in self.targets else "is a target of this variant alone"
             do = "give all variants the same targets: their ids hold in all of them"
             raise StageError(found, where=path, do=do)
         bodies = [*targets, *find_occluders(targets, find_camera(stage))]
-        for prim in map(prim_of, bodies):
+        for prim in targets:
+            here, there = target_name(prim), self._names[str(prim.GetPath())]
+            if here != there:
+                found = f"has the name {here!r} in this variant, and {there!r} in another"
+                do = "give the target one name in all variants: records and exports are by it"
+                raise StageError(found, where=prim.GetPath(), do=do)
+        for body in bodies:
+            prim = prim_of(body)
             if str(prim.GetPath()) not in self._bodies:
                 raise StageError("is geometry that no variant has", where=prim.GetPath(), do="read the stage again")
+            self._bodies[str(prim.GetPath())].refuse_others(body)
         return sorted(bodies, key=lambda body: self.parts_before(prim_of(body)))
 
     def id_of(self, body: Usd.Prim) -> int:
@@ -97,5 +107,7 @@ class Numbering:
         targets = find_targets(stage)
         occluders = find_occluders(targets, find_camera(stage))
         self.targets = self.targets or tuple(str(prim.GetPath()) for prim in targets)
+        for prim in targets:
+            self._names.setdefault(str(prim.GetPath()), target_name(prim))
         for body in (*targets, *occluders):
             self._bodies.setdefault(str(prim_of(body).GetPath()), BodyParts()).add(body)

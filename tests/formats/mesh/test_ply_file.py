@@ -141,3 +141,12 @@ def test_text_of_the_fewest_digits_is_held_by_its_file(tmp_path: Path) -> None:
     faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     (tmp_path / "a.ply").write_text(f"{head}{faces}0 0 0\n1 0 0\n0 1 0\n3 0 1 2")
     assert read_mesh_file(tmp_path / "a.ply", 1).faces == 1
+
+
+@pytest.mark.parametrize("kind", ["u1", "u2", "i4", "u4"])
+def test_colours_up_to_255_are_so_in_wider_numbers_too(tmp_path: Path, kind: str) -> None:
+    """As files of laser scanners have them; to divide by all that the number holds would make them black."""
+    kinds = [*XYZ, ("red", kind), ("green", kind), ("blue", kind)]
+    path = ply(tmp_path / "a.ply", (kinds, [(*point, 255, 0, 51) for point in POINTS]), [[0, 1, 2]])
+    encoded = srgb.encode(colors_of(read_mesh_file(path, 1)))
+    assert np.allclose(encoded, [1, 0, 0.2], rtol=0, atol=1e-9)

@@ -207,10 +207,15 @@ def test_a_part_that_blinks_renumbers_nothing(tmp_path) -> None:
 
 def test_what_is_hidden_changes_no_class(tmp_path) -> None:
     """The class of each part is the same number where an occluder before it, of another class, is hidden."""
-    labels = 'prepend apiSchemas = ["SemanticsLabelsAPI:class"]'
-    arm = f'over "Arm" (\n{labels}\n) {{\nuniform token[] semantics:labels:class = ["arm"]\n}}'
-    path = write(tmp_path, variants=f'"named" {{\n{arm}\n}}\n"off" {{\nover "Arm" (\nactive = false\n) {{}}\n}}')
-    whole, without = scene_of(path, "named"), scene_of(path, "off")
+    path = write(tmp_path, variants='"off" {\nover "Arm" (\nactive = false\n) {}\n}')
+    path.write_text(
+        path.read_text().replace(
+            'def Cube "Arm"\n    {',
+            'def Cube "Arm" (\nprepend apiSchemas = ["SemanticsLabelsAPI:class"]\n)\n'
+            '{\nuniform token[] semantics:labels:class = ["arm"]',
+        )
+    )
+    whole, without = scene_of(path), scene_of(path, "off")
     assert len(without.bodies) == len(whole.bodies) - 1
     assert class_of_parts(without).tolist() == class_of_parts(whole).tolist()
     assert len(class_of_parts(without)) == 1 + max(ids(whole).values())
@@ -240,9 +245,18 @@ def test_a_variant_that_cannot_be_read_stops_no_other(tmp_path) -> None:
             'def Cube "Third" ( prepend apiSchemas = ["SpinTargetAPI"] ) {}',
             "/World/Third: is a target of this variant alone",
         ),
+        (
+            'over "Second" {\nuniform token spin:target:name = "other"\n}',
+            "/World/Second: has the name 'other' in this variant, and 'Second' in another",
+        ),
+        (
+            'over "Second" {\nover "A" (\nprepend apiSchemas = ["SemanticsLabelsAPI:class"]\n) '
+            '{\nuniform token[] semantics:labels:class = ["panel"]\n}\n}',
+            "/World/Second/A: has the class 'panel' in this variant, and 'unknown' in another",
+        ),
     ],
 )
-def test_a_variant_with_other_targets_is_refused(tmp_path, change, saying) -> None:
+def test_a_variant_in_which_an_id_means_something_else_is_refused(tmp_path, change, saying) -> None:
     path = write(tmp_path, variants=f'"other" {{\n{change}\n}}')
     assert len(scene_of(path).targets) == 2
     with pytest.raises(StageError, match=saying):

@@ -43,7 +43,7 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
         target_of_part=_by_part({number: part["target"] for number, part in parts.items()}),
         arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
         class_of_part=_by_part({number: ids[part["class"]] for number, part in parts.items()}),
-        boxes={target["id"]: np.array(target["box"]) for target in description["targets"]},
+        boxes={target["id"]: np.array(target["box_3d"]["box"]) for target in record["targets"]},
         towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
         next_camera=_camera(following["camera"]) if following else None,
         next_poses=_poses(following["targets"]) if following else {},

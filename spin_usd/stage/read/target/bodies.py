@@ -11,6 +11,7 @@ from spin_usd.stage.read.target.renderable import is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.prim_order import in_order, ordered_children
 from spin_usd.stage.usd.time_variation import POSE
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_always_invisible, own_purpose
 
 
@@ -26,6 +27,11 @@ class OccluderPrims:
 def prim_of(body: Usd.Prim | OccluderPrims) -> Usd.Prim:
     """Return the prim in whose axes the body is."""
     return body.frame if isinstance(body, OccluderPrims) else body
+
+
+def target_name(target: Usd.Prim) -> str:
+    """Return what the target is called: by its attribute, or as its prim."""
+    return str(read(target.GetAttribute(schema.TARGET_NAME)) or target.GetName())
 
 
 def find_target(stage: Usd.Stage) -> Usd.Prim:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.errors import StageError
 from spin_usd.scene.target import Part
 from spin_usd.stage.read.target.bodies import OccluderPrims, prim_of
 from spin_usd.stage.read.target.face_subsets import named_subsets
@@ -28,16 +29,25 @@ class BodyParts:
 
     def add(self, body: Usd.Prim | OccluderPrims) -> "BodyParts":
         """Add the parts that a target or an occluder can show as it is composed, at any time."""
-        frame, purpose = prim_of(body), purpose_of(prim_of(body))
-        if isinstance(body, OccluderPrims):
-            roots, start = body.roots, Labels().below(frame)
-        else:
-            roots, start = (body,), labels_of_target(body)
-        for root in roots:
-            state = (start, purpose) if root == frame else _entered(root, (Labels(), purpose))
-            for labels in _parts_below(root, state):
-                self._labels.setdefault(labels.part_key, labels)
+        for labels in _parts_of(body):
+            self._labels.setdefault(labels.part_key, labels)
         return self
+
+    def refuse_others(self, body: Usd.Prim | OccluderPrims) -> None:
+        """Raise StageError where the body as it is composed has a part that was not added, or by another name or of
+        another class: a part's id says both, in all variants."""
+        for labels in _parts_of(body):
+            known = self._labels.get(labels.part_key)
+            if known is None:
+                raise StageError("is geometry that no variant has", where=labels.part_path, do="read the stage again")
+            for what, here, there in (
+                ("class", labels.part_class, known.part_class),
+                ("name", labels.part_name, known.part_name),
+            ):
+                if here != there:
+                    found = f"has the {what} {here!r} in this variant, and {there!r} in another"
+                    do = f"give the part one {what} in all variants: its id stands for it in all labels"
+                    raise StageError(found, where=labels.part_path, do=do)
 
     @cached_property
     def numbers(self) -> dict[tuple[str, str], int]:
@@ -49,6 +59,17 @@ class BodyParts:
     def parts(self) -> tuple[Part, ...]:
         """The parts in order of their numbers."""
         return tuple(_part(number, self._labels[key]) for key, number in self.numbers.items())
+
+
+def _parts_of(body: Usd.Prim | OccluderPrims) -> Iterator[Labels]:
+    """Yield the part of each piece of geometry that a body can show as it is composed, at any time."""
+    frame, purpose = prim_of(body), purpose_of(prim_of(body))
+    if isinstance(body, OccluderPrims):
+        roots, start = body.roots, Labels().below(frame)
+    else:
+        roots, start = (body,), labels_of_target(body)
+    for root in roots:
+        yield from _parts_below(root, (start, purpose) if root == frame else _entered(root, (Labels(), purpose)))
 
 
 def _parts_below(prim: Usd.Prim, state: State) -> Iterator[Labels]:

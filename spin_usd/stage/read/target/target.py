@@ -15,6 +15,7 @@ from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.shapes.triangles import determinant
 from spin_usd.stage.read.target.assembly import assembled
+from spin_usd.stage.read.target.bodies import target_name
 from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
 from spin_usd.stage.read.target.keypoints import read_keypoints
@@ -83,7 +84,7 @@ class TargetReader:
                 do += ", or keep those of opacity 0 by spin:target:keepTransparent (author's --keep-transparent)"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
-        name = str(read(self.prim.GetAttribute(schema.TARGET_NAME)) or self.prim.GetName())
+        name = target_name(self.prim)
         return replace(self._assembled(pieces, name, metres), keypoint_names=names, keypoints=keypoints * metres)
 
     def read_occluder(self, roots: Sequence[Usd.Prim], metres: float) -> Target | None:
