@@ -85,7 +85,7 @@ def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
         ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
         by_step = file.suffix.lower() in STEP
         said = ask("convert_step") if by_step else ask("convert_model", root=str(root_of(file)))
-        model = read_mesh_file(glb, units_per_metre or 1 / said["metres_per_unit"])
+        model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
     return replace(model, notes=(*said["notes"], *model.notes))
 
 

@@ -25,11 +25,14 @@ UNIT_LIMITS = (1e-9, 1e9)
 GLTF, DAE = (".gltf", ".glb"), ".dae"
 
 
-def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> MeshAsset:
+def read_mesh_file(
+    path: str | Path, units_per_metre: float | None = None, *, metres_per_unit: float | None = None
+) -> MeshAsset:
     """Read the model in the file at `path`, metres.
 
     `units_per_metre` is 100 for a file in centimetres; glTF has a unit of its own, the metre, and COLLADA says its own.
-    Raises InputError that names the file.
+    `metres_per_unit`: the unit of what was converted to this file, which stands in place of its own. Raises InputError
+    that names the file.
     """
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
@@ -40,10 +43,11 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
     _check_units(path, units_per_metre)
     try:
         asset = reader(path)
-        scale = 1 / asset.metres_per_unit if units_per_metre is None else float(units_per_metre)
+        own = metres_per_unit or asset.metres_per_unit
+        scale = 1 / own if units_per_metre is None else float(units_per_metre)
         asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
         asset = _without_nan(_without_flat_faces(asset))
-        return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale)))
+        return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale if metres_per_unit is None else 1.0)))
     except GeometryError as error:
         raise InputError(str(error), where=path) from None
 

@@ -51,6 +51,11 @@ class Numbering:
             do = "give all variants the same targets: their ids hold in all of them"
             raise StageError(found, where=path, do=do)
         bodies = [*targets, *find_occluders(targets, find_camera(stage))]
+        names = [target_name(prim) for prim in targets]
+        for prim, name in zip(targets, names, strict=True):
+            if names.count(name) > 1:
+                do = "give each its own, as spin:target:name: records and exports tell them apart by it"
+                raise StageError(f"has the name {name!r}, as another target has", where=prim.GetPath(), do=do)
         for prim in targets:
             here, there = target_name(prim), self._names[str(prim.GetPath())]
             if here != there:

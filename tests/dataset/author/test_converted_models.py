@@ -76,3 +76,75 @@ def test_a_damaged_model_is_refused_in_a_sentence(made: Path, tmp_path: Path) ->
         with pytest.raises(SpinError, match=r"cut\.\w+: cannot be read"):
             author_stage(poses=made / "poses.json", out=tmp_path / "s", target=tmp_path / name, camera="speedplus")
         assert not (tmp_path / "s").exists()
+
+
+SHADERS = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+for place, (name, shader) in enumerate((("paint", "Diffuse"), ("foil", "Anisotropic"), ("panel", "Principled"))):
+    bpy.ops.mesh.primitive_cube_add(size=0.5, location=(place, 0, 0))
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new(f"ShaderNodeBsdf{shader}"), tree.nodes.new("ShaderNodeOutputMaterial")
+    node.inputs[0].default_value = (0.75, 0.25, 0.125, 1)
+    tree.links.new(node.outputs[0], output.inputs[0])
+    bpy.context.object.data.materials.append(material)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+"""
+
+
+def test_materials_that_no_exporter_knows_are_not_white_metal(made: Path, tmp_path: Path) -> None:
+    """Blender's exporter writes only the Principled BSDF, and without it what glTF has for a default: white metal."""
+    model = tmp_path / "model" / "craft.blend"
+    model.parent.mkdir()
+    subprocess.run([sys.executable, "-c", SHADERS, str(model)], check=True, stdout=subprocess.DEVNULL)
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    materials = {Path(each.path).name: each for each in reader.scene(reader.frames[0]).target.materials}
+    assert {name: each.metallic for name, each in materials.items()} == {"paint": 0, "foil": 1, "panel": 0}
+    for each in materials.values():
+        np.testing.assert_allclose(each.diffuse_color, (0.75, 0.25, 0.125), atol=1e-6)
+    told = sorted(note for note in report.notes if "no Principled BSDF" in note)
+    assert ["foil" in told[0], "paint" in told[1], len(told)] == [True, True, 2]
+
+
+AS_RENDERED = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+scene = bpy.context.scene
+def cube(name, place):
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(place, 0, 0))
+    bpy.context.object.name = name
+    return bpy.context.object
+smooth = cube("Smooth", 0).modifiers.new("S", "SUBSURF")
+smooth.levels, smooth.render_levels = 0, 2
+unused = cube("Plain", 3).modifiers.new("S", "SUBSURF")
+unused.show_render = False
+moving = cube("Moving", 6)
+moving.keyframe_insert("location", frame=1)
+moving.location = (9, 0, 0)
+moving.keyframe_insert("location", frame=10)
+left_out = bpy.data.collections.new("Left out")
+scene.collection.children.link(left_out)
+away = cube("Away", 50)
+scene.collection.objects.unlink(away)
+left_out.objects.link(away)
+bpy.context.view_layer.layer_collection.children["Left out"].exclude = True
+scene.frame_set(10)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+"""
+
+
+def test_a_model_is_what_blender_renders_and_not_what_its_viewport_shows(made: Path, tmp_path: Path) -> None:
+    """Modifiers at their levels of a render, the frame that the file was saved at, no collection that is excluded."""
+    model = tmp_path / "model" / "craft.blend"
+    model.parent.mkdir()
+    subprocess.run([sys.executable, "-c", AS_RENDERED, str(model)], check=True, stdout=subprocess.DEVNULL)
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    target = reader.scene(reader.frames[0]).target
+    faces = {part.name: int((target.mesh.face_part == part.id).sum()) for part in target.parts}
+    assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12}
+    np.testing.assert_allclose(target.mesh.box[1][0], 9.5, atol=1e-6)
