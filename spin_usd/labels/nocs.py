@@ -2,7 +2,7 @@
 
 NOCS is after H. Wang et al., "Normalized Object Coordinate Space for Category-Level 6D Object Pose and Size Estimation"
 (2019), who divide all axes by the box's diagonal; here each axis goes from end to end of its own, so that 16 bits hold
-more, and the box in dataset.json brings back metres.
+more, and the box that the record has in box_3d brings back metres.
 """
 
 from collections.abc import Iterator

@@ -50,6 +50,8 @@ class _DaeModel:
     colors: list[Float | None] = field(default_factory=list)
     materials: dict[tuple[object, ...], tuple[int, ModelMaterial]] = field(default_factory=dict)
     notes: dict[str, None] = field(default_factory=dict)
+    corners: dict[int, tuple[Indices, Indices]] = field(default_factory=dict)
+    """By element, which a scene may place many times."""
     faces: int = 0
 
 
@@ -178,7 +180,9 @@ def _rotation(x: float, y: float, z: float, degrees: float) -> Float:
 
 def _read_group(model: _DaeModel, group: Element, placed: _PlacedGeometry, name: str) -> None:
     document = model.document
-    corners, counts = _corners(model, group, name)
+    if id(group) not in model.corners:
+        model.corners[id(group)] = _corners(model, group, name)
+    corners, counts = model.corners[id(group)]
     model.faces += len(counts)
     if model.faces > MAX_FACES:
         raise GeometryError(f"the model has {model.faces} faces and more, expected at most {MAX_FACES}")

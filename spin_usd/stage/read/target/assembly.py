@@ -27,7 +27,8 @@ def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, pa
     alone, shared = _by_mesh(pieces)
     instances = tuple(_instances(each, ids, metres) for each in shared)
     joined = _joined(alone, ids, metres, channels)
-    assert joined["face_part"].all(), "a face is of a part that has no number"
+    numbered = joined["face_part"].all() and all(each.parts.all() for each in instances)
+    assert numbered, "a face is of a part that has no number"
     return Mesh(**joined, instances=instances)
 
 

@@ -36,7 +36,10 @@ class BodyParts:
     def refuse_others(self, body: Usd.Prim | OccluderPrims) -> None:
         """Raise StageError where the body as it is composed has a part that was not added, or by another name or of
         another class: a part's id says both, in all variants."""
+        first: dict[tuple[str, str], Labels] = {}
         for labels in _parts_of(body):
+            first.setdefault(labels.part_key, labels)
+        for labels in first.values():
             known = self._labels.get(labels.part_key)
             if known is None:
                 raise StageError("is geometry that no variant has", where=labels.part_path, do="read the stage again")
