@@ -27,7 +27,8 @@ def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, pa
     alone, shared = _by_mesh(pieces)
     instances = tuple(_instances(each, ids, metres) for each in shared)
     joined = _joined(alone, ids, metres, channels)
-    numbered = joined["face_part"].all() and all(each.parts.all() for each in instances)
+    used = (each.parts[:, np.unique(each.shape.face_part)] for each in instances)
+    numbered = joined["face_part"].all() and all(parts.all() for parts in used)
     assert numbered, "a face is of a part that has no number"
     return Mesh(**joined, instances=instances)
 
