@@ -12,20 +12,20 @@ from importlib import import_module
 
 TYPE_CHECKING = False  # as type checkers know it; typing itself takes longer to load than all else here
 if TYPE_CHECKING:
-    from spin_usd.api.augment import augment
-    from spin_usd.api.author import author
-    from spin_usd.api.check import check
-    from spin_usd.api.debug import debug
-    from spin_usd.api.export import export
-    from spin_usd.api.measure import measure
-    from spin_usd.api.merge import merge
-    from spin_usd.api.plan import plan
-    from spin_usd.api.render import render
-    from spin_usd.api.reproduce import reproduce
-    from spin_usd.api.show import show
-    from spin_usd.dataset.read.dataset import Dataset
-    from spin_usd.dataset.read.picture import Picture
+    from spin_usd.commands.augment.run import augment
+    from spin_usd.commands.author.run import author
+    from spin_usd.commands.check.run import check
+    from spin_usd.commands.debug.run import debug
+    from spin_usd.commands.export.run import export
+    from spin_usd.commands.measure.run import measure
+    from spin_usd.commands.merge.run import merge
+    from spin_usd.commands.plan.run import plan
+    from spin_usd.commands.render.run import render
+    from spin_usd.commands.reproduce.run import reproduce
+    from spin_usd.commands.show.run import show
     from spin_usd.errors import SpinError
+    from spin_usd.store.read.dataset import Dataset
+    from spin_usd.store.read.picture import Picture
 
 __version__ = "0.1.0"
 
@@ -48,20 +48,20 @@ __all__ = [
 ]
 
 _MODULES = {
-    "Dataset": "spin_usd.dataset.read.dataset",
-    "Picture": "spin_usd.dataset.read.picture",
+    "Dataset": "spin_usd.store.read.dataset",
+    "Picture": "spin_usd.store.read.picture",
     "SpinError": "spin_usd.errors",
-    "augment": "spin_usd.api.augment",
-    "author": "spin_usd.api.author",
-    "check": "spin_usd.api.check",
-    "debug": "spin_usd.api.debug",
-    "export": "spin_usd.api.export",
-    "measure": "spin_usd.api.measure",
-    "merge": "spin_usd.api.merge",
-    "plan": "spin_usd.api.plan",
-    "render": "spin_usd.api.render",
-    "reproduce": "spin_usd.api.reproduce",
-    "show": "spin_usd.api.show",
+    "augment": "spin_usd.commands.augment.run",
+    "author": "spin_usd.commands.author.run",
+    "check": "spin_usd.commands.check.run",
+    "debug": "spin_usd.commands.debug.run",
+    "export": "spin_usd.commands.export.run",
+    "measure": "spin_usd.commands.measure.run",
+    "merge": "spin_usd.commands.merge.run",
+    "plan": "spin_usd.commands.plan.run",
+    "render": "spin_usd.commands.render.run",
+    "reproduce": "spin_usd.commands.reproduce.run",
+    "show": "spin_usd.commands.show.run",
 }
 
 

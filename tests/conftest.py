@@ -11,10 +11,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from spin_usd.cli.main import run as run_console_script
-from spin_usd.dataset.process.processors import hold_to, share_of
-from spin_usd.dataset.store.json_schema import valid
+from spin_usd.command_line import run as run_console_script
+from spin_usd.processes.processors import hold_to, share_of
 from spin_usd.stop_signals import STOP_SIGNALS
+from spin_usd.store.json_schema import valid
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True)
@@ -129,3 +129,11 @@ def small_stage(tmp_path_factory, spin_usd):
     out = folder / "stage"
     spin_usd("author", "--poses", poses, "--target", "tango", "--camera", folder / "camera.json", "--out", out)
     return out / "dataset.usda"
+
+
+@pytest.fixture(scope="session")
+def rendered(small_stage, tmp_path_factory, spin_usd):
+    """The folder of a dataset of three pictures at 240 x 150, with radiance."""
+    out = tmp_path_factory.mktemp("read") / "dataset"
+    spin_usd("render", small_stage, "--out", out, "--renderer", "raycast", "--frames", "0:3", "--radiance")
+    return out

@@ -1,10 +1,10 @@
-"""The folders are the architecture: who may import whom, and who may touch files, pxr and bpy (ARCHITECTURE.md)."""
+"""The folders are the architecture: who may import whom (architecture.toml), who may touch files, pxr and bpy."""
 
 import ast
 import graphlib
-import re
 import subprocess
 import sys
+import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
@@ -29,28 +29,41 @@ ONLY_IN = {
     "DracoPy": ("formats",),
     "cascadio": ("formats",),
     "embreex": ("renderers/embree",),
-    "cv2": ("dataset/check/in_child/pose.py", "labels/preview.py", "sensor"),
+    "cv2": ("commands/check/in_child/pose.py", "labels/preview.py", "sensor"),
     "PIL": ("formats",),
-    "matplotlib": ("dataset/measure/plot.py",),
-    "typer": ("cli",),
-    "rich": ("cli",),
-    "ray": ("dataset/cluster",),
-    "fsspec": ("dataset/publish",),
-    "viser": ("dataset/keypoints",),
-    "psutil": ("dataset", "renderers/blender"),
-    "subprocess": ("dataset",),
-    "tempfile": ("dataset", "files/new_file.py", "stage/composition/images.py", "renderers/blender"),
-    "shutil": ("dataset", "files", "stage", "cli/arguments/help_text.py"),
+    "matplotlib": ("commands/measure/plot.py",),
+    "typer": ("terminal", "commands", "command_line.py"),
+    "rich": ("terminal",),
+    "ray": ("processes/cluster",),
+    "fsspec": ("store/publish",),
+    "viser": ("commands/keypoints",),
+    "psutil": ("commands", "processes", "store", "renderers/blender"),
+    "subprocess": ("commands", "processes"),
+    "tempfile": (
+        "commands",
+        "processes",
+        "store",
+        "files/new_file.py",
+        "stage/composition/images.py",
+        "renderers/blender",
+    ),
+    "shutil": ("commands", "processes", "store", "planning", "files", "stage", "terminal/help_text.py"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
-CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py", "dataset/child_calls.py")
+CHILD_SIDE = ("stage", "renderers/blender", "processes/child_main.py", "processes/child_calls.py")
 # Who may read or write files and folders.
 FILES_IN = (
     "files",
     "formats",
     "stage",
-    "dataset",
-    "cli",
+    "commands",
+    "picture",
+    "planning",
+    "processes",
+    "store",
+    "terminal",
+    "completions.py",
+    "options.py",
     "resources.py",
     "plugin_path.py",
     "sha256.py",
@@ -69,9 +82,9 @@ FILE_METHODS = {
 # fmt: on
 PARSED_FROM_US = {
     "formats/spec_file.py",
-    "dataset/store/json_schema.py",
-    "dataset/child_main.py",
-    "dataset/process/child.py",
+    "store/json_schema.py",
+    "processes/child_main.py",
+    "processes/child.py",
 }
 # All files are opened, listed, written, renamed and removed in `files`. These do it themselves, and why they may.
 OWN = "reads what travels with the package"
@@ -81,9 +94,9 @@ PROC = "asks the kernel"
 MAY_OPEN = {
     "resources.py": OWN,
     "formats/spec_file.py": OWN,
-    "dataset/store/json_schema.py": OWN,
-    "dataset/author/minimal.py": OWN,
-    "dataset/author/choices.py": "looks for the maps in a folder that the user names; `files` opens them",
+    "store/json_schema.py": OWN,
+    "commands/author/minimal.py": OWN,
+    "commands/author/choices.py": "looks for the maps in a folder that the user names; `files` opens them",
     "formats/arrays/point_cloud_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,
@@ -99,28 +112,28 @@ MAY_OPEN = {
     "stage/augment/write_augmentations.py": "lists those files",
     "renderers/blender/camera.py": WORK,
     "renderers/blender/cycles/passes.py": WORK,
-    "dataset/export/bop/scenes.py": MADE,
-    "dataset/export/layout/index_file.py": MADE,
-    "dataset/export/models": WORK,
-    "dataset/export/writer.py": WORK,
-    "dataset/keypoints": WORK,
-    "dataset/measure/measure.py": MADE,
-    "dataset/plan/make_plan.py": WORK,
-    "dataset/shards/manifest.py": WORK,
-    "dataset/store/atomic.py": WORK,
-    "dataset/store/hidden_folder.py": WORK,
-    "dataset/store/dataset_folder.py": f"{WORK}; makes the folder that the user names, removes locks that it holds",
-    "dataset/store/new_folder.py": f"{WORK}; lists and makes the folder that the user names",
-    "dataset/demo.py": "lists the folder that the user names",
-    "dataset/store/lock.py": "opens locks, by O_NOFOLLOW, to hold them",
-    "dataset/publish/mirror.py": WORK,
-    "dataset/publish/dataset_url.py": WORK,
-    "dataset/publish/node_folder.py": WORK,
-    "dataset/cluster/worker_folder.py": "looks whether a node sees the run's own work folder",
-    "cli/output/streams.py": "opens the null device in place of a closed stream",
-    "dataset/process/child_limits.py": PROC,
-    "dataset/process/peak_memory.py": PROC,
-    "dataset/process/usage.py": PROC,
+    "commands/export/bop/scenes.py": MADE,
+    "commands/export/layout/index_file.py": MADE,
+    "commands/export/models": WORK,
+    "commands/export/writer.py": WORK,
+    "commands/keypoints": WORK,
+    "commands/measure/run.py": MADE,
+    "planning/make_plan.py": WORK,
+    "planning/manifest.py": WORK,
+    "store/atomic.py": WORK,
+    "store/hidden_folder.py": WORK,
+    "store/dataset_folder.py": f"{WORK}; makes the folder that the user names, removes locks that it holds",
+    "store/new_folder.py": f"{WORK}; lists and makes the folder that the user names",
+    "commands/demo/run.py": "lists the folder that the user names",
+    "store/lock.py": "opens locks, by O_NOFOLLOW, to hold them",
+    "store/publish/mirror.py": WORK,
+    "store/publish/dataset_url.py": WORK,
+    "store/publish/node_folder.py": WORK,
+    "processes/cluster/worker_folder.py": "looks whether a node sees the run's own work folder",
+    "terminal/streams.py": "opens the null device in place of a closed stream",
+    "processes/child_limits.py": PROC,
+    "processes/peak_memory.py": PROC,
+    "processes/usage.py": PROC,
 }
 # fmt: off
 OPENING_CALLS = {
@@ -161,8 +174,8 @@ NOT_IN_DECODING = {
     "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",
     "stage/composition/images.py": "OpenImageIO says what is wrong, and raises nothing",
     "renderers/blender/cycles/passes.py": "reads what Blender has just written for us",
-    "dataset/export/models/body_models.py": "reads what our own child process has just written",
-    "dataset/keypoints/shown_target.py": "reads what our own child process has just written",
+    "commands/export/models/body_models.py": "reads what our own child process has just written",
+    "commands/keypoints/shown_target.py": "reads what our own child process has just written",
 }
 JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")
 # Formulas read no clock and no hidden chance: times and generators are arguments.
@@ -184,13 +197,10 @@ PURE = (
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 
 
-def table(document: Path) -> dict[str, set[str]]:
-    """By folder or root module, what it may import, from the rows `| folder | may import | ... |` of `document`."""
-    rows = re.findall(r"^\| `([\w/*]+)` \| ([^|]*) \|", document.read_text(), re.MULTILINE)
-    return {folder: set(re.findall(r"`([\w/]+)`", allowed)) for folder, allowed in rows}
-
-
-MAY_IMPORT = table(REPOSITORY / "ARCHITECTURE.md")
+MAY_IMPORT = {
+    folder: set(entry["imports"])
+    for folder, entry in tomllib.loads((REPOSITORY / "tests" / "architecture.toml").read_text()).items()
+}
 
 
 def is_below(module: Path, places: Iterable[str]) -> bool:
@@ -314,7 +324,11 @@ def test_libraries_stay_in_their_place() -> None:
 def test_the_supervising_process_reaches_neither_pxr_nor_bpy() -> None:
     """Not even inside functions: what the command line imports, and what that imports."""
     reached: dict[Path, Path] = {}
-    waiting = [(module, module) for module in MODULES if is_below(module, ["cli", "api"])]
+    waiting = [
+        (module, module)
+        for module in MODULES
+        if is_below(module, ["command_line.py", "terminal"]) or module.name in ("command.py", "run.py", "options.py")
+    ]
     while waiting:
         module, importer = waiting.pop()
         if module not in reached:
@@ -433,13 +447,13 @@ def test_each_class_name_stands_for_one_thing() -> None:
     assert not [name for name, count in counts.items() if count > 1]
 
 
-HELP = "import sys; sys.argv = ['spin-usd', '--help']; from spin_usd.cli.main import run; run()"
+HELP = "import sys; sys.argv = ['spin-usd', '--help']; from spin_usd.command_line import run; run()"
 REPORT = (
     "import atexit, sys; atexit.register(lambda: print(*sorted({'bpy', 'pxr'} & set(sys.modules)), file=sys.stderr))"
 )
 
 
-@pytest.mark.parametrize("code", ["import spin_usd", "import spin_usd.cli.main", HELP])
+@pytest.mark.parametrize("code", ["import spin_usd", "import spin_usd.command_line", HELP])
 def test_starting_loads_neither_pxr_nor_bpy(code: str) -> None:
     """In a fresh process, also when the program ends by itself."""
     done = subprocess.run([sys.executable, "-c", f"{REPORT}\n{code}"], capture_output=True, text=True)

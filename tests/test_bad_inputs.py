@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spin_usd.dataset.author.author import author_stage
-from spin_usd.dataset.plan.in_child import open_plan, plan_pictures
-from spin_usd.dataset.render.render import render
-from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.commands.author.in_child import author_stage
+from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import SpinError
+from spin_usd.options import RunOptions
+from spin_usd.planning.in_child import open_plan, plan_pictures
 from spin_usd.progress import ignore
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from tests.cases.png import png
+from tests.cases.requests import request_for
 
 GOOD_POSE = {"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
 GOOD_CAMERA = {
@@ -351,9 +352,9 @@ def test_a_stage_that_multiplies_without_end_is_refused(tmp_path) -> None:
         for i in range(30)
     )
     (tmp_path / "stage.usda").write_text(HEAD + doubling + 'def "D30"\n{\n}\n' + stage(CAMERA, TARGET, head=""))
-    request = RenderRequest(stage=tmp_path / "stage.usda", effort=Effort())
+    request = request_for(tmp_path / "stage.usda", effort=Effort())
     with pytest.raises(SpinError, match=r"stage\.usda: has more than 200000 prims"):
-        render(request, tmp_path / "data", progress=lambda *_: None)
+        render_dataset(request, tmp_path / "data", RunOptions(), progress=lambda *_: None)
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from spin_usd.accuracy.error import FLOOR
-from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
+from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
 MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "watch")

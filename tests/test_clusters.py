@@ -26,7 +26,7 @@ def commands(tmp_path):
     folder = tmp_path / "bin"
     folder.mkdir()
     for name, text in (
-        ("spin-usd", f'exec {sys.executable} -m spin_usd.cli.main "$@"'),
+        ("spin-usd", f'exec {sys.executable} -m spin_usd.command_line "$@"'),
         ("srun", 'exec "$@"'),
     ):
         (folder / name).write_text(f"#!/bin/sh\n{text}\n")

@@ -15,15 +15,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.formats.arrays.image_file import read_image, write_image
 from spin_usd.sha256 import sha256_of
+from spin_usd.store.read.dataset import Dataset
 from tests.conftest import REPOSITORY
 
-COPIED = ("spin_usd", "stages", "schemas", "docs", "tools/build_spec_schema", "tests/test_architecture.py")
+COPIED = (
+    "spin_usd",
+    "stages",
+    "schemas",
+    "docs",
+    "tools/build_spec_schema",
+    "tests/test_architecture.py",
+    "tests/architecture.toml",
+)
 CONTRIBUTING = (REPOSITORY / "CONTRIBUTING.md").read_text()
 RECIPES = dict(re.findall(r"^### An? ([^\n]+)\n(.*?)(?=^### |\Z)", CONTRIBUTING, re.MULTILINE | re.DOTALL))
-RULES = "spin_usd/dataset/check/rules.py"
+RULES = "spin_usd/commands/check/rules.py"
 POSES = """filename,qw,qx,qy,qz,x,y,z
 middle.png,0.5,0.5,0.5,0.5,0,0,0.6
 aside.png,1,0,0,0,0.19,0,0.6
@@ -94,7 +102,7 @@ class Copy:
         return done.stdout
 
     def spin_usd(self, *arguments: object, code: int = 0) -> str:
-        return self.run("-m", "spin_usd.cli.main", *arguments, code=code)
+        return self.run("-m", "spin_usd.command_line", *arguments, code=code)
 
     def follow(self, step: Step) -> None:
         """Write the file, change the table, or run what the step says."""
@@ -122,7 +130,15 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Copy:
 
 
 def test_there_is_a_recipe_for_each_extension() -> None:
-    wanted = {"label", "renderer", "camera", "augmentation parameter", "pose-list format", "export format"}
+    wanted = {
+        "label",
+        "renderer",
+        "option of `render`",
+        "camera",
+        "augmentation parameter",
+        "pose-list format",
+        "export format",
+    }
     assert wanted | {"rule on a dataset's pictures", "rule on a stage"} <= set(RECIPES)
 
 
@@ -133,7 +149,7 @@ def test_a_recipe_is_one_new_file_and_one_table(recipe: str) -> None:
     for step in steps(RECIPES[recipe]):
         if step.language != "sh":
             (changed if step.language == "diff" else made).add(step.path)
-    assert len(made) == 1
+    assert len(made) == ("option" not in recipe)
     assert len(changed - {RULES}) == 1
     assert (RULES in changed) == ("rule" in recipe)
     assert not any((REPOSITORY / path).exists() for path in made)
@@ -157,7 +173,7 @@ def dataset(copy: Copy) -> Path:
     choices = ["--target", "cubesat", "--camera", "bench", "--augment", "dim.toml"]
     copy.spin_usd("author", "--poses", "poses.csv", *choices, "--out", stage)
     options = ["--renderer", "silhouette", "--samples", "1", "--labels", "default,radius", "--variants", "all"]
-    copy.spin_usd("render", stage, "--out", out, *options, "--workers", "1")
+    copy.spin_usd("render", stage, "--out", out, *options, "--campaign", "orbit-1", "--workers", "1")
     return out
 
 
@@ -178,6 +194,19 @@ def test_render_shows_every_recipes_work(dataset: Path) -> None:
     assert record["provenance"]["render"]["renderer"] == "silhouette"
     assert record["files"]["radius"]["unit"] == "m"
     assert np.array_equal(Dataset(dataset).picture("middle").label("radius"), radius)
+
+
+def test_an_option_is_everywhere_by_its_one_line(copy: Copy, dataset: Path) -> None:
+    """In the help, in the function's signature with its type, in each record, and in what shards agree on."""
+    assert "--campaign NAME" in copy.spin_usd("render", "--help")
+    signature = copy.run("-c", "import inspect, spin_usd; print(inspect.signature(spin_usd.render))")
+    assert "campaign: str = ''" in signature
+    assert "campaign: str = ''" in copy.run("-c", "import inspect, spin_usd; print(inspect.signature(spin_usd.plan))")
+    record = json.loads((dataset / "records" / "nominal" / "middle.json").read_text())
+    assert record["provenance"]["options"] == {"campaign": "orbit-1"}
+    sharded = ["--labels-only", "--labels", "depth", "--shard", "0/2", "--campaign", "orbit-2", "--workers", "1"]
+    copy.spin_usd("render", dataset.with_name("stage"), "--out", copy.folder / "shards", *sharded)
+    assert json.loads((copy.folder / "shards" / "shards.json").read_text())["settings"]["campaign"] == "orbit-2"
 
 
 def test_export_writes_the_new_format(copy: Copy, dataset: Path) -> None:

@@ -45,15 +45,15 @@ TESTS = {
         "hostile/test_waiting.py::test_large_inputs_end_within_their_time",
     ],
     "never finish opening": [
-        "dataset/process/test_patience.py::test_a_child_that_runs_away_or_hangs_is_ended_and_it_is_said_which",
+        "processes/test_patience.py::test_a_child_that_runs_away_or_hangs_is_ended_and_it_is_said_which",
     ],
     "take all memory": [
-        "dataset/process/test_child_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",
-        "dataset/process/test_child_limits.py::test_a_child_takes_no_more_than_whoever_started_us_allows",
+        "processes/test_child_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",
+        "processes/test_child_limits.py::test_a_child_takes_no_more_than_whoever_started_us_allows",
     ],
     "crash USD, Blender or a decoder": [
-        "dataset/process/test_child.py::test_a_killed_child_is_reported_and_does_not_hang",
-        "dataset/render/test_render.py::test_kills_of_blender_lose_nothing",
+        "processes/test_child.py::test_a_killed_child_is_reported_and_does_not_hang",
+        "commands/render/test_render.py::test_kills_of_blender_lose_nothing",
         "hostile/test_damaged_input.py::test_pictures_that_cannot_be_decoded_are_findings_and_others_are_found_too",
     ],
     "nest values without end": [
@@ -61,20 +61,20 @@ TESTS = {
         "test_nesting.py::test_deep_toml_is_refused_soon",
     ],
     "be a web page, open in your browser": [
-        "dataset/keypoints/test_guarded_server.py::test_only_its_own_page_may_ask_it",
-        "dataset/keypoints/test_guarded_server.py::test_it_listens_on_this_machine_alone",
-        "dataset/serve/test_own_page.py::test_who_is_our_own_page",
-        "dataset/watch/test_watch.py::test_strangers_are_refused",
+        "commands/keypoints/test_guarded_server.py::test_only_its_own_page_may_ask_it",
+        "commands/keypoints/test_guarded_server.py::test_it_listens_on_this_machine_alone",
+        "browser/test_own_page.py::test_who_is_our_own_page",
+        "commands/watch/test_watch.py::test_strangers_are_refused",
     ],
     "have a name that forges lines": [
         "hostile/test_names_and_streams.py::test_a_file_name_forges_no_line_and_no_colour"
     ],
     "damage a mesh or a texture": ["stage/composition/test_images.py::test_what_is_no_image_is_refused_by_name"],
     "change the environment": [
-        "dataset/process/test_child.py::test_the_childs_environment_holds_nothing_that_could_change_a_picture"
+        "processes/test_child.py::test_the_childs_environment_holds_nothing_that_could_change_a_picture"
     ],
     "make `render` overwrite or delete": [
-        "dataset/store/test_nothing_lost.py::test_look_alikes_of_all_our_names_stay",
+        "store/test_nothing_lost.py::test_look_alikes_of_all_our_names_stay",
         "hostile/test_users_files.py::test_a_render_into_a_dataset_with_names_like_temporary_ones",
         "hostile/test_outside.py::test_pruning_follows_no_link",
     ],

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from spin_usd.dataset.gallery.gallery_folder import page_files
+from spin_usd.commands.show.gallery_folder import page_files
 from tests.conftest import REPOSITORY
 
 
@@ -28,7 +28,7 @@ def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path) -> None:
     code = (
         "import sys, pathlib; sys.path.insert(0, sys.argv[1]); import spin_usd\n"
         "assert pathlib.Path(spin_usd.__file__).is_relative_to(sys.argv[1])\n"
-        "from spin_usd import resources; from spin_usd.dataset.author.author import author_stage\n"
+        "from spin_usd import resources; from spin_usd.commands.author.in_child import author_stage\n"
         "assert resources.stages().is_relative_to(sys.argv[1]) and resources.schemas().is_relative_to(sys.argv[1])\n"
         "poses = resources.stages() / 'examples' / 'tango_speedplus_poses.json'\n"
         "print(author_stage(poses=poses, target='tango', camera='speedplus', out='stage').frames)"
@@ -44,7 +44,7 @@ def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path) -> None:
 
 def test_the_command_line_starts_without_blender_or_usd(installed) -> None:
     code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); import spin_usd.cli.main\n"
+        "import sys; sys.path.insert(0, sys.argv[1]); import spin_usd.command_line\n"
         "print(sorted({'bpy', 'pxr'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code, installed], capture_output=True, text=True, check=True)
@@ -54,7 +54,7 @@ def test_the_command_line_starts_without_blender_or_usd(installed) -> None:
 def test_the_page_of_show_travels_in_the_wheel(installed) -> None:
     """Every file that the checkout's page has, byte for byte."""
     code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); from spin_usd.dataset.gallery.gallery_folder import page_files\n"
+        "import sys; sys.path.insert(0, sys.argv[1]); from spin_usd.commands.show.gallery_folder import page_files\n"
         "import hashlib; print(*(hashlib.sha256(data).hexdigest() for data in page_files().values()))"
     )
     done = subprocess.run([sys.executable, "-c", code, installed], capture_output=True, text=True, check=True)

@@ -30,8 +30,8 @@ from benchmarks import (
     watch,
 )
 
-from spin_usd.dataset.picture.versions import LIBRARIES
-from spin_usd.dataset.process.machine import machine
+from spin_usd.picture.versions import LIBRARIES
+from spin_usd.processes.machine import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement, debug)
 RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery, watch)

@@ -20,15 +20,17 @@ from typing import Any
 import numpy as np
 import psutil
 
-from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.plan.cost import expected_bytes, expected_work
-from spin_usd.dataset.plan.make_plan import sharing
-from spin_usd.dataset.plan.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
-from spin_usd.dataset.plan.work import RunOptions, Task
-from spin_usd.dataset.process.open_renderer import default_effort
-from spin_usd.dataset.render.request import RenderRequest, plan, run_options
-from spin_usd.dataset.shards.partition import partition
-from spin_usd.dataset.store.stage_path import existing_stage
+from spin_usd.commands.render.request import common_work, plan
+from spin_usd.options import PictureOptions
+from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.planning.cost import expected_bytes, expected_work
+from spin_usd.planning.make_plan import sharing
+from spin_usd.planning.partition import partition
+from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
+from spin_usd.planning.work import CommonWork, Task
+from spin_usd.processes.open_renderer import default_effort
+from spin_usd.store.stage_path import existing_stage
 
 CACHE_FOLDERS = 256  # of each kind in the cache: the first two digits of a key
 
@@ -59,15 +61,12 @@ def main() -> None:
 
 def simulated(options: argparse.Namespace) -> dict[str, Any]:
     """Return the figures of the run."""
-    request = RenderRequest(
-        stage=options.stage,
-        variants=tuple(options.variants.split(",")),
-        effort=default_effort(options.renderer),
-        renderer=options.renderer,
-        frames=f"::{options.every}",
+    asked = PictureOptions(
+        options.stage, variants=options.variants, renderer=options.renderer, frames=f"::{options.every}"
     )
+    request = RenderRequest(options=asked, effort=default_effort(options.renderer))
     planned = plan(request, progress=lambda *_: None)
-    chosen = run_options(request, planned)
+    chosen = common_work(request, planned)
     pictures = [twin for picture in planned.pictures for twin in twins(picture, options.every)]
     tasks = tasks_of(pictures, chosen)
     costs = np.array([sum(expected_work(task, chosen).values()) for task in tasks])
@@ -103,7 +102,7 @@ class Run:
     before its first picture."""
 
     pictures: Sequence[PlannedPicture]
-    options: RunOptions
+    options: CommonWork
     seconds: Any
     slowness: Any
     workers: int
@@ -142,7 +141,7 @@ def twins(picture: PlannedPicture, count: int) -> list[PlannedPicture]:
     ]
 
 
-def tasks_of(pictures: Sequence[PlannedPicture], options: RunOptions) -> list[Task]:
+def tasks_of(pictures: Sequence[PlannedPicture], options: CommonWork) -> list[Task]:
     """Return the work of each picture, in their order: passes are made by the first that needs them."""
     made: set[str] = set()
     tasks = []

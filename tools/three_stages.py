@@ -45,7 +45,7 @@ def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = No
         str(out),
     ]
     chosen = ["--frames", frames] if frames else []
-    command = [sys.executable, "-m", "spin_usd.cli.main", "--quiet", "author", *of, *chosen]
+    command = [sys.executable, "-m", "spin_usd.command_line", "--quiet", "author", *of, *chosen]
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         (Path(folder) / "noisy_sunlamp.usda").write_text(noisy_sunlamp())
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL, cwd=folder)

@@ -15,9 +15,9 @@ from spin_usd.accuracy.measurement import (
     Measurement,
     Saving,
 )
-from spin_usd.dataset.store.json_schema import valid
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
+from spin_usd.store.json_schema import valid
 
 SETTING = Configuration(renderer="blender", effort=Effort(samples=4, denoiser="fast", adaptive=0.03))
 FRAME = MeasuredPicture(

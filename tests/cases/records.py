@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.store.json_schema import valid
+from spin_usd.store.json_schema import valid
 
 
 def record_at(path: Path) -> dict[str, Any]:

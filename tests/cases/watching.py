@@ -63,7 +63,7 @@ class Watched:
 @contextmanager
 def watching(stage, *options):
     """Watch the first frame of the stage."""
-    command = [sys.executable, "-m", "spin_usd.cli.main", "watch", stage, "--frame", "0", "--port", "0", *options]
+    command = [sys.executable, "-m", "spin_usd.command_line", "watch", stage, "--frame", "0", "--port", "0", *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
     try:
         yield Watched(process, process.stdout.readline().split()[0])

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.dataset.process.child import Child
 from spin_usd.errors import SpinError
+from spin_usd.processes.child import Child
 
 
 def slow(*values):

@@ -12,7 +12,7 @@ import pytest
 
 from tests.hostile.conftest import slow
 
-SPIN_USD = [sys.executable, "-m", "spin_usd.cli.main"]
+SPIN_USD = [sys.executable, "-m", "spin_usd.command_line"]
 FOLDERS = ["run[1]", *map(slow, ("a b", "a'b\"c", "büro-数据", "a{b}*?", "%s"))]
 
 

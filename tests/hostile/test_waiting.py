@@ -147,6 +147,9 @@ def instances(place):
 def test_large_inputs_end_within_their_time(place, spin_usd, input_of) -> None:
     """Each took longer than 20 s once. What they end with is their own affair, but no defect."""
     done = subprocess.run(
-        [sys.executable, "-m", "spin_usd.cli.main", *input_of(place)], cwd=place.folder, capture_output=True, text=True
+        [sys.executable, "-m", "spin_usd.command_line", *input_of(place)],
+        cwd=place.folder,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode in (0, 1, 2), done.stderr

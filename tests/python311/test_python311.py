@@ -26,7 +26,7 @@ def run(python: str | Path, *arguments: object, code: int = 0) -> str:
 
 
 def spin_usd(python: str | Path, *arguments: object, code: int = 0) -> str:
-    return run(python, "-m", "spin_usd.cli.main", *arguments, code=code)
+    return run(python, "-m", "spin_usd.command_line", *arguments, code=code)
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spin_usd.dataset.read.dataset import Dataset
-from tests.dataset.export.conftest import blank, clone
+from spin_usd.store.read.dataset import Dataset
+from tests.commands.export.conftest import blank, clone
 
 PICTURES = 3
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.arrays.image_file import read_image
 from spin_usd.labels.table import PIXEL_LABELS
+from spin_usd.picture.make_picture import Stopwatch, make_labels
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.dataset.picture.make_picture import Stopwatch, render_in
 from spin_usd.geometry.camera import Camera
+from spin_usd.picture.make_picture import Stopwatch, render_in
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.content_keys import RenderSettings

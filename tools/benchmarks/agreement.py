@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from benchmarks.command import asked
 
-from spin_usd.dataset.check.in_child.boxes import box_of_mask
-from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
-from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
-from spin_usd.dataset.check.in_child.keypoints import depths_around
-from spin_usd.dataset.check.in_child.pose import pose_error
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.names import DESCRIPTION
+from spin_usd.commands.check.in_child.boxes import box_of_mask
+from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
+from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
+from spin_usd.commands.check.in_child.keypoints import depths_around
+from spin_usd.commands.check.in_child.pose import pose_error
 from spin_usd.files.folder import FileIn
 from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import DESCRIPTION
 
 POSES = "range=3..10 attitude=uniform inside=0.8"
 NUMBERS = {

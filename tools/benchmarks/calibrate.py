@@ -1,4 +1,4 @@
-"""What the constants of spin_usd.dataset.plan.cost are on this machine, beside those that the file holds.
+"""What the constants of spin_usd.planning.cost are on this machine, beside those that the file holds.
 
 Pictures of stages that differ in what they need are made by one worker on one core, at several efforts; the seconds of
 each kind of work are then shared out among its units with the least relative deviations, none below nothing, and those
@@ -22,13 +22,14 @@ import three_stages
 from benchmarks.command import asked
 from scipy.optimize import nnls
 
-from spin_usd.dataset.picture.make_picture import Stopwatch
-from spin_usd.dataset.plan.cost import EVERYWHERE, expected_work, tracing_costs
-from spin_usd.dataset.plan.make_plan import Question, make_plan
-from spin_usd.dataset.plan.work import RunOptions, Task, work_units
-from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.options import PictureOptions
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.planning.cost import EVERYWHERE, expected_work, tracing_costs
+from spin_usd.planning.make_plan import make_plan
+from spin_usd.planning.request import PlanRequest, RenderRequest
+from spin_usd.planning.work import CommonWork, Task, work_units
+from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort
 
@@ -122,19 +123,14 @@ def author(name: str, out: Path, options: argparse.Namespace) -> Path:
 
 def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sample]:
     """Make the stage's pictures, the first once more than counts: it starts the renderer."""
-    from spin_usd.dataset.render.worker import Worker  # here, where processors and clock are chosen
+    from spin_usd.commands.render.worker import Worker  # here, where processors and clock are chosen
 
-    request = RenderRequest(stage=root, effort=effort, renderer=renderer)
-    question = Question(
-        stage=root, variants=(), frames=None, renderer=renderer, effort=effort, seed=0, image_suffix=".png"
-    )
-    plan = make_plan(question, processes=1, progress=lambda *_: None)
+    request = RenderRequest(options=PictureOptions(root, renderer=renderer, seed=0), effort=effort)
+    plan = make_plan(PlanRequest(request=request), processes=1, progress=lambda *_: None)
     width, height = plan.description["camera"]
-    method = RunOptions(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
+    method = CommonWork(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
-    options = WorkerOptions(
-        root=str(out), work=str(out / "work"), stage=str(root), image_suffix=".png", settings=settings
-    )
+    options = WorkerOptions(root=str(out), work=str(out / "work"), stage=str(root), settings=settings)
     worker = Worker(options=options.as_json())
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)

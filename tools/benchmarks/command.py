@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-COMMAND = [sys.executable, "-m", "spin_usd.cli.main", "--quiet"]
+COMMAND = [sys.executable, "-m", "spin_usd.command_line", "--quiet"]
 
 
 @dataclass(frozen=True, kw_only=True)

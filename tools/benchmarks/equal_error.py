@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from spin_usd.accuracy.error import Reference
-from spin_usd.dataset.process.processors import hold_to, usable_cpus
+from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
 from spin_usd.scene.model import Scene

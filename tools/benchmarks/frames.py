@@ -25,7 +25,7 @@ from benchmarks.own_worker import OwnWorker
 from benchmarks.peers import start_all
 from benchmarks.spread import shown, spread
 
-from spin_usd.dataset.process.processors import hold_to, usable_cpus
+from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
 from spin_usd.scene.model import Scene

@@ -18,7 +18,7 @@ import three_stages
 from numpy.typing import NDArray
 
 from spin_usd.accuracy.error import LinearError, Reference, linear_error
-from spin_usd.dataset.measure.picture_task import REFERENCE_BOUNCES
+from spin_usd.commands.measure.picture_task import REFERENCE_BOUNCES
 from spin_usd.geometry.region import Region
 from spin_usd.renderers.blender.renderer import BlenderRenderer
 from spin_usd.scene.derived.light_groups import in_unit_light

@@ -18,8 +18,8 @@ from benchmarks.spread import shown, spread
 
 import spin_usd
 from spin_usd import resources
-from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
+from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import Surface, visible_surface
 from spin_usd.scene.model import Scene

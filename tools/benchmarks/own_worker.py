@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.dataset.picture.make_picture import RADIANCE
-from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.options import PictureOptions
+from spin_usd.picture.make_picture import RADIANCE
+from spin_usd.planning.request import RenderRequest
+from spin_usd.processes.child import Child
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.model import Scene
 
@@ -22,10 +23,9 @@ class OwnWorker:
 
     def __init__(self, stage: Path, root: Path, settings: RenderSettings, stack: ExitStack, *, image: bool = True):
         """Start it for the dataset `root`, to end with the stack. Without `image` it makes labels alone."""
-        request = RenderRequest(stage=stage, effort=settings.effort, renderer=settings.renderer, image=image)
-        options = WorkerOptions(
-            root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings
-        )
+        asked = PictureOptions(stage, renderer=settings.renderer, labels_only=not image)
+        request = RenderRequest(options=asked, effort=settings.effort)
+        options = WorkerOptions(root=str(root), work=str(root / "work"), stage=str(stage), settings=settings)
         self._root, self._kinds = root, request.kinds
         self._child = stack.enter_context(Child())
         self._child.call("open_worker", options=options.as_json())

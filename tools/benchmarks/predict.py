@@ -16,7 +16,7 @@ import three_stages
 from benchmarks.command import asked, run
 from benchmarks.spread import shown, spread
 
-from spin_usd.dataset.process.processors import hold_to, usable_cpus
+from spin_usd.processes.processors import hold_to, usable_cpus
 
 BOUND = 0.25  # of the time, that a prediction may be off
 

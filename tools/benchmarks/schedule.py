@@ -1,4 +1,4 @@
-"""What the constants of spin_usd.dataset.plan.wall_time are on this machine, beside those that the file holds.
+"""What the constants of spin_usd.planning.wall_time are on this machine, beside those that the file holds.
 
 Planning is timed with one picture and with many. A worker is timed from its start to the end of its first picture,
 which is then made again: what it took more is the start. A planet's images are what both take longer with Earth behind.
@@ -21,14 +21,16 @@ from typing import Any
 import three_stages
 from benchmarks.spread import shown, spread
 
-from spin_usd.dataset.plan import wall_time
-from spin_usd.dataset.plan.make_plan import sharing
-from spin_usd.dataset.plan.wall_time import Work
-from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, default_effort
-from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.request import RenderRequest, plan
-from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.commands.render.request import plan
+from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.options import PictureOptions
+from spin_usd.planning import wall_time
+from spin_usd.planning.make_plan import sharing
+from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.wall_time import Work
+from spin_usd.processes.child import Child
+from spin_usd.processes.open_renderer import DEFAULT_RENDERER, default_effort
+from spin_usd.processes.processors import usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 
 
@@ -77,7 +79,8 @@ def of_round(options: argparse.Namespace, matt: Path, earth: Path, folder: Path)
 
 def planning(stage: Path, frames: str | None) -> float:
     began = time.perf_counter()
-    plan(RenderRequest(stage=stage, effort=default_effort(DEFAULT_RENDERER), frames=frames), progress=lambda *_: None)
+    options, effort = PictureOptions(stage, frames=frames), default_effort(DEFAULT_RENDERER)
+    plan(RenderRequest(options=options, effort=effort), progress=lambda *_: None)
     return time.perf_counter() - began
 
 
@@ -126,13 +129,12 @@ class Maker:
     nothing."""
 
     def __init__(self, child: Child, renderer: str, stage: Path, out: Path, cpus: Sequence[int]) -> None:
-        request = RenderRequest(stage=stage, effort=default_effort(renderer), renderer=renderer)
+        request = RenderRequest(options=PictureOptions(stage, renderer=renderer), effort=default_effort(renderer))
         settings = RenderSettings(renderer=renderer, effort=request.effort, seed=0)
         options = WorkerOptions(
             root=str(out),
             work=str(out / "work"),
             stage=str(stage),
-            image_suffix=request.image_suffix,
             settings=settings,
         )
         child.call("open_worker", options=options.as_json(), cpus=cpus)

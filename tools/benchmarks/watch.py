@@ -53,7 +53,7 @@ def of_stage(name: str, repeats: int) -> dict[str, Any]:
         stage = three_stages.author(name, Path(folder) / "stage", frames="1:2").parent
         root = stage / "edited.usda"
         root.write_text(ROOT_LAYER)
-        command = [sys.executable, "-m", "spin_usd.cli.main", "watch", str(root), "--frame", "0", "--port", "0"]
+        command = [sys.executable, "-m", "spin_usd.command_line", "watch", str(root), "--frame", "0", "--port", "0"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout
             try:

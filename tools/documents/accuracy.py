@@ -11,9 +11,9 @@ from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Measurement, Saving
 from spin_usd.accuracy.report import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name, in_full
 from spin_usd.accuracy.tables import in_markdown, number, percent, within
-from spin_usd.dataset.measure.savings import EVERYTHING
-from spin_usd.dataset.store.measurement_file import read_measurement
+from spin_usd.commands.measure.savings import EVERYTHING
 from spin_usd.scene.effort import QUALITIES
+from spin_usd.store.measurement_file import read_measurement
 
 PICTURED = "sunlamp"  # by tools/build_quality_picture
 

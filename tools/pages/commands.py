@@ -6,8 +6,8 @@ from typing import Any
 import typer
 from pages.markdown import cell
 
-from spin_usd.cli.main import app
-from spin_usd.cli.output.examples import EXAMPLES
+from spin_usd.command_line import app
+from spin_usd.terminal.examples import EXAMPLES
 
 INTRODUCTION = """# Commands
 

@@ -14,7 +14,7 @@ import psutil
 from run_trials.comparison import digests, faults
 from run_trials.supervised_run import SupervisedRun, records
 
-from spin_usd.dataset.process.deaths import TRIES, DeathCause
+from spin_usd.processes.deaths import TRIES, DeathCause
 
 LOOK_S = 0.02
 STOPPED_S = 60.0

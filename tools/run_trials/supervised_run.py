@@ -10,7 +10,7 @@ from typing import Any
 
 import psutil
 
-COMMAND = [sys.executable, "-m", "spin_usd.cli.main", "--quiet"]
+COMMAND = [sys.executable, "-m", "spin_usd.command_line", "--quiet"]
 GONE_WITHIN_S = 20.0
 
 

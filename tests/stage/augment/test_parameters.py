@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spin_usd.dataset.author.augment import augment_stage
+from spin_usd.commands.author.augment import augment_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.content import content
 from spin_usd.stage.augment.parameter import UNITS

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from pxr import Sdf
 
-from spin_usd.dataset.author.augment import augment_stage
-from spin_usd.dataset.author.author import author_stage
-from spin_usd.dataset.store.hidden_folder import hidden_folder
+from spin_usd.commands.author.augment import augment_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled_names, stages
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
@@ -18,12 +17,13 @@ from spin_usd.scene.effort import Effort
 from spin_usd.stage.augment import write_augmentations as augmenting
 from spin_usd.stage.augment.replace_files import FOLDER, SET
 from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.store.hidden_folder import hidden_folder
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 CELLS = [name for name in bundled_names("specification") if name.startswith("ablation")]
 KILLED = (
-    "import os, pathlib, sys; from spin_usd.dataset.store.hidden_folder import hidden_folder\n"
+    "import os, pathlib, sys; from spin_usd.store.hidden_folder import hidden_folder\n"
     "with hidden_folder(pathlib.Path(sys.argv[1]), 'augment', beside='dataset.usda') as hidden:\n"
     "    hidden.beside.write_text('#usda 1.0'); os.kill(os.getpid(), 9)"
 )

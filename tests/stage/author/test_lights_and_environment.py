@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pxr import Usd
 
-from spin_usd.dataset.author.author import author_stage
-from spin_usd.dataset.author.choices import earth_maps
+from spin_usd.commands.author.choices import earth_maps
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, SpinError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdValidation
 
-from spin_usd.dataset.author.author import author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.stage.author.presets import open_preset

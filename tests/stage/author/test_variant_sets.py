@@ -10,7 +10,7 @@ import trimesh
 from PIL import Image
 from pxr import Usd
 
-from spin_usd.dataset.author.author import author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.resources import bundled_names, stages

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.dataset.author.author import author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.resources import stages
 from spin_usd.stage.check.check_stage import check_stage
 from tests.cases.root_layers import over_stage

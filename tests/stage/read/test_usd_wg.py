@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from spin_usd.dataset.author.author import author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.scene.derived.lookup import look_up, values_at
 from spin_usd.scene.texture import Texture
 from spin_usd.stage.read.stage_reader import StageReader

@@ -16,7 +16,7 @@ from typing import IO
 import psutil
 from fuzzing.running.ended import PATIENCE_S, Command, Ended, Stream, patience
 
-SPIN_USD = (sys.executable, "-P", "-m", "spin_usd.cli.main")
+SPIN_USD = (sys.executable, "-P", "-m", "spin_usd.command_line")
 SHOWN = 1 << 20  # bytes of what was printed that are read
 GRACE_S = 3.0  # for children to end after their parent
 

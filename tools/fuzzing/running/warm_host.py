@@ -16,7 +16,7 @@ from typing import IO, Any, Self
 
 import typer.main
 
-from spin_usd.dataset.process import child
+from spin_usd.processes import child
 
 MEMORY = 6 << 30
 SHOWN = 1 << 16
@@ -47,7 +47,7 @@ class ChildHere:
     """What `Child` does, without a process: calls are done when they are sent, answers go through JSON."""
 
     def __init__(self, **_: Any) -> None:
-        from spin_usd.dataset.child_calls import ChildCalls
+        from spin_usd.processes.child_calls import ChildCalls
 
         self._answers: list[dict[str, Any]] = []
         self._calls = ChildCalls(lambda *said: self._answers.append({"progress": said}))
@@ -70,10 +70,10 @@ class ChildHere:
         return self._readable
 
     def send(self, call: str, **arguments: Any) -> None:
-        from spin_usd.dataset.child_main import _error
+        from spin_usd.processes.child_main import _error
 
         try:
-            result = getattr(self._calls, call)(**json.loads(json.dumps(arguments)))
+            result = self._calls.answer(call, json.loads(json.dumps(arguments)))
             self._answers.append({"result": result})
         except Exception as fault:
             self._answers.append({"error": _error(fault, arguments)})
@@ -120,7 +120,7 @@ def main() -> None:
 
 def _ended(request: dict[str, Any]) -> dict[str, Any]:
     """The exit code and what was printed; None for a hang."""
-    from spin_usd.cli.main import run
+    from spin_usd.command_line import run
 
     os.chdir(request["folder"])
     sys.argv = ["spin-usd", *request["arguments"]]

@@ -1,0 +1,58 @@
+"""`spin-usd augment`: writes the augmentations of a specification over a stage, or lists what can be sampled."""
+
+import json
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import typer
+
+import spin_usd
+from spin_usd.commands.augment.options import AugmentOptions
+from spin_usd.counted import counted
+from spin_usd.errors import InputError
+from spin_usd.terminal.lines import NAME, Line, Painted, show
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+
+MAX_LISTED = 10
+
+
+def augment(
+    context: typer.Context,
+    options: AugmentOptions | None,
+    *,
+    list_parameters: Annotated[
+        bool, typer.Option("--list", help="List what a specification can sample, with units and ranges, and end.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Write a specification's augmentations over a stage: one variant each. Run again, it replaces its own."""
+    if list_parameters:
+        from spin_usd.commands.augment.run import parameters
+
+        rows = parameters()
+        show(*([json.dumps(rows)] if as_json else _in_lines(rows)))
+        return
+    if options is None:
+        raise InputError(
+            "augment needs a stage and --spec", do="give both, or --list for what a specification can sample"
+        )
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.augment(**options.arguments(on_progress=progress))
+    if as_json:
+        show(json.dumps(report.as_json()))
+        return
+    names = report.augmentations
+    listed = ", ".join(names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]])
+    show(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
+
+
+def _in_lines(rows: list[dict[str, Any]]) -> Iterator[Line]:
+    """Yield two lines for each parameter: its name, what it takes and its units; then what it is."""
+    for row in rows:
+        unit, *others = row["units"] or [""]
+        also = f" (or in {', '.join(others)})" if others else ""
+        takes = f"{row['takes']} {unit}{also}".rstrip()
+        once = "" if row["per_frame"] else ", one value for all pictures"
+        yield Painted(row["name"], NAME), f": {takes}{once}"
+        yield f"    {row['description']}"

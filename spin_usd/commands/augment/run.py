@@ -1,0 +1,31 @@
+"""Sampled variants of a stage."""
+
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.augment.options import AugmentOptions
+from spin_usd.commands.author.reports import AugmentReport
+from spin_usd.options import takes
+from spin_usd.processes.ask_child import ask_child
+from spin_usd.processes.child import Child
+from spin_usd.store.stage_path import existing_stage
+
+
+@takes(AugmentOptions)
+def augment(options: AugmentOptions) -> AugmentReport:
+    """Write a specification's augmentations over a stage, one variant each. Run again, it replaces its own.
+
+    Raises InputError that names the specification, the augmentation and what is wrong in it; then nothing is written.
+    """
+    root, spec = existing_stage(Path(options.stage)), str(options.spec)
+    out = None if options.out is None else str(options.out)
+    reads = f"{root} or {spec}"
+    report = ask_child("augment", reads=reads, progress=options.progress, stage=str(root), spec=spec, out=out)
+    return AugmentReport.from_json(report)
+
+
+def parameters() -> list[dict[str, Any]]:
+    """List the parameters that a specification can sample, each with its name, description, units and limits."""
+    with Child() as child:
+        found: list[dict[str, Any]] = child.call("parameter_list")
+    return found

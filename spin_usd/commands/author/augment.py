@@ -1,0 +1,140 @@
+"""`spin-usd augment`: a specification's augmentations as variants of a stage."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.author.reports import AugmentReport
+from spin_usd.commands.author.sample.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
+from spin_usd.progress import Progress
+from spin_usd.resources import bundled
+from spin_usd.sampling.distribution import Choice, Fixed
+from spin_usd.sampling.sample import distribution_of
+from spin_usd.sampling.stream import stream
+from spin_usd.stage.augment.background import Background, background_of, compose_background
+from spin_usd.stage.augment.parameters import BACKGROUND
+from spin_usd.stage.augment.replace_files import FOLDER, set_name
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
+from spin_usd.store.file_digests import CHANGED, changed, write_sums
+from spin_usd.store.hidden_folder import hidden_folder
+
+
+def spec_path(given: str) -> Path:
+    """Return the file of the specification of that name, or the file itself. Raises InputError that lists those there
+    are."""
+    if Path(given).suffix.lower() == ".toml":
+        return Path(given)
+    return bundled("specification", given)
+
+
+def augment_stage(
+    *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda *_: None
+) -> AugmentReport:
+    """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
+
+    Raises InputError that names the specification, the augmentation and what is wrong in it, or a file that is in the
+    way and not as an earlier run wrote it; then nothing is written.
+    """
+    file, new_root = spec_path(spec), Path(out) if out is not None else None
+    _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
+    specification = read_spec_file(file)
+    made: list[Augmentation] = []
+    for entry in specification.augmentations:
+        counted = _Counted(progress, len(made), len(specification.augmentations))
+        try:
+            made.append(_sampled(Path(stage), specification, entry, file.parent, counted))
+        except SpinError as error:
+            where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
+            raise InputError(error.found, where=where, do=error.do) from None
+    source = Source(name=specification.name, sha256=specification.sha256, seed=specification.seed)
+    root = _written(Path(stage), new_root, made, source)
+    names = tuple(augmentation.name for augmentation in made)
+    return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """Reports to `progress` how many pictures of `count` augmentations are sampled; `before` augmentations were
+    already."""
+
+    progress: Progress
+    before: int
+    count: int
+
+    def report(self, pictures: int, done: int, total: int) -> None:
+        """Report that `done` of `total` is sampled of this augmentation's `pictures`."""
+        sampled = self.before * pictures + pictures * done // total
+        self.progress("sampling: picture", sampled, self.count * pictures)
+
+
+def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:
+    """Write the root layer with the augmentations by way of a folder hidden beside it, and return its path."""
+    with hidden_folder(path.parent, "augment", beside=(out or path).name) as hidden:
+        return write_augmentations(
+            path,
+            out,
+            made,
+            source,
+            work=hidden.folder,
+            trial=hidden.beside,
+            list_files=lambda folder: write_sums(folder, beside=[_layer_of(folder).name]),
+        )
+
+
+def _refuse_replacing(layers: Path, name: str) -> None:
+    """Raise InputError where the augmentations `name` in the folder `layers`, or the layer beside them that refers to
+    them, are not all as an earlier run wrote them: a new run replaces them whole."""
+    for node in Folder(layers).strange((name, f"{name}.usda")):
+        raise InputError(f"is a {node.type}, and would be replaced", where=layers / node.name, do="move it elsewhere")
+    layer = _layer_of(layers / name)
+    for file in changed(layers / name, beside=[layer.name, name]):  # the latter where it is a file
+        and_so = ", and take it out of the root layer's subLayers" if file == layer else ""
+        raise InputError(CHANGED, where=file, do=f"move it elsewhere{and_so}")
+
+
+def _layer_of(folder: Path) -> Path:
+    """Return the layer that refers to the augmentations in the folder."""
+    return folder.with_name(f"{folder.name}.usda")
+
+
+def _sampled(
+    path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted
+) -> Augmentation:
+    """Sample all values of one augmentation."""
+    stage = open_selected(path, entry.select)
+    behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
+    others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
+    samples_for(others)  # what is wrong in the words is said before anything is read
+    background = _background(stage, behind, spec.seed, entry.name, folder)
+    environment = compose_background(stage, background) if background else None
+    base, frames, _ = open_base(stage)
+    values = sample_pictures(
+        base,
+        SampledPictures(names=frames),
+        others,
+        seed=spec.seed,
+        name=entry.name,
+        constraints=entry.constraints,
+        progress=lambda done, total: counted.report(len(frames), done, total),
+    )
+    del environment
+    counted.report(len(frames), 1, 1)
+    return Augmentation(name=entry.name, selections=entry.select, values=values, background=background)
+
+
+def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
+    """Return the environment that is sampled, if any. Raises InputError for what is not a choice of names."""
+    for sample in samples:
+        distribution = distribution_of(sample.words)
+        if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):
+            found = "is not one choice among names for each augmentation"
+            raise InputError(
+                found, where=BACKGROUND, do='give it distribution = "choice", "in_turn" or "fixed", without per or unit'
+            )
+        return background_of(stage, str(distribution.sample(stream(seed, name, BACKGROUND))), folder)
+    return None

@@ -1,0 +1,207 @@
+"""The choices that a user makes for a new stage, and the files that it is made of."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.arrays import digest
+from spin_usd.commands.author.additions import Additions
+from spin_usd.commands.author.camera import USD_SUFFIXES, open_camera
+from spin_usd.commands.author.model import OtherBody, model_file, other_body
+from spin_usd.errors import InputError
+from spin_usd.faults import reading
+from spin_usd.files.given_file import open_file
+from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
+from spin_usd.formats.poses.read_pose_list import pose_files
+from spin_usd.resources import bundled
+from spin_usd.sha256 import sha256_of
+from spin_usd.stage.author.lights_and_environment import open_surroundings
+from spin_usd.stage.author.planet_maps import set_planet_maps
+from spin_usd.stage.author.presets import Preset, open_preset
+from spin_usd.stage.author.provenance import Option, Origin
+from spin_usd.stage.usd.layer_file import Layer
+
+EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
+
+SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
+KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
+"""What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
+
+Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """The choices that a user makes for a new stage, beside its pictures.
+
+    target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
+    the environment replace the preset's · earth: a map of the Earth, or a folder of them, for the environment's planet,
+    or that of `earth` where no environment is chosen · augment: a specification to write over the stage · prim: the
+    path of the prim that is taken of a USD target · sample: the text of a sampling specification that is in no file ·
+    additions: what is written over the stage before that · any_size: take a target of a size that no craft has, and one
+    inside which the camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or
+    "MODEL:POSES" · root: the folder below which models may name files; that around each one's own where it is None.
+    """
+
+    target: str | Path
+    camera: str | Path
+    units_per_metre: float | None = None
+    prim: str | None = None
+    seed: int = 0
+    sample: str | None = None
+    preset: str | Path | None = None
+    lights: str | Path | None = None
+    environment: str | Path | None = None
+    earth: str | Path | None = None
+    augment: str | None = None
+    additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
+    any_size: bool = False
+    also: Sequence[str] = ()
+    occluders: Sequence[str] = ()
+    root: str | Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sources:
+    """The files that a stage is made of, opened: its camera with notes on it, its target and preset, its surroundings
+    with notes on the maps of their planet, and its other bodies."""
+
+    camera: Layer
+    camera_file: Path
+    camera_notes: tuple[str, ...]
+    map_notes: tuple[str, ...]
+    target_file: Path
+    preset: Preset | None
+    surroundings: Mapping[str, Layer]
+    others: tuple[OtherBody, ...]
+    origin: Origin
+
+
+def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
+    """Open what the choices name; `pictures`: the files that the poses come from. Raises InputError."""
+    if not -(2**63) <= choices.seed < 2**63:
+        raise InputError(f"seed {choices.seed} does not fit 64 bits")
+    with reading(choices.camera):
+        camera, camera_file, camera_notes = open_camera(str(choices.camera))
+    target_file = model_file(str(choices.target))
+    preset = _preset(str(choices.preset)) if choices.preset is not None else None
+    maps = earth_maps(choices.earth) if choices.earth is not None else {}
+    layers = _layer_files(choices, maps)
+    others = (
+        *(other_body(each, occluder=False) for each in choices.also),
+        *(other_body(each, occluder=True) for each in choices.occluders),
+    )
+    surroundings = _surroundings(layers, maps)
+    files = {
+        **pictures,
+        "target": target_file,
+        "camera": camera_file,
+        **({"preset": preset.file} if preset else {}),
+        **{f"earth_{kind}": file for kind, file in maps.items()},
+        **layers,
+        **choices.additions.files,
+        **_files_of(others),
+    }
+    inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
+    return Sources(
+        camera=camera,
+        camera_file=camera_file,
+        camera_notes=camera_notes,
+        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
+        target_file=target_file,
+        preset=preset,
+        surroundings=surroundings,
+        others=others,
+        origin=Origin(inputs=inputs, options=_options(choices)),
+    )
+
+
+def _layer_files(choices: Choices, maps: Mapping[str, Path]) -> dict[str, Path]:
+    """Return the files of the lights and the environment that are chosen, by kind; with `maps` there is a planet."""
+    environment = EARTH if maps and choices.environment is None else choices.environment
+    given = {"lights": choices.lights, "environment": environment}
+    return {kind: _surroundings_file(str(each), kind) for kind, each in given.items() if each is not None}
+
+
+def _surroundings(layers: Mapping[str, Path], maps: Mapping[str, Path]) -> dict[str, Layer]:
+    """Open the layers of the lights and the environment, whose planet shows the `maps`."""
+    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
+    if maps:
+        set_planet_maps(surroundings["environment"], maps)
+    return surroundings
+
+
+def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
+    """Return the files of the other bodies by their roles, such as also_1 and also_1_poses."""
+    files: dict[str, Path] = {}
+    for kind, occluder in (("also", False), ("occluder", True)):
+        for number, body in enumerate((each for each in others if each.occluder == occluder), 1):
+            files[f"{kind}_{number}"] = body.file
+            if body.poses:
+                files[f"{kind}_{number}_poses"] = body.poses
+    return files
+
+
+def _options(choices: Choices) -> dict[str, Option]:
+    """Return what was given that decides pictures beside the files, by the names of `author`'s options."""
+    options = {
+        "seed": choices.seed,
+        "sample": choices.sample,
+        "units_per_metre": choices.units_per_metre,
+        "prim": choices.prim,
+        "channels": choices.additions.channels,
+        "sun_direction": choices.additions.sun_from_camera,
+        "sun_from_target": choices.additions.sun_from_target,
+        "keep_transparent": choices.additions.keep_transparent or None,
+    }
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _digest(file: Path) -> str:
+    """Return the digest of a file, or of the pose lists in a folder."""
+    if not file.is_dir():  # a sparse file of a terabyte takes no room on the disk, but an hour to read
+        return sha256_of(file, most=MAX_SHARD if file.suffix.lower() == ".tar" else MAX_MODEL)
+    return digest([sha256_of(each) for each in pose_files(file)])
+
+
+def _preset(given: str) -> Preset:
+    """Open the preset of that name or in that file."""
+    return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else bundled("preset", given))
+
+
+def _surroundings_file(given: str, kind: str) -> Path:
+    """Return the layer of the lights or the environment of that name, or the file itself."""
+    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else bundled(kind, given)
+
+
+def earth_maps(given: str | Path) -> dict[str, Path]:
+    """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
+
+    Raises InputError for a folder without maps or with two of a kind, and for a file that is not a map.
+    """
+    path = Path(given)
+    maps: dict[str, Path] = {}
+    for file in _files(path):
+        kind = _kind(file.stem.lower())
+        if kind in maps:
+            found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
+            raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+        maps[kind] = file
+    return maps
+
+
+def _kind(name: str) -> str:
+    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        if not files:
+            raise InputError("holds no map of the Earth", where=path, do=f"put {', '.join(SUFFIXES)} files there")
+        return files
+    if path.suffix.lower() not in SUFFIXES:
+        do = f"give a folder, or one of {', '.join(SUFFIXES)}"
+        raise InputError("is not a map of the Earth that is read", where=path, do=do)
+    return [path]

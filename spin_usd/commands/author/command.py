@@ -1,0 +1,54 @@
+"""`spin-usd author`: writes a stage from a pose list, from sampled poses, or as one page."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.counted import counted
+from spin_usd.errors import InputError
+from spin_usd.terminal.lines import show
+from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+
+
+def author(
+    context: typer.Context,
+    options: AuthorOptions,
+    *,
+    minimal: Annotated[
+        bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Make a layered stage OUT/dataset.usda from a pose list or sampled poses, a model and a camera."""
+    from spin_usd.scene.derived.view_text import summary
+
+    if minimal:
+        _write_minimal(context, Path(options.out), as_json)
+        return
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.author(**options.arguments(on_progress=progress))
+    if as_json:
+        show(json.dumps(report.as_json()))
+        return
+    show_notes(report.notes)
+    show(f"{report.root}   ({counted(report.frames, 'frame')})")
+    show(*summary(report.views).split("\n"))
+
+
+def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
+    """Write the stage of one page into `out`. Raises InputError for options that are given besides."""
+    from spin_usd.commands.author.minimal import write_minimal
+
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+    if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
+        names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
+    root = write_minimal(out)
+    show(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")

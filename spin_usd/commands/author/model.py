@@ -1,0 +1,97 @@
+"""The models of a stage's bodies: their files, their units, and writing them into a stage."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from spin_usd.commands.author.camera import USD_SUFFIXES
+from spin_usd.commands.author.plausible_target import ModelUnit
+from spin_usd.errors import InputError
+from spin_usd.faults import reading
+from spin_usd.files.model_root import root_of
+from spin_usd.formats.mesh.dae_document import unit_of
+from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_mesh_file
+from spin_usd.processes.ask_child import ask_child
+from spin_usd.processes.child_limits import rendering_memory
+from spin_usd.resources import bundled
+from spin_usd.scene.source.asset import MeshAsset
+from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
+from spin_usd.stage.author.target.from_usd import copy_usd_target
+from spin_usd.stage.author.target.target_asset import TargetAsset, describe
+
+
+def model_file(given: str) -> Path:
+    """Return the file of the target of that name, or the file itself. Raises InputError."""
+    suffix = Path(given).suffix.lower()
+    if suffix not in USD_SUFFIXES | set(MESHES):
+        if suffix or "/" in given:
+            glb = f"assimp export {Path(given).name} {Path(given).stem}.glb"
+            do = f"give one of {', '.join(MESHES)} or USD; Blender converts many others, and so does: {glb}"
+            raise InputError("is not a model file", where=given, do=do)
+        return bundled("target", given)
+    if not Path(given).is_file():
+        raise InputError("is not there, or is not a file", where=given)
+    return Path(given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherBody:
+    """A body beside the first target. file: its model's · poses: the pose list that it follows, or a folder of
+    such, None for none · occluder: whether it is fixed to the camera and no target."""
+
+    file: Path
+    poses: Path | None
+    occluder: bool
+
+
+def other_body(given: str, *, occluder: bool) -> OtherBody:
+    """Return the body that "MODEL" or "MODEL:POSES" names, MODEL being a target's name or a file. Raises InputError."""
+    model, colon, poses = given.rpartition(":")
+    if not colon or Path(given).is_file():
+        return OtherBody(file=model_file(given), poses=None, occluder=occluder)
+    if not (poses and Path(poses).exists()):
+        raise InputError("is not there", where=poses or given, do="write MODEL or MODEL:POSES")
+    return OtherBody(file=model_file(model), poses=Path(poses), occluder=occluder)
+
+
+def write_model(
+    file: Path, folder: Path, units_per_metre: float | None, prim: str | None
+) -> tuple[TargetAsset, tuple[str, ...]]:
+    """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it.
+    Raises InputError."""
+    plain = name = target_name(file.stem)
+    number = 1
+    while (place := folder / "targets" / name).exists():
+        number += 1
+        name = f"{plain}_{number}"
+    if file.suffix.lower() in USD_SUFFIXES:
+        with reading(file):
+            asset = copy_usd_target(file, place, name, units_per_metre, prim)
+        return asset, asset.notes
+    if prim is not None:
+        raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
+    with reading(file):
+        convert = file.suffix.lower() in CONVERTED
+        model = _converted(file, units_per_metre) if convert else read_mesh_file(file, units_per_metre)
+    return describe(write_mesh_target(model, place, name), name), model.notes
+
+
+def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
+    """Read a model that Blender or Open CASCADE converts, in a process of its own. Raises InputError, and StageError
+    where that dies of it."""
+    with TemporaryDirectory(prefix="spin_usd-") as folder:
+        glb = Path(folder) / f"{file.stem}.glb"
+        ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
+        by_step = file.suffix.lower() in STEP
+        said = ask("convert_step") if by_step else ask("convert_model", root=str(root_of(file)))
+        model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
+    return replace(model, notes=(*said["notes"], *model.notes))
+
+
+def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -> ModelUnit:
+    """Return how long a unit of the model in `file` is."""
+    per_metre = units_per_metre or 1 / target.metres_per_unit
+    if file.suffix.lower() in MESHES and units_per_metre is None:
+        per_metre = 1 / unit_of(file) if file.suffix.lower() == DAE else 1.0
+    return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)

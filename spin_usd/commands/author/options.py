@@ -1,0 +1,152 @@
+"""The options of `author`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from spin_usd.completions import bundled, named
+from spin_usd.options import AnySize, Frames, Listening, Option, Prim, UnitsPerMetre
+
+NAME_OR_FILE = "NAME_OR_FILE"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AuthorOptions(Listening):
+    """What a stage is made of."""
+
+    out: Annotated[str | Path, Option("Folder to make.", "FOLDER")]
+    poses: Annotated[
+        str | Path | None,
+        Option(
+            "A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, CubeSat-CDT, BOP, SwissCube, "
+            "URSO, COCO, YOLO, WebDataset, Croissant or spin_usd's own.",
+            "PATH",
+            also="Then `target` and `camera` are needed too.",
+        ),
+    ] = None
+    sample: Annotated[
+        str | Path | None,
+        Option(
+            "What poses and light are sampled from, by the seed, instead of reading --poses: text such as "
+            f"'range=3..10 inside=0.9', a TOML file, or a name ({named('sample')}); --target, --camera, --preset, "
+            "--lights and --environment stand in place of its own.",
+            "TEXT_OR_NAME_OR_FILE",
+            words=bundled("sample"),
+            name_or_path=True,
+        ),
+    ] = None
+    count: Annotated[int | None, Option("Pictures to sample; all if not given.", "N")] = None
+    target: Annotated[
+        str | Path | None,
+        Option(
+            f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file.",
+            NAME_OR_FILE,
+            words=bundled("target"),
+            name_or_path=True,
+        ),
+    ] = None
+    camera: Annotated[
+        str | Path | None,
+        Option(
+            f"{named('camera')}; a SPEED+ camera.json, or a camera layer.",
+            NAME_OR_FILE,
+            words=bundled("camera"),
+            name_or_path=True,
+        ),
+    ] = None
+    units_per_metre: UnitsPerMetre = None
+    prim: Prim = None
+    frames: Frames = None
+    seed: Annotated[int, Option("The dataset's seed.", "N")] = 0
+    preset: Annotated[
+        str | Path | None,
+        Option(f"{named('preset')}, or a preset layer.", NAME_OR_FILE, words=bundled("preset"), name_or_path=True),
+    ] = None
+    lights: Annotated[
+        str | Path | None,
+        Option(f"{named('lights')}, or a lights layer.", NAME_OR_FILE, words=bundled("lights"), name_or_path=True),
+    ] = None
+    environment: Annotated[
+        str | Path | None,
+        Option(
+            f"{named('environment')}, or an environment layer.",
+            NAME_OR_FILE,
+            words=bundled("environment"),
+            name_or_path=True,
+        ),
+    ] = None
+    earth: Annotated[
+        str | Path | None,
+        Option(
+            "Your own map of the Earth, or a folder of them: latitude and longitude; JPEG, PNG or EXR. Names with "
+            "cloud or night say which is which, any other is the albedo. Without --environment it takes earth.",
+            "PATH",
+        ),
+    ] = None
+    augment: Annotated[
+        str | Path | None,
+        Option(
+            f"A specification of augmentations to write over it: {named('specification')}, or a TOML file.",
+            NAME_OR_FILE,
+            words=bundled("specification"),
+            name_or_path=True,
+        ),
+    ] = None
+    keypoints: Annotated[
+        str | Path | None,
+        Option("Named points: JSON, CSV or TOML in metres, body axes; or a USD layer.", "FILE"),
+    ] = None
+    parts: Annotated[
+        str | Path | None,
+        Option("Patterns of material and prim names -> part and class: JSON, CSV or TOML.", "FILE"),
+    ] = None
+    also: Annotated[
+        str | Sequence[str],
+        Option(
+            "One more target, again for each: a name or a model file, and a pose list with a pose for each picture, "
+            "before --frames chooses; without one it moves with the first target, in whose axes it is modelled.",
+            "MODEL[:POSES]",
+            repeated=True,
+        ),
+    ] = ()
+    occluder: Annotated[
+        str | Sequence[str],
+        Option(
+            "Geometry fixed to the camera, such as an arm, again for each: modelled in the camera's axes (x right, y "
+            "down, z forward; metres), or placed there by a pose list of one pose or one for each picture.",
+            "MODEL[:POSES]",
+            repeated=True,
+        ),
+    ] = ()
+    channels: Annotated[str | None, Option("rgb or mono, instead of the camera's own.", "NAME")] = None
+    lidar: Annotated[
+        str | Path | None,
+        Option(
+            f"A LiDAR on the camera: {named('lidar')}, or a TOML or JSON file.",
+            NAME_OR_FILE,
+            words=bundled("lidar"),
+            name_or_path=True,
+        ),
+    ] = None
+    sun_direction: Annotated[
+        str | Sequence[float] | None,
+        Option("To the Sun, in camera axes: x right, y down, z forward; -z is behind.", "X,Y,Z"),
+    ] = None
+    sun_from_target: Annotated[
+        str | Sequence[float] | None,
+        Option("To the Sun, in the target's body axes: it turns with the target.", "X,Y,Z"),
+    ] = None
+    keep_transparent: Annotated[bool, Option("Keep surfaces of opacity 0, which no picture shows, in the labels.")] = (
+        False
+    )
+    any_size: AnySize = False
+    root: Annotated[
+        str | Path | None,
+        Option(
+            "The folder below which models may name files, such as textures. If not given, the one around each model's "
+            "own.",
+            "FOLDER",
+            name_or_path=True,
+        ),
+    ] = None

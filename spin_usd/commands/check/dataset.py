@@ -1,0 +1,182 @@
+"""Findings on a dataset: links, its stage, its pictures, and stray files."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Set
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.check.digests import MAKE_AGAIN
+from spin_usd.commands.check.inventory import Inventory
+from spin_usd.commands.check.provenance import RENDER_AGAIN, provenance_findings
+from spin_usd.commands.check.stage import StageAnswer, stage_call
+from spin_usd.commands.check.strange import strange_finding
+from spin_usd.commands.check.strays import stray_findings
+from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import STRANGE, NodeType
+from spin_usd.planning.manifest import read_manifest
+from spin_usd.planning.missing import missing_in_words, missing_pictures
+from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.processors import usable_cpus
+from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.progress import Progress
+from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.file_digests import has_list, unlisted
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, picture_of
+from spin_usd.store.stage_layers import STAGE_SUMS
+
+PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many
+RESTORE = f"restore it, or move stage/ elsewhere and {RENDER_AGAIN}"
+
+
+def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
+    """Find all that is wrong with the dataset in the folder `root`, each once, in the order of its records."""
+    told: set[Finding] = set()
+    for finding in _findings(root, progress):
+        if finding not in told:
+            told.add(finding)
+            yield finding
+
+
+def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
+    store, nodes = Store(root=root), list(Folder(root).walk())
+    yield from (strange_finding(node) for node in nodes if node.type in STRANGE)
+    present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
+    inventory = Inventory(root=root, description=None, present=present)
+    try:
+        inventory.description = read_json(store.folder, DESCRIPTION, "dataset-1")
+    except InputError as e:
+        if not store.folder.in_the_way(DESCRIPTION):
+            yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {MAKE_AGAIN}")
+    stage = None
+    if not any(node.type in STRANGE and node.name.partition("/")[0] == STAGE for node in nodes):
+        stage = _root_layer(store, inventory.description)
+        yield from _lost_stage(stage, inventory)
+    yield from _answered(store, stage if stage in present else None, inventory, progress)
+    yield from sums_findings(store, inventory)
+    yield from cache_findings(store, inventory)
+    yield from stray_findings(inventory)
+    yield from shard_findings(store)
+
+
+def _root_layer(store: Store, description: Mapping[str, Any] | None) -> str | None:
+    """Return the name of the stage's root layer: as dataset.json says, or else the first record that can be used."""
+    if description:
+        return str(description["stage"]["root"])
+    for record in store.records():
+        with suppress(InputError):
+            return str(read_json(store.folder, record, "record-1")["provenance"]["stage"]["root"])
+    return None
+
+
+def _lost_stage(root: str | None, inventory: Inventory) -> Iterator[Finding]:
+    """Find whether the whole stage, or its `root` layer, is missing."""
+    if not any(name.startswith(f"{STAGE}/") for name in inventory.present):
+        where, message = STAGE, "the stage is missing"
+    elif root and root not in inventory.present:
+        where, message = root, "the stage's root layer is missing"
+    else:
+        return
+    inventory.missing.add(where)
+    yield Finding(code="stage", where=where, message=f"{message}; {RENDER_AGAIN}")
+
+
+def _answered(store: Store, stage: str | None, inventory: Inventory, progress: Progress) -> Iterator[Finding]:
+    """Yield what children find on the `stage`, a root layer's name where it is looked at, and on the pictures."""
+    records = list(store.records())
+    stages = [] if stage is None else [stage_call(store.root / stage)]
+    pictures = [picture_call(store, record) for record in records]
+    children = max(1, min(len(usable_cpus()), len(pictures) // PICTURES_PER_CHILD))
+    results = results_of([*stages, *pictures], children, progress=progress)
+    if stage is not None:
+        yield from _stage_findings(store.root / stage, next(results))
+    if not records:
+        yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture; run spin-usd render")
+    for done, (picture, result) in enumerate(zip(pictures, results, strict=True)):
+        progress("checking: picture", done, len(records))
+        yield from answered_findings(picture, result, inventory)
+    progress("checking: picture", len(records), len(records))
+
+
+def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
+    try:
+        yield from StageAnswer.of(result, root).findings
+    except SpinError as e:
+        message = f"{e.found}; {e.do}" if e.do else e.found
+        yield Finding(code="stage", where=str(e.where or root), message=message)
+
+
+def shard_findings(store: Store) -> Iterator[Finding]:
+    """Yield a warning for each shard whose pictures are not all there."""
+    if manifest := read_manifest(store):
+        there = {(variant, frame) for frame, variant in map(picture_of, store.records())}
+        for shard, count in Counter(map(str, missing_pictures(manifest, there).values())).items():
+            yield Finding(code="shards", where=SHARDS, message=missing_in_words(count, shard), severity=WARNING)
+
+
+def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
+    """Find whether the list is damaged or lost, and which files are not as it says, of those that no record knows."""
+    if STAGE in inventory.missing or store.folder.in_the_way(STAGE_SUMS):
+        return
+    wrong = {path.relative_to(store.root).as_posix() for path in unlisted(store.stage)}
+    vouched = wrong & {name for (name, _), whole in inventory.layers.items() if whole}
+    told = {name for (name, _), whole in inventory.layers.items() if not whole} - vouched
+    listing = has_list(store.stage)
+    if vouched or not listing:
+        do = MAKE_AGAIN if wrong == vouched else RENDER_AGAIN
+        yield Finding(code="sums", where=STAGE_SUMS, message=f"does not list the files of stage/ as they are; {do}")
+    for name in sorted(wrong - vouched - told) if listing else ():
+        yield Finding(code="sums", where=name, message=f"is not as {STAGE_SUMS} lists it; {RESTORE}")
+
+
+def cache_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
+    """Yield a finding on each file of the cache that is damaged, that no picture uses, or that is not the cache's."""
+    known = {entry.file.name: entry for entry in entries(store)}
+    in_use = inventory.uses if not inventory.unread else {entry.purpose for entry in known.values()}  # nobody knows
+    for name in store.folder.files(CACHE):
+        message = _wrong(known[name], inventory, in_use) if name in known else _foreign(name)
+        if message:
+            yield Finding(code="cache", where=name, message=message, severity=WARNING)
+
+
+def _wrong(entry: CacheEntry, inventory: Inventory, in_use: Set[Purpose]) -> str | None:
+    used, inode = entry.purpose in in_use, entry.file.folder.inode(entry.file.name)
+    if inode not in inventory.inodes and not entry.whole:  # a label's file was verified already
+        return f"is damaged; {MAKE_AGAIN}" if used else "is damaged, and no picture uses it; remove it"
+    return None if used else "no picture uses it; the next full render that makes a picture removes it"
+
+
+def _foreign(name: str) -> str | None:
+    if name == MEASURED:
+        return None
+    return f"is not of the cache; it holds {', '.join(CACHED)}"
+
+
+def picture_call(store: Store, record: str) -> Call:
+    """Return what a child is asked about the picture whose record is the file `record`."""
+    return Call("check_picture", {"dataset": str(store.root), "record": record})
+
+
+def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator[Finding]:
+    """Yield all that is wrong with the picture of that `call`, and add what its record lists to the inventory.
+
+    A picture of which a child dies has a finding; any other SpinError in place of the answer is raised.
+    """
+    where = call.arguments["record"]
+    if isinstance(answer, ChildDiedError):
+        inventory.unread.add(where)
+        message = f"cannot be checked: {answer.found}; {MAKE_AGAIN}"
+        yield Finding(code="unreadable", where=where, message=message)
+        return
+    if isinstance(answer, SpinError):
+        raise answer
+    yield from (Finding(**each) for each in answer["findings"])
+    if listed := answer["listed"]:
+        inventory.add(listed["files"], listed["uses"])
+        yield from provenance_findings(where, listed["variant"], listed["stage"], inventory)
+    else:
+        inventory.unread.add(where)

@@ -1,0 +1,96 @@
+"""A target of a picture as the rules of `check` see it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
+from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.scene.finding import Finding
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CheckedTarget:
+    """A target that the record lists.
+
+    picture: whose it is · recorded, described: what the record and dataset.json say of it · camera, T_cam_body: of the
+    record · mask (H, W) bool: the pixels that show it, None where no label says so.
+    """
+
+    picture: CheckedPicture
+    recorded: Mapping[str, Any]
+    described: Mapping[str, Any]
+    camera: Camera
+    T_cam_body: Transform
+    mask: NDArray[np.bool_] | None
+
+    def finding(self, code: str, message: str) -> Finding:
+        """Return an error on this target."""
+        several = len(self.picture.record["targets"]) > 1
+        named = f"target {self.recorded['id']} ({self.recorded['name']}): {message}" if several else message
+        return Finding(code=code, where=self.picture.where, message=named)
+
+    @property
+    def rigid(self) -> bool:
+        """Return whether it has the shape that dataset.json says, so that the keypoints there are its own."""
+        return bool(np.array_equal(self.recorded["box_3d"]["box"], self.described["box"]))
+
+    @property
+    def keypoints(self) -> Float:
+        """(N, 3) in its own axes, metres, as dataset.json has them."""
+        return np.reshape(list(self.described["keypoints"].values()), (-1, 3))
+
+    @property
+    def dense_pose(self) -> tuple[Float, Float] | None:
+        """Points (N, 3), its own axes, metres, of the pixels that show it, and the centres (N, 2) of these pixels; None
+        without the labels for it."""
+        dense = self.picture.arrays.get("dense_pose")
+        if dense is None or self.mask is None:
+            return None
+        rows, columns = np.nonzero(self.mask)
+        return dense[rows, columns].astype(np.float64), np.stack([columns + 0.5, rows + 0.5], -1)
+
+
+def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
+    """Yield the targets of a picture; none where its files are not of the camera's size, for which there is a rule, or
+    where dataset.json does not list them."""
+    camera = _camera(picture.record["camera"])
+    if any(array.shape[:2] != camera.frame.shape for array in _pixels(picture)):
+        return
+    described = {target["id"]: target for target in picture.description["targets"]}
+    for recorded in picture.record["targets"]:
+        if recorded["id"] in described:
+            pose = recorded["pose"]
+            yield CheckedTarget(
+                picture=picture,
+                recorded=recorded,
+                described=described[recorded["id"]],
+                camera=camera,
+                T_cam_body=Transform.from_quaternion(to="cam", of="body", q=pose["q_cam_body"], t=pose["t_cam_body"]),
+                mask=_mask(picture, recorded["id"]),
+            )
+
+
+def _pixels(picture: CheckedPicture) -> Iterator[NDArray[Any]]:
+    """Yield the files that have pixels."""
+    yield from (array for kind, array in picture.arrays.items() if kind not in CLOUD_LABELS)
+
+
+def _camera(recorded: Mapping[str, Any]) -> Camera:
+    return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
+
+
+def _mask(picture: CheckedPicture, target: int) -> NDArray[np.bool_] | None:
+    if "instance" in picture.arrays:
+        return np.asarray(picture.arrays["instance"] == target)
+    parts = picture.arrays.get("segmentation")
+    if parts is None:
+        return None
+    own = [int(number) for number, part in picture.description["parts"].items() if part["target"] == target]
+    return np.isin(parts, own)

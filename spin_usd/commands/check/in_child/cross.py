@@ -1,0 +1,131 @@
+"""The child's part of `check --cross`: a picture's labels cast again by Cycles, and what differs."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.commands.check.digests import MAKE_AGAIN
+from spin_usd.commands.check.in_child.label_disagreement import ROUNDINGS, Labels, Mask, disagreements
+from spin_usd.commands.check.in_child.picture import read_arrays
+from spin_usd.errors import SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.picture.make_picture import Stopwatch, make_labels
+from spin_usd.processes.open_renderer import open_check_pass
+from spin_usd.renderers.renderer import LabelPass
+from spin_usd.scene.derived.coincidence import GAP
+from spin_usd.scene.derived.faces import corners_of, parts_of
+from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.model import Scene
+from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.store.json_schema import read_json
+
+COMPARED = ("segmentation", "depth", "dense_pose")
+MAX_LOOKED = 4096  # pixels at which coincident parts are looked for: more that differ are a fault whatever they show
+FACES_AT_ONCE = 512
+ON_EDGE = 1e-9  # of a triangle, in barycentric weights
+
+
+def cross_findings(*, dataset: str, record: str) -> dict[str, Any]:
+    """Return "findings", as JSON, on the labels of the picture whose record is the file `record`, and whether they were
+    "compared". Where the record or a file of it cannot be used there are none: `check` says so by itself."""
+    root = Path(dataset)
+    try:
+        content = read_json(Folder(root), record, "record-1")
+    except SpinError:
+        return _answer([], compared=False)
+    files = {kind: entry for kind, entry in content["files"].items() if kind in COMPARED}
+    arrays = dict(read_arrays(root, {"files": files}))
+    ours = {kind: array for kind, array in arrays.items() if not isinstance(array, Finding)}
+    if len(ours) < len(arrays):
+        return _answer([], compared=False)
+    if not ours:
+        message = f"holds none of {', '.join(COMPARED)}, so there is nothing to compare"
+        return _answer([Finding(code="cross", where=record, message=message, severity=WARNING)], compared=False)
+    scene = _scene(root, content)
+    if scene is None or any(array.shape[:2] != scene.camera.frame.shape for array in ours.values()):
+        message = f"is not of the dataset's stage; {MAKE_AGAIN}"
+        return _answer([Finding(code="cross", where=record, message=message)], compared=False)
+    return _answer(_findings(record, scene, ours), compared=True)
+
+
+def _answer(findings: Iterable[Finding], *, compared: bool) -> dict[str, Any]:
+    return {"compared": compared, "findings": [asdict(finding) for finding in findings]}
+
+
+def _findings(where: str, scene: Scene, ours: Labels) -> Iterator[Finding]:
+    """Yield where our labels of the scene's picture differ from those of Cycles in more pixels than may."""
+    theirs = {kind: array for kind, array, _ in make_labels(scene, _check_pass(), COMPARED, Stopwatch())}
+    coincident = _coincident(scene, ours, theirs)
+    for each in disagreements(ours, theirs, scene.camera, coincident=coincident):
+        worst = f", by {each.worst} at the worst" if each.worst else ""
+        message = (
+            f"the {each.quantity} differs from what Cycles sees in {each.pixels} pixels {each.place}{worst}, "
+            f"and may in {each.allowed}; {MAKE_AGAIN}"
+        )
+        yield Finding(code="cross", where=where, message=message)
+
+
+def _scene(root: Path, record: Mapping[str, Any]) -> Scene | None:
+    """Return the scene of the record's picture, as the dataset's own stage has it; None where it has no such
+    picture."""
+    reader = _reader(str(Folder(root).path(record["provenance"]["stage"]["root"])), record["variant"])
+    frames, index = reader.frames, record["index"]
+    return reader.scene(frames[index]) if index < len(frames) and frames[index].name == record["frame"] else None
+
+
+@lru_cache(maxsize=1)
+def _reader(stage: str, variant: str) -> StageReader:
+    return StageReader(stage, variant=variant)
+
+
+@cache
+def _check_pass() -> LabelPass:
+    return open_check_pass()
+
+
+def _coincident(scene: Scene, ours: Labels, theirs: Labels) -> Mask:
+    """Return (H, W) where the part in our segmentation has a face in the surface that `theirs` shows as another
+    part's."""
+    found = np.zeros(scene.camera.frame.shape, bool)
+    if "segmentation" not in ours:
+        return found
+    parts, others = ours["segmentation"], theirs["segmentation"]
+    rows, columns = (index[:MAX_LOOKED] for index in np.nonzero((parts > 0) & (others > 0) & (parts != others)))
+    xy = scene.camera.centres(scene.camera.frame)[rows, columns]
+    depth = theirs["depth"][rows, columns].astype(np.float64)
+    for part in np.unique(parts[rows, columns]):
+        at = np.flatnonzero(parts[rows, columns] == part)
+        found[rows[at], columns[at]] = _lies_there(scene, int(part), xy[at], depth[at])
+    return found
+
+
+def _lies_there(scene: Scene, part: int, xy: Float, depth: Float) -> Mask:
+    """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, of the rays
+    (x, y, 1) of `xy` (N, 2), or so near to it that no renderer can tell."""
+    place = int(np.searchsorted(scene.parts_before, part)) - 1
+    one, own = scene.apart[place], part - scene.parts_before[place]
+    mesh = one.target.mesh
+    faces = np.flatnonzero(parts_of(mesh, np.arange(mesh.count)) == own)
+    rays, there = np.insert(xy, 2, 1.0, axis=1), np.zeros(len(xy), bool)
+    for start in range(0, len(faces), FACES_AT_ONCE):
+        corners = one.T_cam_body.points(corners_of(mesh, faces[start : start + FACES_AT_ONCE]))
+        near = np.abs(_depths(rays, corners) - depth[:, None]) <= GAP * mesh.radius + ROUNDINGS * depth[:, None]
+        there |= near.any(1)
+    return there
+
+
+def _depths(rays: Float, corners: Float) -> Float:
+    """Return (N, F) the depth at which each of the rays (N, 3), whose z is 1, meets each triangle (F, 3, 3), camera
+    frame; infinite where it does not."""
+    a, b, c = corners.swapaxes(0, 1)
+    weights: NDArray[np.float64] = np.stack([rays @ np.cross(p, q).T for p, q in ((b, c), (c, a), (a, b))])
+    whole = weights.sum(0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inside = (weights / whole >= -ON_EDGE).all(0)
+        return np.where(inside, (a * np.cross(b, c)).sum(1) / whole, np.inf)

@@ -1,0 +1,72 @@
+"""Rule: each label is of the picture's size, and agrees with the others as its own file in `labels` says."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.commands.check.digests import MAKE_AGAIN
+from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
+from spin_usd.labels.labelled_picture import LabelledPicture
+from spin_usd.labels.table import CLOUD_LABELS, LABELS
+from spin_usd.scene.derived.part_classes import class_ids
+from spin_usd.scene.finding import Finding
+from spin_usd.scene.lidar.lidar import Lidar
+
+
+def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
+    """Yield an error for the first file that has another size than the camera; where none has, for each fault of a
+    label."""
+    camera = picture.record["camera"]
+    shape = (camera["height"], camera["width"])
+    for kind, array in picture.arrays.items():
+        if kind not in CLOUD_LABELS and array.shape[:2] != shape:
+            message = f"is {array.shape[:2]}, the camera is {shape}; {MAKE_AGAIN}"
+            yield Finding(code="size", where=picture.record["files"][kind]["path"], message=message)
+            return
+    labelled = _labelled(picture)
+    for label in LABELS.values():
+        for fault in label.faults(labelled) if label.name in labelled.arrays else ():
+            yield Finding(code=fault.code, where=picture.where, message=f"{fault.message}; {MAKE_AGAIN}")
+
+
+def _labelled(picture: CheckedPicture) -> LabelledPicture:
+    record, description = picture.record, picture.description
+    parts, following, lidar = description["parts"], record.get("next"), record.get("lidar")
+    ids = class_ids(part["class"] for part in parts.values())
+    return LabelledPicture(
+        camera=_camera(record["camera"]),
+        poses=_poses(record["targets"]),
+        target_of_part=_by_part({number: part["target"] for number, part in parts.items()}),
+        arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
+        class_of_part=_by_part({number: ids[part["class"]] for number, part in parts.items()}),
+        boxes={target["id"]: np.array(target["box_3d"]["box"]) for target in record["targets"]},
+        towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
+        next_camera=_camera(following["camera"]) if following else None,
+        next_poses=_poses(following["targets"]) if following else {},
+        lidar=Lidar.from_json(lidar) if lidar else None,
+    )
+
+
+def _camera(recorded: Mapping[str, Any]) -> Camera:
+    return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
+
+
+def _poses(recorded: Sequence[Mapping[str, Any]]) -> dict[int, Transform]:
+    """Return T_cam_body of each of the targets, by id."""
+    return {target["id"]: _pose(target["pose"]) for target in recorded}
+
+
+def _pose(recorded: Mapping[str, Any]) -> Transform:
+    return Transform.from_quaternion(to="cam", of="body", q=recorded["q_cam_body"], t=recorded["t_cam_body"])
+
+
+def _by_part(values: Mapping[str, int]) -> NDArray[np.uint16]:
+    """Return (P + 1,) the values by the ids of parts; 0 of nothing."""
+    found = np.zeros(max(map(int, values), default=0) + 1, np.uint16)
+    for number, value in values.items():
+        found[int(number)] = value
+    return found

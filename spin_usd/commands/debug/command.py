@@ -1,0 +1,20 @@
+"""`spin-usd debug`: a picture's scene as a .blend, for when a picture surprises."""
+
+import typer
+
+import spin_usd
+from spin_usd.commands.debug.options import DebugOptions
+from spin_usd.terminal.lines import show
+from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.progress import shown
+
+
+def debug(context: typer.Context, options: DebugOptions) -> None:
+    """Write the scene of a picture as a .blend: camera, lens, lights, materials and surroundings, by their USD prims.
+
+    Blender 5.2 opens it, and F12 renders the picture before optics and detector. The text README in it says more.
+    """
+    with shown(context.obj["quiet"]) as progress:
+        made = spin_usd.debug(**options.arguments(on_progress=progress))
+    show_notes(made.notes)
+    show(f"{made.path}   (frame {made.frame} of {made.variant})")

@@ -1,0 +1,29 @@
+"""`spin-usd demo`: makes an example's stage, dataset and contact sheet."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
+from spin_usd.options import Quality, Workers
+from spin_usd.terminal.lines import show
+from spin_usd.terminal.progress import shown
+
+
+def demo(
+    context: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
+    quality: Quality = None,
+    workers: Workers = None,
+) -> None:
+    """Author the example stage, render and label it, and say where to look."""
+    from spin_usd.commands.demo.run import run_demo
+
+    with shown(context.obj["quiet"]) as progress:
+        made = run_demo(out, progress=progress, workers=workers, quality=quality)
+    show(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
+    show(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
+    show(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    warn_of_faults(made.report, made.dataset)
+    exit_if_failed(made.report)

@@ -1,0 +1,46 @@
+"""The example, end to end: authors a stage, renders and labels it, and lays out a contact sheet."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd import resources
+from spin_usd.commands.render.report import RenderReport
+from spin_usd.commands.render.run import render_dataset
+from spin_usd.errors import InputError
+from spin_usd.options import EffortOptions, PictureOptions, RunOptions
+from spin_usd.planning.effort_choice import setting_of
+from spin_usd.planning.request import RenderRequest
+from spin_usd.processes.ask_child import ask_child
+from spin_usd.progress import Progress
+from spin_usd.store.read.contact_sheet import write_contact_sheet
+from spin_usd.store.read.dataset import Dataset
+
+POSES = "tango_speedplus_poses.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demo:
+    """The places where the demo put its results, and the report of its render."""
+
+    stage: Path
+    dataset: Path
+    contact_sheet: Path
+    report: RenderReport
+
+
+def run_demo(out: Path, *, progress: Progress, workers: int | None = None, quality: str | None = None) -> Demo:
+    """Make the example in the folder `out` with a `quality`, the default of renders if None; what an earlier run made
+    there is used again. Raises InputError for a name that no quality has."""
+    stage = out / "stage" / "dataset.usda"
+    setting_of(stage, EffortOptions(quality=quality), renderer=None)  # a wrong name is told before anything is made
+    if not stage.exists():
+        if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+            raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
+        progress("authoring: stage", 0, 1)
+        poses = resources.stages() / "examples" / POSES
+        folder = str(stage.parent.absolute())
+        ask_child("author", reads=poses, poses=str(poses), target="tango", camera="speedplus", out=folder)
+    dataset, request = out / "dataset", RenderRequest.of(PictureOptions(stage, quality=quality))
+    report = render_dataset(request, dataset, RunOptions(workers=workers), progress=progress)
+    sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")
+    return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)

@@ -1,0 +1,117 @@
+"""`spin-usd diff`: what differs between two variants, for people and for programs."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from spin_usd.counted import counted
+from spin_usd.options import Frames, Stage
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, show
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+from spin_usd.terminal.report import show_report
+
+VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
+VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same. Each line shows A's value -> B's.")]
+# What must be made again where that key is another.
+EFFECTS = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
+
+
+def diff(
+    context: typer.Context,
+    stage: Stage,
+    variant_a: VariantA,
+    variant_b: VariantB,
+    frames: Frames = None,
+    as_json: Json = False,
+) -> None:
+    """Show what differs from one variant to another, by prim and property, and which work that makes.
+
+    A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
+    isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing.
+
+    The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
+    """
+    from spin_usd.commands.diff.run import diff as compare
+    from spin_usd.store.stage_path import existing_stage
+
+    with shown(context.obj["quiet"]) as progress:
+        answer = compare(existing_stage(Path(stage)), variant_a, variant_b, frames=frames, progress=progress)
+    if as_json:
+        show_report("diff", answer)
+        return
+    show(*_listed(answer["differences"]), *_summary(answer))
+
+
+def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
+    """Yield a paragraph for each prim, and one for the files."""
+    for where, here in groupby(
+        differences, key=lambda each: each["where"].partition(".")[0] if each["kind"] != "file" else ""
+    ):
+        yield (Painted(where or "files", bold=True),)
+        for each in here:
+            yield from _difference(each)
+        yield ""
+
+
+def _difference(each: Mapping[str, Any]) -> Iterator[Line]:
+    subject = each["where"] if each["kind"] == "file" else _subject(each)
+    effect = f"   [{EFFECTS[each['effect']]}]" if each["effect"] else ""
+    before, after = Painted(_text(each["before"]), BAD), Painted(_text(each["after"]), GOOD)
+    samples = ""
+    if each["samples"]:
+        which = "the only time sample" if each["samples"] == 1 else f"the first of {each['samples']} time samples"
+        samples = f"   (at {each['time_code']:g}, {which} that differ{'s' * (each['samples'] == 1)})"
+    yield "  ", Painted(subject, NAME), "   ", before, " -> ", after, samples, Painted(effect, DOUBTFUL)
+    if each["before_from"] or each["after_from"]:
+        origin = f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
+        yield (Painted(origin, QUIET),)
+
+
+def _subject(each: Mapping[str, Any]) -> str:
+    name = each["where"].partition(".")[2]
+    match each["kind"]:
+        case "selection":
+            return f"variant set {each['name']}"
+        case "schemas":
+            return "applied schemas"
+        case "metadata":
+            return f"{each['name']} of {name}" if name else str(each["name"])
+        case "connection":
+            return f"{name} connected to"
+    return name or str(each["kind"])
+
+
+def _text(value: str | None) -> str:
+    return "none" if value is None else value
+
+
+def _summary(answer: Mapping[str, Any]) -> Iterator[str]:
+    pictures, count = answer["pictures"], len(answer["differences"])
+    before, after = answer["before"], answer["after"]
+    places, total = counted(count, "place"), counted(pictures["compared"], "picture")
+    yield f"{after} differs from {before} in {places}" if count else f"{after} is composed as {before} is"
+    labels, renders, images = (pictures[key] for key in ("geometry", "radiance", "exposure"))
+    yield f"of {total}: labels differ in {labels}, renders in {renders}, images in {images}"
+    for key, name in (("only_before", before), ("only_after", after)):
+        if pictures[key]:
+            yield f"{counted(pictures[key], 'picture')} only in {name}"
+    yield _cost(answer)
+
+
+def _cost(answer: Mapping[str, Any]) -> str:
+    labels, renders, images, total = (
+        answer["pictures"][key] for key in ("geometry", "radiance", "exposure", "compared")
+    )
+    if not images and not answer["redrawn"]:
+        return "nothing differs in any picture"
+    if not images:
+        return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
+    if not renders:
+        developed = counted(total if answer["redrawn"] else images, "image")
+        return f"nothing is rendered again: {developed} developed from the same renders"
+    again = f"{renders} of {counted(total, 'picture')} rendered again"
+    return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

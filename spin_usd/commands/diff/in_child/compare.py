@@ -1,0 +1,99 @@
+"""Compare two variants of a stage, composed side by side, as JSON."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.commands.diff.in_child.effect import ComparedVariant, NeutralKeys, Trials, changed
+from spin_usd.errors import InputError
+from spin_usd.formats.chosen_frames import slice_of
+from spin_usd.progress import Progress
+from spin_usd.scene.derived.content_keys import KEYS
+from spin_usd.scene.model import NOMINAL, FrameId
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.composition.stage_hash import AUGMENTATION
+from spin_usd.stage.diff.differences import differences
+from spin_usd.stage.read.stage_reader import StageReader
+
+PROGRESS_EVERY = 500
+
+
+def compare(*, stage: str, before: str, after: str, frames: str | None, progress: Progress) -> dict[str, Any]:
+    """Return what differs from the variant `before` to `after` of a stage, each as Selection.parse reads it.
+
+    "differences" holds what `stage.diff` lists, each with its "effect": the first of the keys "geometry", "radiance",
+    "exposure" that it changes by itself, "nothing", or None, as Trials.effect finds. "pictures" holds how many pictures
+    both have ("compared"), in how many of them each key differs, and how many only one has ("only_before",
+    "only_after"). "redrawn" is true where the two are other augmentations: the pictures' own seeds, which the keys
+    leave out, then differ, and so do noise and back plates.
+    """
+    selections = Selection.parse(before), Selection.parse(after)
+    first, second = (selection.open(stage) for selection in selections)
+    found = list(differences(first.stage, second.stage))
+    pairs, pictures = _pairs(first, second, frames)
+    first_pairs: dict[str, tuple[FrameId, FrameId]] = {}
+    keys = NeutralKeys(first), NeutralKeys(second)
+    for done, pair in enumerate(pairs):
+        if done % PROGRESS_EVERY == 0:
+            progress("comparing: picture", done, len(pairs))
+        for key in changed(keys[0].of(pair[0]), keys[1].of(pair[1])):
+            pictures[key] += 1
+            first_pairs.setdefault(key, pair)
+    progress("comparing: picture", len(pairs), len(pairs))
+    trials = Trials(
+        variants=(
+            ComparedVariant(reader=first, trial=selections[0].open(stage).stage),
+            ComparedVariant(reader=second, trial=selections[1].open(stage).stage),
+        ),
+        found=found,
+        frames=pairs,
+        first_pairs=list(dict.fromkeys(first_pairs.values())),
+    )
+    listed = []
+    for done, each in enumerate(found):
+        progress("trying alone: difference", done, len(found))
+        listed.append({**asdict(each), "effect": trials.effect(each)})
+    if found:
+        progress("trying alone: difference", len(found), len(found))
+    redrawn = selections[0].variant != selections[1].variant
+    return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
+
+
+def _pairs(
+    first: StageReader, second: StageReader, frames: str | None
+) -> tuple[list[tuple[FrameId, FrameId]], dict[str, int]]:
+    """Pair the pictures of both by name; count those, the ones that only one has, and 0 for each key."""
+    chosen = first.frames[slice_of(frames)] if frames else first.frames
+    if not chosen:
+        found = f"frames {frames!r} selects none of the {len(first.frames)} frames"
+        raise InputError(found, do="count from 0; 0:10 are the first ten")
+    others = {frame.name: frame for frame in second.frames}
+    pairs = [(frame, others[frame.name]) for frame in chosen if frame.name in others]
+    only_after = 0 if frames else len(others.keys() - {frame.name for frame in first.frames})
+    counts = {"compared": len(pairs), "only_before": len(chosen) - len(pairs), "only_after": only_after}
+    return pairs, {**counts, **dict.fromkeys(KEYS, 0)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Selection:
+    """One composition of a stage: an augmentation, and variants of the default prim's other sets."""
+
+    variant: str
+    others: dict[str, str]
+
+    @classmethod
+    def parse(cls, text: str) -> "Selection":
+        """Read "nominal", "isda_1", "camera=rich,materials=plain" or "isda_1,camera=rich". Raises InputError."""
+        chosen: dict[str, str] = {}
+        for part in text.split(","):
+            name, equals, variant = part.strip().rpartition("=")
+            name = name if equals else AUGMENTATION
+            if not (name and variant) or name in chosen:
+                do = "write VARIANT, or SET=VARIANT,... with each set once"
+                raise InputError(f"{text!r} cannot be understood as a variant", do=do)
+            chosen[name] = variant
+        return cls(variant=chosen.pop(AUGMENTATION, NOMINAL), others=chosen)
+
+    def open(self, stage: str) -> StageReader:
+        """Return a reader of the stage so composed. Raises StageError for a set or a variant that it does not have."""
+        opened = open_stage(stage, variant=self.variant, selections=self.others)
+        return StageReader(stage, variant=self.variant, stage=opened)

@@ -1,0 +1,35 @@
+"""`spin-usd doctor`: prints what this machine has, and what it lacks."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.errors import FINDINGS
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, show
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.report import show_report
+
+OK, MISSING = Painted("ok ", GOOD), Painted("NO ", BAD, bold=True)
+
+
+def doctor(
+    folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
+    as_json: Json = False,
+) -> None:
+    """Say what this machine has and lacks, each line with its remedy."""
+    from spin_usd.commands.doctor.run import examine
+
+    lines = []
+    for line in examine(folder):
+        lines.append(line)
+        if not as_json:
+            show((OK if line.well else MISSING, f" {line.subject:26} {line.found}"))
+            if line.remedy:
+                show(("    ", " " * 26, Painted(f" -> {line.remedy}", DOUBTFUL)))
+    well = all(line.well for line in lines)
+    if as_json:
+        show_report("doctor", {"well": well, "lines": [asdict(line) for line in lines]})
+    if not well:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,113 @@
+"""Examine this machine for what spin_usd needs."""
+
+import os
+import platform
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import psutil
+
+import spin_usd
+from spin_usd.commands.render.workers import MEMORY_PER_WORKER, default_workers
+from spin_usd.errors import SpinError
+from spin_usd.picture.versions import LIBRARIES
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_limits import rendering_memory
+from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.devices import graphics_processors
+from spin_usd.processes.open_renderer import RENDERERS
+from spin_usd.processes.processors import usable_cpus
+from spin_usd.scene.effort import CPU
+
+DISK_WANTED = 5 << 30
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One thing that was examined. `remedy` is empty when it is well."""
+
+    subject: str
+    found: str
+    remedy: str = ""
+
+    @property
+    def well(self) -> bool:
+        return not self.remedy
+
+
+def examine(folder: Path) -> Iterator[Line]:
+    """Examine all that spin_usd needs of this machine, with `folder` as the place where datasets would go."""
+    yield Line(subject="spin_usd", found=spin_usd.__version__)
+    yield _python()
+    for name in LIBRARIES:
+        yield _library(name)
+    yield from _children()
+    yield _processors()
+    yield _devices()
+    yield _memory()
+    yield _disk(folder)
+
+
+def _python() -> Line:
+    found = f"Python {platform.python_version()} on {platform.machine()} {platform.system()}"
+    remedy = "" if sys.version_info >= (3, 11) else "use Python 3.13"
+    return Line(subject="python", found=found, remedy=remedy)
+
+
+def _library(name: str) -> Line:
+    try:
+        return Line(subject=name, found=version(name))
+    except PackageNotFoundError:
+        remedy = f"install it: python -m pip install {name}"
+        if name == "bpy" and sys.version_info[:2] != (3, 13):
+            remedy = "to render with Blender use Python 3.13: bpy has wheels for it alone"
+        return Line(subject=name, found="not installed", remedy=remedy)
+
+
+def _children() -> Iterator[Line]:
+    """Start each renderer as a render would start it: a library that crashes must not take us along."""
+    for renderer in RENDERERS:
+        try:
+            with Child(memory=rendering_memory()) as child:
+                found = child.call("try_renderer", name=renderer)
+            yield Line(subject=f"renderer {renderer}", found=found)
+        except (SpinError, RuntimeError) as e:
+            yield Line(subject=f"renderer {renderer}", found=str(e), remedy="install the locked packages again")
+
+
+def _processors() -> Line:
+    return Line(
+        subject="processors", found=f"{len(usable_cpus())} usable; render would start {default_workers()} workers"
+    )
+
+
+def _devices() -> Line:
+    """List what can render light besides the CPU."""
+    try:
+        found = graphics_processors()
+    except ChildDiedError as died:
+        remedy = "look after the graphics driver; --device cpu does not need it"
+        return Line(subject="devices", found=f"{CPU}; the search for others failed: {died}", remedy=remedy)
+    more = [f"{name} ({', '.join(models)})" for name, models in found.items()]
+    return Line(subject="devices", found="; ".join([CPU, *more]))
+
+
+def _memory() -> Line:
+    free = psutil.virtual_memory().available
+    remedy = "" if free > MEMORY_PER_WORKER else "free some memory: a worker may need 1 GB"
+    return Line(subject="memory", found=f"{free / 2**30:.1f} GB available", remedy=remedy)
+
+
+def _disk(folder: Path) -> Line:
+    if not folder.is_dir():
+        return Line(subject="disk", found=f"{folder} is not a folder", remedy="choose a folder that exists")
+    free = shutil.disk_usage(folder).free
+    writable = os.access(folder, os.W_OK)
+    remedy = "" if free > DISK_WANTED else "free some space: a thousand SPEED+ pictures with labels need about 2 GB"
+    if not writable:
+        remedy = "choose a folder that you may write"
+    return Line(subject="disk", found=f"{free / 2**30:.1f} GB free in {folder}", remedy=remedy)

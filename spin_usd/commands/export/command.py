@@ -1,0 +1,59 @@
+"""`spin-usd export`: writes a dataset in a format of others, or lists the formats."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.commands.export.options import ExportOptions
+from spin_usd.counted import counted
+from spin_usd.errors import InputError
+from spin_usd.terminal.lines import NAME, Line, Painted, show
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+
+if TYPE_CHECKING:
+    from spin_usd.commands.export.report import ExportReport
+
+
+def export(
+    context: typer.Context,
+    options: ExportOptions | None,
+    *,
+    list_formats: Annotated[bool, typer.Option("--list", help="List the formats with their options, and end.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
+    if list_formats:
+        show(*_formats())
+        return
+    if options is None:
+        raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.export(**options.arguments(on_progress=progress))
+    show(json.dumps(asdict(report)) if as_json else _sentence(report))
+
+
+def _sentence(report: "ExportReport") -> str:
+    """Say in one line what was written."""
+    splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
+    left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
+    files = f"{counted(report.linked, 'file')} linked, {report.made} made, {report.kept} already there"
+    return (
+        f"{report.out}   ({counted(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "
+        f"in {report.seconds:.1f} s)"
+    )
+
+
+def _formats() -> Iterator[Line]:
+    """Yield a few lines for each format: its name, what it is, its options."""
+    from spin_usd.commands.export.run import export_formats
+
+    for each in export_formats():
+        yield Painted(each.name, NAME), f": {each.holds}"
+        for choice in each.options:
+            values = f" ({', '.join(choice.choices)})" if choice.choices else ""
+            yield f"    --option {choice.name}={choice.default}: {choice.meaning}{values}"

@@ -1,0 +1,61 @@
+"""The options of `export`."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated
+
+from spin_usd.completions import listed_in
+from spin_usd.errors import InputError
+from spin_usd.options import MAX_WORKERS, Dataset, Frames, Listening, Option, names_in
+
+
+@dataclass(frozen=True)
+class ExportOptions(Listening):
+    """What is exported, and in which form."""
+
+    dataset: Dataset
+    _: KW_ONLY
+    to: Annotated[
+        str,
+        Option(
+            "The format; --list names all.",
+            "NAME",
+            words=listed_in("spin_usd.commands.export.formats.table", "EXPORT_FORMATS"),
+        ),
+    ]
+    out: Annotated[str | Path, Option("The export's folder. Run again, it makes what is missing.", "PATH")]
+    split: Annotated[
+        str | None,
+        Option("Shares, such as train=0.8,validation=0.2; all is train if not given.", "NAME=SHARE,..."),
+    ] = None
+    seed: Annotated[
+        int, Option("Decides which poses go into which split; all variants of a pose go together.", "N")
+    ] = 0
+    frames: Frames = None
+    variants: Annotated[
+        str | Sequence[str], Option("Names, or patterns such as 'noisy_*', or all; all if not given.", "NAME,...")
+    ] = ()
+    target: Annotated[
+        str | None, Option("Which target, for formats that hold one; the first if not given.", "NAME")
+    ] = None
+    option: Annotated[
+        str | Sequence[str],
+        Option("An option of the format; may be given several times.", "NAME=VALUE", repeated=True),
+    ] = ()
+    copy: Annotated[bool, Option("Copy files that need no change; they are linked (hard links) if not given.")] = False
+    workers: Annotated[
+        int, Option("Worker processes; their number changes no byte.", "N", at_least=1, at_most=MAX_WORKERS)
+    ] = 1
+
+    @property
+    def format_options(self) -> dict[str, str]:
+        """The format's options by name. Raises InputError for text that is not NAME=VALUE."""
+        found: dict[str, str] = {}
+        for text in names_in(self.option):
+            name, equals, value = (part.strip() for part in text.partition("="))
+            if not equals or not name or name in found:
+                do = "write for example masks=parts, each name once"
+                raise InputError(f"option {text!r} is not NAME=VALUE", do=do)
+            found[name] = value
+        return found

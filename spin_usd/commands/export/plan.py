@@ -1,0 +1,213 @@
+"""The plan of an export: which pictures go where, after a look at every one of them. Nothing is written."""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from math import isclose, isfinite
+from pathlib import Path
+from typing import Any
+
+from spin_usd import __version__
+from spin_usd.arrays import digest
+from spin_usd.commands.export.formats.table import format_named
+from spin_usd.commands.export.layout.exported_dataset import Entry, ExportedDataset
+from spin_usd.commands.export.layout.exported_picture import ExportedPicture
+from spin_usd.commands.export.layout.layout import ExportFormat, Layout
+from spin_usd.commands.export.layout.survey import Survey
+from spin_usd.commands.export.options import ExportOptions
+from spin_usd.commands.export.selection import poses_of, selected
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.options import names_in
+from spin_usd.progress import Progress
+from spin_usd.scene.target import MAX_PARTS
+from spin_usd.store.read.dataset import Dataset
+
+WRITE = "write for example train=0.8,validation=0.2"
+NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+DEFAULT = "train"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportPlan:
+    """What an export writes.
+
+    format, layout: how · exported: what · survey: what its pictures are like · left_out: how many pictures show nothing
+    of the target, where the format cannot hold those · described: what export.json says.
+    """
+
+    format: ExportFormat
+    layout: Layout
+    exported: ExportedDataset
+    survey: Survey
+    left_out: int
+    described: Mapping[str, Any]
+
+
+def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:
+    """Choose the pictures, read all of their records, and refuse what the format cannot hold.
+
+    Raises InputError and UnsupportedError.
+    """
+    to = format_named(request.to)
+    options = to.values(request.format_options)
+    layout = to.layout_for(options)
+    shares = named_splits(read_split(request.split), layout.splits, format_name=to.name)
+    dataset = Dataset(Path(request.dataset))
+    _refuse_parts(dataset)
+    chosen = ExportedDataset(
+        dataset=dataset,
+        entries=_entries(dataset, request, shares, progress),
+        splits=tuple(shares),
+        target=_target(dataset, request.target),
+        options=options,
+    )
+    bodies = len({part.target for part in dataset.parts.values()})
+    survey = Survey(
+        format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies
+    )
+    kept, identity = _survey_pictures(chosen, layout, survey, progress)
+    for limit in layout.limits:
+        limit(survey)
+    described = {
+        "format": to.name,
+        "options": dict(options),
+        "dataset": identity,
+        "target": chosen.target,
+        "splits": dict(shares),
+        "seed": request.seed,
+        "pictures": len(kept),
+        "spin_usd": __version__,
+    }
+    return ExportPlan(
+        format=to,
+        layout=layout,
+        exported=replace(chosen, entries=kept, cameras=tuple(survey.cameras), farthest=survey.farthest[0]),
+        survey=survey,
+        left_out=len(chosen) - len(kept),
+        described=described,
+    )
+
+
+def _entries(
+    dataset: Dataset, request: ExportOptions, shares: Mapping[str, float], progress: Progress
+) -> tuple[Entry, ...]:
+    """Return the pictures chosen, each with its split: all variants of a pose are in one."""
+    pictures = selected(dataset, frames=request.frames, variants=names_in(request.variants), progress=progress)
+    pose = poses_of(pictures)
+    split = split_of_each(list(pose.values()), shares, seed=request.seed)
+    return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)
+
+
+def _survey_pictures(
+    chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Progress
+) -> tuple[tuple[Entry, ...], str]:
+    """Return the pictures that the format holds, and a digest of all that was read of them. Raises InputError."""
+    identity = hashlib.sha256(_digest_of_shared(chosen.dataset).encode())
+    kept: list[Entry] = []
+    for done, (entry, picture) in enumerate(zip(chosen.entries, chosen, strict=True)):
+        progress("checking: picture", done, len(chosen))
+        _refuse_missing_kinds(picture, layout, survey.format)
+        identity.update(json.dumps(picture.picture.record, sort_keys=True).encode())
+        if layout.visible_only and not _shows_target(picture, layout):
+            continue
+        survey.add(picture)
+        kept.append(entry)
+    progress("checking: picture", len(chosen), len(chosen))
+    if not any(_shows_target(picture, layout) for picture in chosen):
+        do = "check the poses and the camera: spin-usd check"
+        raise InputError("shows no pixel of its target in any picture", where=chosen.dataset.root, do=do)
+    return tuple(kept), identity.hexdigest()
+
+
+def _digest_of_shared(dataset: Dataset) -> str:
+    """Return a digest of what all pictures share."""
+    parts = [asdict(part) for part in dataset.parts.values()]
+    targets = [[each.name, each.box.tolist(), list(each.keypoints.names)] for each in dataset.targets]
+    return digest(parts, targets, *(each.keypoints.points for each in dataset.targets))
+
+
+def _shows_target(picture: ExportedPicture, layout: Layout) -> bool:
+    """Return whether a target that the format holds is visible."""
+    targets = picture.targets if layout.several else (picture.target,)
+    return any(target.pixels_visible > 0 for target in targets)
+
+
+def _refuse_missing_kinds(picture: ExportedPicture, layout: Layout, format_name: str) -> None:
+    """Raise InputError where the picture lacks a kind of file that the format needs."""
+    for kind in layout.needs:
+        if not picture.has(kind):
+            do = "render it without --labels-only" if kind == "image" else f"render it with --labels default,{kind}"
+            raise InputError(f"has no {kind}, which {format_name} needs", where=picture.name, do=do)
+
+
+def _refuse_parts(dataset: Dataset) -> None:
+    """Raise UnsupportedError for more parts than a segmentation can tell apart."""
+    if len(dataset.parts) > MAX_PARTS:
+        found = f"lists {len(dataset.parts)} parts, and 16 bits of a segmentation hold {MAX_PARTS}"
+        raise UnsupportedError(found, where=dataset.root, do="merge parts with author --parts, and render again")
+
+
+def _target(dataset: Dataset, name: str | None) -> str:
+    """Return the name of the target that is exported where a format holds one. Raises InputError."""
+    names = [target.name for target in dataset.targets]
+    if name is not None and name not in names:
+        raise InputError(f"has no target {name!r}", where=dataset.root, do=f"choose among {', '.join(names)}")
+    return name or names[0]
+
+
+def read_split(text: str | None) -> dict[str, float]:
+    """Return the share of each split that "train=0.8,validation=0.2" says; all is "train" where it is None.
+
+    Raises InputError unless the shares are positive and their sum is 1.
+    """
+    if text is None:
+        return {DEFAULT: 1.0}
+    shares: dict[str, float] = {}
+    for item in text.split(","):
+        name, _, number = (part.strip() for part in item.partition("="))
+        if not NAME.fullmatch(name) or name in shares:
+            raise InputError(f"split {text!r} has {name!r} as a name", do=f"{WRITE}; small letters, each name once")
+        shares[name] = _share(number, text)
+    if not isclose(total := sum(shares.values()), 1, abs_tol=1e-9):
+        raise InputError(f"the shares of split {text!r} sum up to {total:g}", do=f"make it 1: {WRITE}")
+    return shares
+
+
+def _share(number: str, text: str) -> float:
+    try:
+        share = float(number)
+        if not (isfinite(share) and share > 0):
+            raise ValueError
+    except ValueError:
+        raise InputError(f"split {text!r} has the share {number!r}", do=WRITE) from None
+    return share
+
+
+def named_splits(shares: Mapping[str, float], names: Mapping[str, str] | None, *, format_name: str) -> dict[str, float]:
+    """Return the shares by the format's own `names` of splits. Raises InputError for a split that it does not have."""
+    if names is None:
+        return dict(shares)
+    for split in shares:
+        if split not in names:
+            do = f"choose among {', '.join(names)}"
+            raise InputError(f"{format_name} has no split {split!r}", do=do)
+    return {names[split]: share for split, share in shares.items()}
+
+
+def split_of_each(groups: Sequence[str], shares: Mapping[str, float], *, seed: int) -> dict[str, str]:
+    """Return the split of each of the `groups`: pictures of one group go together.
+
+    Which go where is decided by a digest of the seed and the group: it is the same on every machine, in any order. Each
+    split gets its share of the groups, rounded.
+    """
+    ranked = sorted(set(groups), key=lambda group: hashlib.sha256(f"{seed} {group}".encode()).digest())
+    found: dict[str, str] = {}
+    begin, upto = 0, 0.0
+    for name, share in shares.items():
+        upto += share
+        end = round(upto * len(ranked))
+        found |= dict.fromkeys(ranked[begin:end], name)
+        begin = end
+    return found

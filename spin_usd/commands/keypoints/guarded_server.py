@@ -1,0 +1,73 @@
+"""viser's server behind a check of who asks: what a web page elsewhere sends is refused before viser sees it.
+
+viser accepts any Origin and Host. So a page of a stranger, open in the same browser, could connect to a server on
+127.0.0.1 and drive it, and one whose name is made to resolve to 127.0.0.1 could read it. viser also goes on to the next
+port where one is taken, and offers to share its page by way of a server elsewhere; here it does neither.
+"""
+
+import contextlib
+import io
+import logging
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import viser
+import websockets.asyncio.server
+
+from spin_usd.browser.own_page import cannot_listen, is_own
+
+
+class GuardedServer(viser.ViserServer):
+    """viser's server, which never asks another server to share what it shows."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        return None
+
+
+@contextlib.contextmanager
+def guarded_server(host: str, port: int, label: str) -> Iterator[GuardedServer]:
+    """Serve at `host` and `port`, any free one where that is 0, until the block ends. Raises InputError where that
+    address cannot be had."""
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # what strangers send is no news to the user
+    listening = _listen(host, port)
+    server = _open(listening, host, label)
+    try:
+        yield server
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):  # viser says that it stops
+            server.stop()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        return socket.create_server((host, port), family=family)
+    except (OSError, OverflowError) as error:
+        raise cannot_listen(host, port, error) from None
+
+
+def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
+    """Open viser's server on the socket, with a check before all that it answers."""
+    original = websockets.asyncio.server.serve
+    checked = []
+
+    def serve(handler: Any, *_: object, process_request: Callable[..., Any], **options: Any) -> Any:
+        def answer(connection: Any, request: Any) -> Any:
+            if not is_own(request.headers.get("Host", ""), request.headers.get("Origin"), host):
+                return connection.respond(403, "This page may not use spin-usd keypoints.\n")
+            return process_request(connection, request)
+
+        checked.append(listening)
+        return original(handler, sock=listening, process_request=answer, **options)
+
+    websockets.asyncio.server.serve = serve  # type: ignore[misc, assignment]
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # viser says where it listens
+            server = GuardedServer(host=host, port=listening.getsockname()[1], label=label, verbose=False)
+    finally:
+        websockets.asyncio.server.serve = original  # type: ignore[misc]
+    if not checked:  # another version of viser, that serves in another way
+        server.stop()
+        raise RuntimeError("viser listens without a check of who asks")
+    return server

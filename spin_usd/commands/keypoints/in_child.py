@@ -1,0 +1,96 @@
+"""What a child process does for the keypoint tool: it reads models and layers, and makes the layer that is saved."""
+
+import base64
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.commands.author.model import model_file, model_unit, write_model
+from spin_usd.commands.author.plausible_target import refuse_size
+from spin_usd.commands.export.models.model import Model
+from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.geometry.region import Region
+from spin_usd.labels import preview
+from spin_usd.scene.material import Material
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.target import Target
+from spin_usd.scene.texture import Color, Texture
+from spin_usd.stage.author.added.keypoints_layer import keypoints_layer
+from spin_usd.stage.author.target.composed_target import composed_target
+from spin_usd.stage.read.target.keypoints_layer import holds_keypoints_alone, read_keypoints_layer
+from spin_usd.store.read.dataset import Dataset
+
+PART_PX = 720  # most columns of a part of a picture
+PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
+
+
+def save_target(
+    *, target: str, folder: str, units_per_metre: float | None, prim: str | None, any_size: bool
+) -> dict[str, Any]:
+    """Save the surface of the model `target`, a name or a file, as target.npz in `folder`, and return its name, notes
+    on it, and the keypoints that it has. Raises as `author` does, also for the size."""
+    file = model_file(target)
+    with tempfile.TemporaryDirectory() as work:
+        asset, notes = write_model(file, Path(work), units_per_metre, prim)
+        read = composed_target(asset, Path(work))
+    if not any_size:
+        refuse_size(read.mesh.hull, model_unit(file, asset, units_per_metre))
+    model = Model.of(read.mesh)
+    np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=_face_colors(read))
+    return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}
+
+
+def read_keypoints(*, path: str) -> dict[str, Any]:
+    """Read the keypoints in the layer at `path`. Raises InputError for a file that would lose something if it were
+    written anew, such as a model."""
+    found = read_keypoints_layer(Path(path))
+    if not holds_keypoints_alone(Path(path)):
+        raise InputError("holds more than keypoints, and would be replaced", where=path, do="give another --out")
+    return _as_json(found.names, found.points)
+
+
+def keypoints_text(*, names: Sequence[str], points: Sequence[Sequence[float]], target: str) -> str:
+    """Return the text of a layer with the keypoints of the `target`."""
+    keypoints = Keypoints(names=tuple(names), points=np.array(points, np.float64).reshape(-1, 3))
+    documentation = f"The keypoints of {target}, picked by spin-usd keypoints: metres, body axes."
+    return str(keypoints_layer(keypoints, documentation).ExportToString())
+
+
+def picture_part(*, dataset: str, frame: str, variant: str, region: Mapping[str, int]) -> str:
+    """Return the part of a picture's image within `region` as a JPEG, in base64. Raises InputError where there is
+    none."""
+    image = preview.image(Dataset(dataset).picture(frame, variant).image)[Region(**region).slices]
+    with tempfile.TemporaryDirectory() as work:
+        file = Path(work, "part.jpg")
+        write_image(file, preview.reduced(image, min(PART_PX, image.shape[1])), channels=("R", "G", "B"))
+        return base64.b64encode(read_bytes(file, MAX_ARRAY)).decode()
+
+
+def _as_json(names: Sequence[str], points: Float) -> dict[str, Any]:
+    return {"names": list(names), "points": points.tolist()}
+
+
+def _face_colors(target: Target) -> Float:
+    """Return the linear colour (F, 3) of each face, in the order of Mesh.placed: one for each material."""
+    mesh = target.mesh
+    pieces = [mesh.face_material] if len(mesh.faces) else []
+    pieces += [np.tile(each.shape.face_material, len(each.matrices)) for each in mesh.instances]
+    colors = np.array([_color(material) for material in target.materials], np.float64)
+    return colors[np.concatenate(pieces)]
+
+
+def _color(material: Material) -> Color:
+    """Return one linear colour for all of a material: the mean of a texture."""
+    color = material.diffuse_color
+    if isinstance(color, Texture):
+        mean = np.mean([image.pixels.mean((0, 1)) for image in color.images], axis=0)
+        red, green, blue, _ = (float(each) for each in np.clip(mean * color.scale + color.bias, 0, 1))
+        return red, green, blue
+    return color if isinstance(color, tuple) else PLAIN

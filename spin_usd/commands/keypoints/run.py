@@ -1,0 +1,163 @@
+"""`spin-usd keypoints`: serves the tool until it is stopped."""
+
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.commands.keypoints.edits import table_lines
+from spin_usd.commands.keypoints.options import KeypointsOptions
+from spin_usd.commands.keypoints.pictures import Pictures
+from spin_usd.commands.keypoints.session import Session
+from spin_usd.commands.keypoints.shown_target import ShownTarget
+from spin_usd.counted import counted
+from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.stop_signals import Stopped
+from spin_usd.store.atomic import write_text
+from spin_usd.store.hidden_folder import hidden_folder
+
+SUFFIX = ".usda"
+MAX_BYTES = 1 << 24
+
+
+class KeypointsFile:
+    """The layer at `path` with the keypoints of the target of that name; `child` reads it and makes its text."""
+
+    def __init__(self, path: Path, target: str, child: LastingChild) -> None:
+        """Raises InputError unless `path` can be the name of a layer of text."""
+        if path.suffix.lower() != SUFFIX:
+            raise InputError("is not the name of a layer of text", where=path, do=f"give a name that ends in {SUFFIX}")
+        self.path, self._target, self._child = path, target, child
+        self._folder = Folder(path.absolute().parent)
+        self._known: bytes | None = None
+
+    def read(self) -> Keypoints | None:
+        """Read the keypoints; None where there is no such file. Raises InputError and StageError for another file."""
+        self._known = self._bytes()
+        if self._known is None:
+            return None
+        read = self._child.read("read_keypoints", reads=self.path, path=str(self.path))
+        return Keypoints(names=tuple(read["names"]), points=np.array(read["points"], np.float64).reshape(-1, 3))
+
+    def write(self, keypoints: Keypoints) -> None:
+        """Write the keypoints in place of what is there. Raises OutputError, and InputError where another program has
+        written it since it was read, and leaves it then as it was."""
+        if self._bytes() not in (None, self._known):
+            do = "end this tool and start it again, or move that file elsewhere"
+            raise InputError("was changed by another program", where=self.path, do=do)
+        names, points = list(keypoints.names), keypoints.points.tolist()
+        text = self._child.read("keypoints_text", reads=self.path, names=names, points=points, target=self._target)
+        with hidden_folder(self.path.absolute().parent, self.path.name) as hidden:
+            write_text(self._folder, self.path.name, text, work=hidden.folder)
+        self._known = text.encode()
+
+    def _bytes(self) -> bytes | None:
+        """Return what is in the file; None where there is none."""
+        if self._folder.type_of(self.path.name) is None:
+            return None
+        return self._folder.read(self.path.name, MAX_BYTES)
+
+
+def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) -> Session:
+    """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
+    Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved."""
+    with LastingChild() as child:
+        session = open_session(request, child, tell)
+        pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)
+        if pictures and pictures.note:
+            tell(f"note: {pictures.note}")
+        _serve(request, session, pictures, tell)
+        with session.lock:  # a change that is being saved is saved
+            if session.unsaved:
+                _save_at_last(session, tell)
+    return session
+
+
+def _save_at_last(session: Session, tell: Callable[[str], None]) -> None:
+    """Save what could not be saved before. Where that fails again, tell the keypoints, and raise why."""
+    try:
+        session.save()
+    except SpinError:
+        tell(
+            "the keypoints are not saved; these lines, as a file that ends in .csv, are what author --keypoints reads:"
+        )
+        for line in table_lines(session.keypoints):
+            tell(line)
+        raise
+
+
+def _serve(request: KeypointsOptions, session: Session, pictures: Pictures | None, tell: Callable[[str], None]) -> None:
+    """Serve the session until a signal stops it."""
+    saved = f"every change is saved in {session.saved_in} at once"
+    with _served(request, session, pictures) as address, suppress(Stopped):
+        tell(f"{address}   (open it in a browser; Ctrl-C ends, and {saved})")
+        threading.Event().wait()
+
+
+def open_session(request: KeypointsOptions, child: LastingChild, tell: Callable[[str], None]) -> Session:
+    """Read the target and the keypoints that there are by the `child`, which also makes what is saved."""
+    target = _read_target(request, child)
+    file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
+    saved = file.read()
+    for note in target.notes:
+        tell(f"note: {note}")
+    own = Keypoints(names=target.body.keypoint_names, points=target.body.keypoints)
+    tell(_beginning(target, own, saved, file))
+    if saved is None:
+        file.write(own)
+    return Session(target, own if saved is None else saved, file.write, str(file.path))
+
+
+def _read_target(request: KeypointsOptions, child: LastingChild) -> ShownTarget:
+    with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
+        read = child.read(
+            "save_target",
+            reads=request.target,
+            target=request.target,
+            folder=folder,
+            units_per_metre=request.units_per_metre,
+            prim=request.prim,
+            any_size=request.any_size,
+        )
+        return ShownTarget.of(read, Path(folder, "target.npz"))
+
+
+def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, file: KeypointsFile) -> str:
+    """Return a line on the target and the keypoints that the tool begins with."""
+    size = " x ".join(f"{edge:.4g}" for edge in np.ptp(target.mesh.hull, axis=0))
+    if saved is not None:
+        begins = f"goes on with {counted(len(saved.names), 'keypoint')} of {file.path}"
+    else:
+        begins = f"begins with {counted(len(own.names), 'keypoint')} of the model" if own.names else "begins with none"
+    return f"{target.body.name}: {target.mesh.count} triangles, {size} m; {begins}"
+
+
+@contextmanager
+def _served(request: KeypointsOptions, session: Session, pictures: Pictures | None) -> Iterator[str]:
+    """Serve the session, and give the address of its page."""
+    from spin_usd.commands.keypoints.guarded_server import guarded_server
+    from spin_usd.commands.keypoints.panel import Panel
+    from spin_usd.commands.keypoints.pictures_panel import PicturesPanel
+    from spin_usd.commands.keypoints.target_view import TargetView
+
+    with guarded_server(request.host, request.port, "spin-usd keypoints") as server:
+        view = TargetView(server, session)
+        shown: list[TargetView | Panel | PicturesPanel] = [view, Panel(server, session, view)]
+        if pictures is not None:
+            shown.append(PicturesPanel(server, session, pictures))
+
+        def refresh() -> None:
+            for each in shown:
+                each.refresh()
+
+        session.on_change = refresh
+        with session.lock:
+            refresh()
+        host = f"[{request.host}]" if ":" in request.host else request.host
+        yield f"http://{host}:{server.get_port()}/"

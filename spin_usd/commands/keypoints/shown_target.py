@@ -1,0 +1,119 @@
+"""The target that keypoints are picked on: its surface, and the rays that meet it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.picking.facet import Facet
+from spin_usd.geometry.picking.snapping import Snap, met_at, snap_places
+from spin_usd.geometry.triangles import unit_vectors
+from spin_usd.picture.keypoint_states import skin
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.material import Material
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.target import Part, Target
+
+FAR = 100.0  # radii from the target's centre, of views from far away
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pick:
+    """A point of the surface that was picked. facet: all of the surface in one plane around it · places: where each
+    way to snap puts it (3,), body axes, metres."""
+
+    facet: Facet
+    places: Mapping[Snap, Float]
+
+    @classmethod
+    def at(cls, point: Float) -> "Pick":
+        """Return the pick of a point (3,) that is to go nowhere else."""
+        return cls(facet=Facet(corners=np.zeros((0, 3, 3))), places=dict.fromkeys(Snap, point))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShownTarget:
+    """A target as the keypoint tool has it. body: its surface, body axes, metres · colors (F, 3) of its faces, linear ·
+    notes on how its file was read."""
+
+    body: Target
+    colors: Float
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, read: Mapping[str, Any], arrays: Path) -> "ShownTarget":
+        """Return the target that a child process has read, and whose surface it saved in the file `arrays`."""
+        with np.load(arrays) as saved:
+            mesh = _plain_mesh(saved["points"], saved["faces"])
+            colors = saved["colors"]
+        name = str(read["name"])
+        part = Part(id=1, path="/Target", name=name, class_name="")
+        body = Target(path="/Target", name=name, mesh=mesh, parts=(part,), materials=(Material(path="/Target"),))
+        own = Keypoints(names=tuple(read["names"]), points=np.array(read["points"], np.float64).reshape(-1, 3))
+        body = replace(body, keypoint_names=own.names, keypoints=own.points)
+        return cls(body=body, colors=colors, notes=tuple(read["notes"]))
+
+    @property
+    def mesh(self) -> Mesh:
+        """The surface."""
+        return self.body.mesh
+
+    @cached_property
+    def caster(self) -> EmbreeCaster:
+        """What finds the faces that rays meet."""
+        return EmbreeCaster()
+
+    def with_keypoints(self, keypoints: Keypoints) -> Target:
+        """Return the body with these keypoints instead of its own."""
+        return replace(self.body, keypoint_names=keypoints.names, keypoints=keypoints.points)
+
+    def pick(self, origin: Float, direction: Float) -> Pick | None:
+        """Return what the ray from `origin` (3,) along `direction` (3,), body axes, metres, meets first; None where it
+        meets nothing. Embree says which face, and where it is met is computed in double precision."""
+        along = unit_vectors(direction)
+        face = int(self.caster.first_faces(self.body, origin - self.mesh.centre, along[None])[0])
+        if face < 0:
+            return None
+        facet = Facet.around(self.mesh.points, self.mesh.faces, face)
+        met = origin + along * met_at(origin, along, self.mesh.points[self.mesh.faces[face]])
+        return Pick(facet=facet, places=snap_places(met, facet))
+
+    def seen_share(self, points: Float, directions: Float) -> Float:
+        """Return (N,) the share of views, from far away along the unit `directions` (V, 3), in which nothing hides each
+        of the `points` (N, 3), as records say whether a keypoint is visible."""
+        eyes = self.mesh.centre + FAR * self.mesh.radius * directions
+        return np.asarray(np.mean([self._seen(points, eye) for eye in eyes], axis=0))
+
+    def _seen(self, points: Float, eye: Float) -> NDArray[np.bool_]:
+        towards = points - eye
+        distance = np.linalg.norm(towards, axis=1)
+        rays = towards / distance[:, None]
+        face = self.caster.first_faces(self.body, eye - self.mesh.centre, rays)
+        met = np.flatnonzero(face >= 0)
+        before = np.full(len(points), np.inf)
+        before[met] = met_at(eye, rays[met], self.mesh.points[self.mesh.faces[face[met]]])
+        return np.asarray(before > distance - skin(self.mesh.size))
+
+    def behind(self, origin: Float, pick: Pick | None) -> float:
+        """Return how far from `origin` (3,) a point is hidden by what was picked; infinity where nothing was."""
+        if pick is None:
+            return np.inf
+        return float(np.linalg.norm(pick.places[Snap.SURFACE] - origin)) + skin(self.mesh.size)
+
+
+def _plain_mesh(points: Float, faces: NDArray[np.int32]) -> Mesh:
+    """Return a mesh of one part and one material, whose normals nobody asks for."""
+    count = len(faces)
+    return Mesh(
+        points=points,
+        faces=faces,
+        face_part=np.ones(count, np.uint16),
+        face_material=np.zeros(count, np.int32),
+        corner_normals=np.zeros((count, 3, 3), np.float32),
+    )

@@ -1,0 +1,40 @@
+"""`spin-usd measure`: what settings of a render cost and how far they are off."""
+
+import json
+from pathlib import Path
+
+import typer
+
+import spin_usd
+from spin_usd.commands.measure.options import MeasureOptions
+from spin_usd.errors import FINDINGS
+from spin_usd.terminal.lines import BAD, Painted, show, tell
+from spin_usd.terminal.notes import show_note
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+
+
+def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = False) -> None:
+    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage.
+
+    Run again with another --count, --seeds or the like, it replaces the figures, and renders only what is missing.
+    Another stage or variant takes another --out.
+    """
+    from spin_usd.accuracy.report import in_short
+    from spin_usd.store.measurement_file import folder_of
+    from spin_usd.store.stage_path import existing_stage
+
+    with shown(context.obj["quiet"]) as progress:
+        found = spin_usd.measure(**options.arguments(on_progress=progress, on_note=show_note))
+    folder = options.out or folder_of(existing_stage(Path(options.stage)))
+    if as_json:
+        show(json.dumps(found.as_json()))
+    else:
+        show(
+            *in_short(found).split("\n"),
+            f"{folder}   (measure.json, measure.md, measure.svg)",
+        )
+    for failure in found.failures:
+        tell((Painted("failed:", BAD), f" {failure.frame}: {failure.what}: {failure.reason}"))
+    if found.failures:
+        raise typer.Exit(FINDINGS)

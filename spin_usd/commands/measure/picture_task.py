@@ -1,0 +1,159 @@
+"""One picture measured: its settings' renders, a reference that is good enough for them, and what comes of both."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from spin_usd.accuracy.measurement import Configuration, Failure, Figures, LabelFigures, MeasuredPicture, Measurement
+from spin_usd.accuracy.sweep import settings_to_measure
+from spin_usd.commands.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
+from spin_usd.commands.measure.processes import Processes, ProcessKind
+from spin_usd.commands.measure.savings import SavingsTask
+from spin_usd.errors import InputError
+from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.scene.effort import QUALITIES, Effort
+from spin_usd.store.measurement_file import read_measurement
+
+FIRST_PARTS = 4  # whose spread gives the reference's error well enough to say how many more are needed
+MARGIN = 1.1  # times as many parts as seem to be needed
+REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what they still carry
+
+
+class PictureTask:
+    """The measurement of one picture; with `savings` also of what is saved by leaving work out of it."""
+
+    def __init__(self, campaign: Campaign, picture: PlannedPicture, *, savings: bool = False) -> None:
+        self._campaign, self._picture = campaign, picture
+        request = campaign.request
+        settings = settings_to_measure(
+            max_samples=request.max_samples,
+            several_lights=picture.light_groups > 1,
+            glossy="glossy" in picture.features,
+            others=tuple(QUALITIES.values()),
+        )
+        self._settings = {setting: self._series(setting) for setting in settings}
+        samples = max(min(PART * request.max_samples, request.reference_samples // FIRST_PARTS), 1)
+        self._part = Effort(samples=samples, bounces=REFERENCE_BOUNCES)
+        self._most_parts = max(request.reference_samples // samples, FIRST_PARTS)
+        self._savings = SavingsTask(campaign, picture) if savings else None
+        self._failures: list[Failure] = []
+        asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part), savings]
+        self.key = campaign.result_key(
+            "picture", picture.index, picture.exposure, [asdict(each) for each in settings], asked
+        )
+        campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
+
+    def measured(self, processes: Processes) -> Measurement:
+        """Measure all of it. A picture whose reference failed is not among the frames, a setting that failed not among
+        the figures; the failures say why, and what was made is kept for the next run."""
+        runs = self._campaign.runs
+        try:
+            found = read_measurement(runs.result(self.key))
+        except InputError:
+            found = self._made(processes)
+            if not found.failures:
+                runs.write_result(self.key, found.as_json())
+        if not found.failures:
+            renders = self.keys - {self.key}
+            self._campaign.percent_done.did(renders)
+            runs.remove(renders)
+        return found
+
+    @property
+    def keys(self) -> set[str]:
+        """Keys of all that there can be of the picture."""
+        series = [*self._settings.values(), *self._parts(self._most_parts)]
+        saved = self._savings.keys if self._savings else ()
+        return {self.key, *saved, *(key for each in series for key in each.keys)}
+
+    def _made(self, processes: Processes) -> Measurement:
+        by_kind: dict[ProcessKind, dict[Configuration, Series]] = {BLENDER: {}, RAYCAST: {}}
+        for setting, series in self._settings.items():
+            by_kind[series.kind][setting] = series
+        made = self._rendered(processes, by_kind[BLENDER])
+        labels = self._asked(processes, BLENDER, "labels")
+        saved = self._savings
+        if saved:
+            saved.render(processes)
+        made |= self._rendered(processes, by_kind[RAYCAST])
+        reference, capped = self._reference(processes, [each.keys for each in made.values()])
+        frames, figures = self._figures(processes, made, reference, capped=capped) if reference else ((), ())
+        return self._campaign.measurement(
+            frames=frames,
+            figures=figures,
+            labels=(LabelFigures(**labels),) if labels else (),
+            savings=saved.savings(processes, reference) if frames and saved else (),
+            failures=(*self._failures, *(saved.failures if saved else ())),
+        )
+
+    def _rendered(self, processes: Processes, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
+        """Render these settings, and return those of which all renders are there."""
+        reasons = self._campaign.make(processes, self._picture, list(wanted.values()))
+        failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
+        for setting, why in failed.items():
+            self._fail(setting.text, why)
+        return {setting: series for setting, series in wanted.items() if setting not in failed}
+
+    def _reference(self, processes: Processes, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
+        """Return keys of the parts of a reference that is good enough for the settings with these runs, and whether it
+        ended before it was; no keys where it failed."""
+        count = FIRST_PARTS if runs else 0
+        while count:
+            parts = self._parts(count)
+            keys = [key for part in parts for key in part.keys]
+            failed = [why for why in self._campaign.make(processes, self._picture, parts) if why is not None]
+            if failed:
+                self._fail("reference", failed[0])
+                break
+            errors = self._asked(processes, RAYCAST, "errors", reference=keys, runs=runs)
+            if errors is None:
+                break
+            wanted = self._campaign.request.reference_share * min(errors["settings"])
+            if errors["reference"] <= wanted or count == self._most_parts:
+                return keys, errors["reference"] > wanted
+            needed = math.ceil(MARGIN * count * errors["reference"] / wanted) if wanted else self._most_parts
+            count = min(max(needed, count + 1), self._most_parts)
+        return [], False
+
+    def _figures(
+        self, processes: Processes, made: Mapping[Configuration, Series], reference: Sequence[str], *, capped: bool
+    ) -> tuple[tuple[MeasuredPicture, ...], tuple[Figures, ...]]:
+        answer = self._asked(
+            processes,
+            RAYCAST,
+            "figures",
+            seed=self._campaign.seed,
+            reference=reference,
+            capped=capped,
+            settings=[asdict(setting) for setting in made],
+            runs=[series.keys for series in made.values()],
+        )
+        if answer is None:
+            return (), ()
+        samples = len(reference) * self._part.samples
+        frame = {**answer["frame"], "region": tuple(answer["frame"]["region"])}
+        figures = zip(made, answer["figures"], strict=True)
+        return (
+            (MeasuredPicture(**frame, reference_samples=samples, reference_capped=capped),),
+            tuple(Figures(**{**each, "setting": setting}) for setting, each in figures),
+        )
+
+    def _asked(self, processes: Processes, kind: ProcessKind, what: str, **arguments: Any) -> Any:
+        """Return what a process of that kind answers; None where it failed."""
+        answer = self._campaign.asked(processes, self._picture, kind, what, **arguments)
+        if answer.failed is not None:
+            self._fail(what, answer.failed)
+        return answer.result
+
+    def _fail(self, what: str, why: str) -> None:
+        self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
+
+    def _series(self, setting: Configuration) -> Series:
+        kind, numbers = ProcessKind(renderer=setting.renderer), range(self._campaign.request.seeds)
+        return self._campaign.series(self._picture, kind, setting.effort, self._campaign.seeds("setting", numbers))
+
+    def _parts(self, count: int) -> list[Series]:
+        """Return the first `count` parts of the reference, each one render: several processes share them."""
+        seeds = self._campaign.seeds("reference", range(count))
+        return [self._campaign.series(self._picture, BLENDER, self._part, [seed]) for seed in seeds]

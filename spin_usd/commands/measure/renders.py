@@ -1,0 +1,119 @@
+"""The store of what a measurement has made so far, by content: renders with what they cost, and results.
+
+runs/<2>/<key>.exr    a render in unit light (dataset.rendered)
+runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
+
+<2> is the key's start. The JSON is written last, so that where it is all is.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.geometry.region import Region
+from spin_usd.nesting import finite_json
+from spin_usd.picture.render_file import RENDER_SUFFIX, read_render, write_render
+from spin_usd.scene.passes import Radiance
+from spin_usd.store.atomic import write_atomically, write_json
+
+SUBJECT = "subject"  # the key of what they are of
+SUFFIXES = (".json", RENDER_SUFFIX)
+NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escape, SUFFIXES))})")
+
+
+def is_render_file(name: str) -> bool:
+    """Return whether a file of that name, relative to the folder, is one of the store's."""
+    return bool(NAME.fullmatch(name)) or name == render_file(SUBJECT)
+
+
+def render_file(key: str, suffix: str = ".json") -> str:
+    """Return the name, relative to the folder, of the file of that key."""
+    return f"{key[:2]}/{key}{suffix}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderCost:
+    """The cost of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and
+    whether that process had rendered the same picture with the same effort just before."""
+
+    cpu_s: float
+    wall_s: float
+    memory_bytes: int
+    warm: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderStore:
+    """The renders and results in the folder `root`; `work` is for temporary files."""
+
+    root: Path
+    work: Path
+
+    def has(self, key: str) -> bool:
+        """Return whether the render of that key is there, every byte verified."""
+        with suppress(InputError, OSError, ValueError, KeyError, TypeError):
+            value = self._value(key)
+            RenderCost(**value["cost"])
+            return self._folder.sha256(render_file(key, RENDER_SUFFIX)) == str(value["sha256"])
+        return False
+
+    def cost(self, key: str) -> RenderCost:
+        """Return the cost of a render that is there."""
+        return RenderCost(**self._value(key)["cost"])
+
+    def render(self, key: str, region: Region, *, groups: int) -> Radiance:
+        """Read the render of that key. Raises InputError where it is not there, or damaged."""
+        file = FileIn(self._folder, render_file(key, RENDER_SUFFIX))
+        found = read_render(file, region, groups=groups)
+        if found is None:
+            raise InputError("is not the render that was written", where=file.path, do="run the measurement again")
+        return found
+
+    def keep(self, key: str, radiance: Radiance, cost: RenderCost) -> None:
+        """Write a render and its cost. Raises OutputError."""
+        write = partial(write_render, radiance=radiance)
+        sha256 = write_atomically(self._folder, render_file(key, RENDER_SUFFIX), write, work=self.work)
+        self.write_result(key, {"cost": vars(cost), "sha256": sha256})
+
+    def result(self, key: str) -> Path:
+        """Return the file for the result of that key."""
+        return self.root / render_file(key)
+
+    def known(self, key: str) -> dict[str, Any] | None:
+        """Return the result of that key; None where it is not there, or damaged."""
+        with suppress(InputError, ValueError, RecursionError):
+            return self._value(key)
+        return None
+
+    def write_result(self, key: str, value: Mapping[str, Any]) -> None:
+        write_json(self._folder, render_file(key), value, work=self.work)
+
+    def remove(self, keys: Iterable[str]) -> None:
+        """Forget these renders and results."""
+        for key in keys:
+            for suffix in SUFFIXES:
+                remove_file(self._folder, render_file(key, suffix))
+
+    def remove_all(self, *, but: Iterable[str]) -> None:
+        """Forget all but these, and remove the folders that they leave empty."""
+        keep = set(but)
+        for name in list(self._folder.files()):
+            if is_render_file(name) and PurePosixPath(name).stem not in keep:
+                remove_file(self._folder, name)
+                remove_emptied(self._folder, name)
+
+    def _value(self, key: str) -> dict[str, Any]:
+        value: dict[str, Any] = finite_json(self._folder.read(render_file(key), MAX_DOCUMENT))
+        return value
+
+    @property
+    def _folder(self) -> Folder:
+        return Folder(self.root)

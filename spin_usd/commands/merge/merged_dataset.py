@@ -1,0 +1,78 @@
+"""A dataset that is merged with others, and what all of them must have in common."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.merge.file_transfer import repair_of
+from spin_usd.errors import InputError
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.file_digests import same_files
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import DESCRIPTION
+from spin_usd.store.stage_layers import refuse_changed_stage
+
+COMMON = {
+    "targets": "other targets",
+    "parts": "other parts",
+    "classes": "other classes",
+    "frames": "another number of frames",
+    "files": "other kinds of file",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MergedDataset:
+    """A dataset, and what its dataset.json says."""
+
+    store: Store
+    description: Mapping[str, Any]
+
+
+def read_dataset(root: Path) -> MergedDataset:
+    """Read the dataset in the folder `root`. Raises InputError where there is none, something in it is a link, or its
+    stage is not as it was."""
+    store = Store(root=root.absolute())
+    if store.folder.type_of(DESCRIPTION) is None:
+        raise InputError(
+            f"is not a dataset: it has no {DESCRIPTION}", where=root, do="give a folder of spin-usd render"
+        )
+    store.refuse_strange()
+    refuse_changed_stage(store, "is not as spin-usd wrote it", do="restore it, or render that shard again")
+    try:
+        return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
+    except InputError as e:
+        raise InputError(e.found, where=e.where, do=repair_of(root)) from e
+
+
+def refuse_different(sources: Sequence[MergedDataset]) -> None:
+    """Raise InputError unless all are of one stage, with the same kinds of file."""
+    first, *others = sources
+    for other in others:
+        if words := _difference(first, other):
+            found = f"has {words} than {first.store.root}"
+            raise InputError(found, where=other.store.root, do="merge shards of one stage, rendered alike")
+
+
+def _difference(first: MergedDataset, other: MergedDataset) -> str | None:
+    """Say in what two datasets differ; None where they can be merged."""
+    a, b = first.description, other.description
+    hashes = a["stage"]["hashes"], b["stage"]["hashes"]
+    origins = a["stage"].get("origin"), b["stage"].get("origin")
+    alike = all(hashes[0][name] == hashes[1][name] for name in hashes[0].keys() & hashes[1].keys())
+    if (
+        not alike
+        or origins[0] != origins[1]
+        or a["stage"]["root"] != b["stage"]["root"]
+        or not same_files(first.store.stage, other.store.stage)
+    ):
+        return "another stage"
+    return next((words for name, words in COMMON.items() if a[name] != b[name]), None)
+
+
+def merged_description(sources: Sequence[MergedDataset]) -> dict[str, Any]:
+    """Return dataset.json of all together: that of the first, with the variants of all."""
+    first = sources[0].description
+    hashes = {name: value for each in sources for name, value in each.description["stage"]["hashes"].items()}
+    return {**first, "stage": {**first["stage"], "hashes": hashes}, "variants": list(hashes)}

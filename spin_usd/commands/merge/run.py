@@ -1,0 +1,174 @@
+"""Merge datasets of one stage, such as the shards of a run, into one folder. Run again, it goes on."""
+
+import time
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+from spin_usd.commands.merge.file_transfer import FileTransfer, repair_of
+from spin_usd.commands.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
+from spin_usd.commands.merge.options import MergeOptions
+from spin_usd.commands.merge.pictures import MergedPicture, collect
+from spin_usd.commands.merge.report import MergeReport
+from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import put
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.options import takes
+from spin_usd.planning.cost import Timings, read_measured, write_measured
+from spin_usd.planning.manifest import (
+    Manifest,
+    digest_of,
+    read_manifest,
+    remove_finished_manifest,
+    write_manifest,
+)
+from spin_usd.planning.missing import missing_pictures
+from spin_usd.progress import Progress
+from spin_usd.store.atomic import link_atomically, write_json
+from spin_usd.store.cache import MEASURED, entries
+from spin_usd.store.dataset_folder import Lease, Store
+from spin_usd.store.names import DESCRIPTION, STAGE
+from spin_usd.store.unfinished import recorded_files
+
+CHECKING, MERGING = "checking: record", "merging: picture"
+
+
+@takes(MergeOptions)
+def merge(options: MergeOptions) -> MergeReport:
+    """Put datasets of one stage, such as the shards of a run, into one. Run again, it goes on.
+
+    The result has the bytes of a single run. Pictures that are still to come do not raise: the report's `missing`
+    counts them by shard.
+
+    Raises InputError for datasets of different stages, rendered otherwise, damaged, or with another picture of the same
+    name; and OutputError.
+    """
+    given = [options.shards] if isinstance(options.shards, str | Path) else options.shards
+    shards = [Path(shard) for shard in given]
+    return merge_datasets(shards, Path(options.out), copy=options.copy, progress=options.progress)
+
+
+def merge_datasets(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Progress) -> MergeReport:
+    """Put the pictures of all `shards` into the dataset `out`, which is made where there is none.
+
+    Its files are linked, or copied with `copy` and between file systems. Raises InputError where the datasets are not
+    of one stage and rendered alike, a picture is in two and not the same, or a file is damaged; and OutputError.
+    """
+    began = time.monotonic()
+    _refuse_folders(shards, out)
+    sources, store = [read_dataset(shard) for shard in shards], Store(root=out.absolute())
+    store.prepare()
+    with store.locked() as lease:
+        there = [read_dataset(out)] if store.folder.type_of(STAGE) else []
+        refuse_different([*there, *sources])
+        pictures = collect([*there, *sources], partial(progress, CHECKING))
+        new = [picture for picture in pictures if picture.source not in there]
+        _begin(store, [*there, *sources], lease)
+        transfer = FileTransfer(out=store.root, work=lease.work, copy=copy)
+        _put_pictures(new, transfer, progress)
+        _put_cache(sources, transfer, progress)
+        _add_measured(store, {id(picture.source): picture.source for picture in new}.values(), lease)
+        missing = _missing([*there, *sources], pictures, store, lease)
+    return MergeReport(
+        out=str(out),
+        pictures=len(pictures),
+        added=len(new),
+        kept=len(pictures) - len(new),
+        missing=missing,
+        seconds=time.monotonic() - began,
+    )
+
+
+def _refuse_folders(shards: Sequence[Path], out: Path) -> None:
+    """Raise InputError where there is no shard, one is given twice, or one and `out` lie in each other."""
+    if not shards:
+        raise InputError("there is nothing to merge", do="give the folders of shards")
+    given, b = set[Path](), out.resolve()
+    for shard in shards:
+        a, do = shard.resolve(), "choose another folder; what --out holds already stays in it"
+        if a == b:
+            raise InputError("is the folder to merge into", where=shard, do=do)
+        if a.is_relative_to(b) or b.is_relative_to(a):
+            raise InputError("one lies inside the other", where=f"{shard} and {out}", do=do)
+        if a in given:
+            raise InputError("is given twice", where=shard, do="give each shard once")
+        given.add(a)
+
+
+def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
+    """Write dataset.json of all together, and the stage where there is none."""
+    write_json(store.folder, DESCRIPTION, merged_description(sources), work=lease.work)
+    if store.folder.type_of(STAGE) is None:
+        stage, copied = Folder(sources[0].store.stage), lease.work / STAGE
+        for name in stage.files():
+            link_atomically(Folder(copied), name, FileIn(stage, name), work=lease.work, copy=True)
+        try:
+            put(store.folder, copied, STAGE)
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e
+
+
+def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, progress: Progress) -> None:
+    """Put all files of each picture, and then its record: whoever stops this leaves whole pictures."""
+    for done, picture in enumerate(pictures):
+        progress(MERGING, done, len(pictures))
+        try:
+            _put_picture(picture, transfer)
+        except (InputError, OutputError) as e:
+            do = repair_of(picture.source.store.root) if isinstance(e, InputError) else e.do
+            rest = f"{done} of {len(pictures)} pictures are merged and stay, and it goes on with the others"
+            raise type(e)(e.found, where=e.where, do=f"{do}, and merge again: {rest}") from e
+    progress(MERGING, len(pictures), len(pictures))
+
+
+def _put_picture(picture: MergedPicture, transfer: FileTransfer) -> None:
+    root, record = picture.source.store.root, picture.record()
+    for kind, name in recorded_files(record, picture.variant, picture.frame).items():
+        transfer.put(root, name, record["files"][kind].get("sha256"))
+    transfer.put_record(root, picture.name)
+
+
+def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progress: Progress) -> None:
+    """Put what the caches hold and the merged one lacks, so that later runs make nothing again; what is damaged is left
+    out."""
+    for done, source in enumerate(sources):
+        progress("merging: cache", done, len(sources))
+        for entry in entries(source.store):
+            name = entry.file.name
+            if Folder(transfer.out).type_of(name) is None:
+                with suppress(InputError):
+                    transfer.put(source.store.root, name, entry.sha256)
+    progress("merging: cache", len(sources), len(sources))
+
+
+def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) -> None:
+    """Add what the runs of these datasets measured."""
+    total = Timings()
+    for source in sources:
+        measured = read_measured(source.store.folder, MEASURED)
+        total.add(measured.expected, measured.taken)
+    if total.expected:
+        write_measured(store.folder, MEASURED, total, work=lease.work)
+
+
+def _missing(
+    sources: Sequence[MergedDataset], pictures: Sequence[MergedPicture], store: Store, lease: Lease
+) -> dict[str, int]:
+    """Return how many pictures are still to come, by shard, and keep the shards' manifest for the next merge."""
+    stage, there = digest_of(store.stage), {(picture.variant, picture.frame) for picture in pictures}
+    manifests: list[Manifest] = []
+    for source in sources:
+        each = read_manifest(source.store)
+        if each and each.stage == stage and each not in manifests:
+            manifests.append(each)
+    if len(manifests) == 1:
+        write_manifest(store, manifests[0], work=lease.work)
+    remove_finished_manifest(store)
+    found = Counter[str]()
+    for manifest in manifests:
+        missing = missing_pictures(manifest, there)
+        found.update(map(str, missing.values()))
+        there |= missing.keys()  # other partitions may have the same: each is of one shard here
+    return dict(sorted(found.items()))

@@ -1,0 +1,111 @@
+"""`spin-usd plan`: a table of what a render would make, and about what that costs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+import spin_usd
+from spin_usd.commands.plan.options import PlanOptions
+from spin_usd.terminal.lines import show
+from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+from spin_usd.terminal.report import show_report
+from spin_usd.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from spin_usd.commands.plan.report import PlanReport
+    from spin_usd.planning.variant_table import VariantRow, VariantTable
+
+NAMED = 6  # variants at the most that are named
+HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
+
+
+def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False) -> None:
+    """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
+    from spin_usd.processes.child_ahead import PLANNING_MODULE, child_ahead
+
+    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
+        report = spin_usd.plan(**options.arguments(on_progress=progress))
+    show_notes(report.notes)
+    if as_json:
+        show_report("plan", report.as_json())
+        return
+    _print_cost(report.cost)
+    _print_views(report)
+    if options.out:
+        _print_dataset(report, Path(options.out))
+    show(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk")
+    if options.explain:
+        show(*explanation(report).split("\n"))
+
+
+def _print_cost(cost: "VariantTable") -> None:
+    """Print a row for each variant and for all: counts are of what no variant above has made; time is of one core."""
+    from spin_usd.planning.variant_table import in_lines
+
+    show_table(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
+
+
+def _print_views(report: "PlanReport") -> None:
+    """Print what the pictures show, and why they are rendered with the effort that was chosen."""
+    from spin_usd.scene.derived.view_text import summary
+
+    if report.views:
+        show(*summary(report.views).split("\n"))
+    if report.chosen:
+        show(report.chosen.reason)
+
+
+def _print_dataset(report: "PlanReport", out: Path) -> None:
+    """Print what the dataset in the folder `out` has already, and what a render would refuse."""
+    from spin_usd.commands.render import orphans, same_stage
+
+    show(f"already made: {report.cost.finished} pictures")
+    if report.other_stage:
+        differs = same_stage.in_words(report.other_stage)
+        show(f"note: {out} {differs}; a render needs --replace, or another folder")
+    if report.orphans:
+        holds = orphans.in_words(report.orphans)
+        show(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
+
+
+def explanation(report: "PlanReport") -> str:
+    """Say which work is skipped, why, how surely nothing changes, and in which pictures."""
+    from spin_usd.planning.skipped_work import KEPT
+
+    lines = [
+        f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, report.pictures)})"
+        for each in report.skipped or ()
+    ]
+    return "\n".join(("skipped, because the pictures do not need it:", *lines, KEPT))
+
+
+def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
+    """Say how many pictures of each variant the counts are, of those that are `planned`."""
+    if counts == planned:
+        return "all pictures"
+    if len(counts) > NAMED:
+        return f"{sum(counts.values())} of {sum(planned.values())} pictures, of {len(counts)} variants"
+    return ", ".join(f"{count} of {planned[variant]} of {variant}" for variant, count in counts.items())
+
+
+def _cells(row: "VariantRow") -> tuple[str, ...]:
+    name = f"{row.name} ({row.variants} variants)" if row.variants > 1 else row.name
+    return name, *(str(count) for count in row.counts), _duration(row.seconds), _size(row.bytes)
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} TB"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,43 @@
+"""`spin-usd render`: renders and labels a stage's pictures into a dataset."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+import spin_usd
+from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
+from spin_usd.commands.render.options import RenderOptions
+from spin_usd.counted import counted
+from spin_usd.terminal.lines import show
+from spin_usd.terminal.notes import show_note, show_notes
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+from spin_usd.terminal.report import show_report
+
+if TYPE_CHECKING:
+    from spin_usd.commands.render.report import RenderReport
+
+
+def render(context: typer.Context, options: RenderOptions, *, as_json: Json = False) -> None:
+    """Render and label a stage into a dataset."""
+    from spin_usd.processes.child_ahead import PLANNING_MODULE, child_ahead
+
+    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
+        report = spin_usd.render(**options.arguments(on_progress=progress, on_note=show_note))
+    show_notes(report.doubts)
+    if as_json:
+        show_report("render", report.as_json())
+    else:
+        show(_sentence(report, options))
+        warn_of_faults(report, options.out)
+    exit_if_failed(report)
+
+
+def _sentence(report: "RenderReport", options: RenderOptions) -> str:
+    """Say in one line what was made and what was there already."""
+    removed = f", {report.pruned} removed" if options.prune or report.pruned else ""
+    made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
+    passes = f"{counted(report.label_passes, 'label pass', 'label passes')} made, {report.labels_shared} shared"
+    return (
+        f"{options.out}   ({made}; {passes}; {counted(report.renders, 'render')} made, {report.renders_shared} shared)"
+    )

@@ -1,0 +1,28 @@
+"""Messages at the end of a render about pictures that show little, and about those that failed."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from spin_usd.errors import FINDINGS
+from spin_usd.terminal.lines import BAD, DOUBTFUL, Painted, tell
+
+if TYPE_CHECKING:
+    from spin_usd.commands.render.report import RenderReport
+
+
+def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
+    """Say on standard error how many pictures show little, where any does."""
+    from spin_usd.picture.brightness import counted_faults
+
+    if text := counted_faults(report.faults, report.made + report.reused):
+        tell((Painted("warning:", DOUBTFUL), f" {text}; spin-usd check {dataset} names them"))
+
+
+def exit_if_failed(report: "RenderReport") -> None:
+    """Name the pictures that failed on standard error, and end the command where there are any."""
+    for name, reason in report.failed:
+        tell((Painted("failed:", BAD), f" {name}: {reason}"))
+    if report.failed:
+        raise typer.Exit(FINDINGS)

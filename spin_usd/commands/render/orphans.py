@@ -1,0 +1,63 @@
+"""Find and remove pictures that a dataset holds and its stage does not: another stage's, or of a frame it had once."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from spin_usd.counted import counted
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.planning.make_plan import Plan
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import picture_of
+from spin_usd.store.unfinished import recorded_files
+
+SHOWN = 3
+
+
+def orphaned_pictures(store: Store, plan: Plan) -> list[str]:
+    """Return the records of pictures that are in the dataset and not in the stage, whatever part of that is wanted."""
+    names, variants = set(plan.names), set(plan.known_variants)
+    pictures = ((record, *picture_of(record)) for record in store.records())
+    return [record for record, frame, variant in pictures if frame not in names or variant not in variants]
+
+
+def refuse(store: Store, orphans: Sequence[str]) -> None:
+    """Raise InputError where there are any."""
+    if orphans:
+        do = "choose another folder, or add --prune, which removes them"
+        raise InputError(in_words(orphans), where=store.root, do=do)
+
+
+def in_words(orphans: Sequence[str]) -> str:
+    """Say which pictures the dataset holds that are these records'."""
+    shown = map(picture_of, orphans[:SHOWN])
+    names = ", ".join(f"{variant}/{frame}" for frame, variant in shown)
+    more = ", ..." if len(orphans) > SHOWN else ""
+    return f"holds {counted(len(orphans), 'picture')} that this stage does not have ({names}{more})"
+
+
+def remove(store: Store, orphans: Sequence[str]) -> None:
+    """Remove the pictures of these records: each one's record first, so that none ever describes files that are gone,
+    then the files that it lists, and the folders left empty. Raises InputError where one is not a record, having
+    removed nothing, and OutputError."""
+    pictures = [(record, *_files_of(store, record)) for record in orphans]
+    for names in pictures:
+        for name in names:
+            remove_file(store.folder, name)
+        for name in names:
+            remove_emptied(store.folder, name)
+
+
+def _files_of(store: Store, record: str) -> list[str]:
+    found: dict[str, str] = {}
+    frame, variant = picture_of(record)
+    with suppress(InputError):
+        found = recorded_files(read_json(store.folder, record, "record-1"), variant, frame)
+    if not found:
+        raise InputError(
+            "is not a picture's record, and is not removed",
+            where=store.root / record,
+            do="look what it is, and remove it",
+        )
+    return list(found.values())

@@ -1,0 +1,72 @@
+"""The plan of what a user asks of `render` or `plan`, and which files it comes to."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.labels.table import CLOUD_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
+from spin_usd.picture.make_picture import KINDS
+from spin_usd.planning.make_plan import Plan, make_plan
+from spin_usd.planning.request import PlanRequest, RenderRequest
+from spin_usd.planning.work import CommonWork
+from spin_usd.processes.processors import usable_cpus
+from spin_usd.progress import Progress
+
+
+def plan(
+    request: RenderRequest,
+    *,
+    progress: Progress,
+    explain: bool = False,
+    copy_to: Path | None = None,
+    had: Sequence[str] = (),
+) -> Plan:
+    """Plan what a run would make. With `explain` the plan also says what work is skipped, and why. `had`: the kinds of
+    file that the dataset has, which pictures that are made again keep.
+
+    Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
+    """
+    question = PlanRequest(
+        request=request,
+        devices=request.devices(),
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.offered, *had)),
+        copy_to=copy_to,
+        explain=explain,
+    )
+    return make_plan(question, processes=len(usable_cpus()), progress=progress)
+
+
+def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
+    """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
+    what is offered where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none, and for one
+    that cannot hold so many targets."""
+    _refuse_targets(request, len(plan.description["targets"]))
+    has_lidar, clouds = plan.description["lidar"], [kind for kind in request.kinds if kind in CLOUD_LABELS]
+    if clouds and not has_lidar:
+        do = "author it with --lidar, for example --lidar flash, or leave that label out"
+        raise InputError(f"has no LiDAR, which the label {clouds[0]} needs", where=request.stage, do=do)
+    of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
+    more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
+    offered = request.offered if has_lidar else ()
+    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *offered))
+
+
+def _refuse_targets(request: RenderRequest, count: int) -> None:
+    """Raise InputError where a label that is asked for cannot hold so many targets."""
+    for name in request.kinds:
+        label = PIXEL_LABELS.get(name)
+        if label and label.max_targets is not None and count > label.max_targets:
+            do = "leave that label out: instance holds any number of targets"
+            found = f"has {count} targets, and the label {name} holds {label.max_targets} at most"
+            raise InputError(found, where=request.stage, do=do)
+
+
+def common_work(request: RenderRequest, plan: Plan) -> CommonWork:
+    """Return how all pictures of the run are made."""
+    width, height = plan.description["camera"]
+    return CommonWork(
+        renderer=request.renderer,
+        effort=request.effort,
+        kinds=wanted_kinds(request, plan),
+        frame_pixels=width * height,
+    )

@@ -1,0 +1,85 @@
+"""A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
+
+import time
+from pathlib import Path
+
+from spin_usd.commands.render.dataset_run import DatasetRun
+from spin_usd.commands.render.destination import opened
+from spin_usd.commands.render.options import RenderOptions
+from spin_usd.commands.render.report import RenderReport
+from spin_usd.errors import InputError
+from spin_usd.files.url import is_url
+from spin_usd.options import RunOptions, takes
+from spin_usd.planning.manifest import remove_finished_manifest
+from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.shard import Shard
+from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
+from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.scene.effort import CPU
+from spin_usd.store.cache import remove_entries, used
+from spin_usd.store.dataset_folder import Store
+
+
+@takes(RenderOptions)
+def render(options: RenderOptions) -> RenderReport:
+    """Render and label a stage into a dataset. Run again, it makes what is missing.
+
+    Pictures that fail do not raise: the report's `failed` has their names and reasons. Ctrl-C lets running pictures be
+    finished, which `on_note` is told, and raises KeyboardInterrupt then; pressed again it raises that at once.
+
+    Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
+    """
+    request = RenderRequest.of(options)
+    return render_dataset(request, options.out, options, progress=options.progress, note=options.note)
+
+
+def render_dataset(
+    request: RenderRequest,
+    out: str | Path,
+    options: RunOptions,
+    *,
+    only: frozenset[str] | None = None,
+    progress: Progress,
+    note: Note = unsaid,
+) -> RenderReport:
+    """Make the dataset in the folder or at the URL `out`, or what is missing of it, as the `options` say.
+
+    Once nothing is missing, the cache loses what no record uses any more; with `no_cache` it loses everything, and
+    renders that only one picture needs are not kept in the first place. With `only` nothing but the pictures of these
+    names is made, and those are made whatever their records say. The first signal that asks to stop lets running
+    pictures be finished, as `note` is told; a second stops the run at once. Raises InputError and OutputError.
+    """
+    began = time.monotonic()
+    shard = None if options.shard is None else Shard.parse(options.shard)
+    if shard and options.cluster is not None:
+        do = "give one of them: a cluster shares out all pictures by itself"
+        raise InputError("--shard and --cluster are given together", do=do)
+    if options.cluster is not None and request.device != CPU:
+        do = "leave --device out: the workers of a cluster render on processors"
+        raise InputError("--device and --cluster are given together", do=do)
+    if request.renders:
+        require_renderer(request.renderer, instead=ANOTHER_RENDERER)
+    if is_url(out) and (options.verify or shard):
+        option, do = (
+            ("--verify", "fetch it") if options.verify else ("--shard", "make the shards in folders, and merge them")
+        )
+        raise InputError(f"is a URL, where {option} is not possible", where=out, do=do)
+    with opened(out, options.cluster) as destination:
+        store = destination.store
+        store.prepare(strange_stays=only is not None)  # a repair leaves it where it is
+        with store.locked(shard.name if shard else None) as lease:
+            report = DatasetRun(destination, lease, request, options, shard, only, progress, note).complete()
+            if not report.failed and shard is None and not destination.mirror:  # others may be using the cache
+                _tidy(store, report, keep=not options.no_cache)
+                remove_finished_manifest(store)
+    report.seconds = time.monotonic() - began
+    return report
+
+
+def _tidy(store: Store, report: RenderReport, *, keep: bool) -> None:
+    """Remove from the cache what no record uses; where no picture was made or removed, none has ceased to be
+    used."""
+    if not keep:
+        remove_entries(store, but=set())
+    elif report.made or report.pruned:
+        remove_entries(store, but=used(store))

@@ -1,0 +1,76 @@
+"""Find whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
+
+A stage is the same while `author` made it from the same files with the same options, and one that `author` did not make
+while its root layer's name is the same: what dataset.json keeps as its origin. It is another where a target or a part
+has another id: labels that are there already say the old one.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.node import NodeType
+from spin_usd.planning.make_plan import Plan
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import DESCRIPTION, picture_of
+
+ROOT = "root"  # of a stage that `author` did not make
+IDS = "ids"  # of targets and parts
+WORDS = {ROOT: "root layer", IDS: "ids of targets and parts"}
+
+
+def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
+    """Return the names of the inputs and options in which the planned stage differs from the dataset's own; none where
+    it is the same stage, or has none of the dataset's pictures."""
+    if store.folder.type_of(DESCRIPTION) is not NodeType.FILE:
+        return ()
+    names, variants = set(plan.names), set(plan.known_variants)
+    if not any(frame in names and variant in variants for frame, variant in map(picture_of, store.records())):
+        return ()
+    return differences(read_json(store.folder, DESCRIPTION, "dataset-1"), plan)
+
+
+def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
+    """Return the names of the inputs and options in which the planned stage differs from that of the dataset with this
+    dataset.json."""
+    before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
+    differing = {name for name in {*before, *now} if before.get(name) != now.get(name)}
+    return tuple(sorted(differing or set(_renumbered(description, plan))))
+
+
+def _renumbered(description: Mapping[str, Any], plan: Plan) -> Iterator[str]:
+    """Yield IDS where a target or a part that dataset.json lists has another id in the plan, or its id is another's."""
+    for listed in (_targets, _parts):
+        before, now = listed(description), listed(plan.description)
+        moved = any(before[path] != now[path] for path in before.keys() & now.keys())
+        if moved or any(number in now.values() for path, number in before.items() if path not in now):
+            yield IDS
+
+
+def _targets(description: Mapping[str, Any]) -> dict[str, int]:
+    return {target["path"]: target["id"] for target in description["targets"]}
+
+
+def _parts(description: Mapping[str, Any]) -> dict[str, int]:
+    return {part["path"]: int(number) for number, part in description["parts"].items()}
+
+
+def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
+    """Return by name what decides pictures of that origin: of files their bytes alone, whatever they are called."""
+    files = {name: file["sha256"] for name, file in origin.get("inputs", {}).items()}
+    root = {ROOT: origin[ROOT]} if ROOT in origin else {}
+    return files | dict(origin.get("options", {})) | root
+
+
+def in_words(other: Sequence[str]) -> str:
+    """Say that the dataset holds another stage's pictures, and name what differs as the options of `author`."""
+    names = [WORDS.get(name, f"--{name.replace('_', '-')}") for name in other]
+    return f"holds pictures of another stage, which differs in: {', '.join(names)}"
+
+
+def refuse(store: Store, other: Sequence[str]) -> None:
+    """Raise InputError where there is any."""
+    if other:
+        do = "choose another folder, or add --replace, which removes them all"
+        raise InputError(in_words(other), where=store.root, do=do)

@@ -1,0 +1,40 @@
+"""The options of the run that a worker is given when it is started."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from spin_usd.planning.effort_choice import Chosen
+from spin_usd.scene.derived.content_keys import RenderSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkerOptions:
+    """A run over the stage copied into a dataset.
+
+    root: the dataset's folder
+    work: the folder of its temporary files
+    options: the user's, as far as records say them by name (`PictureOptions.recorded`)
+    renders: whether any of its pictures shows light, so that a renderer is opened
+    chosen: why the effort is what it is, for the records
+    """
+
+    root: str
+    work: str
+    stage: str
+    settings: RenderSettings
+    options: Mapping[str, Any] = field(default_factory=dict)
+    renders: bool = True
+    chosen: Chosen | None = None
+
+    @property
+    def image_suffix(self) -> str:
+        return f".{self.options.get('image_format', 'png')}"
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "WorkerOptions":
+        settings, chosen = RenderSettings.from_json(value["settings"]), value["chosen"]
+        return cls(**{**value, "settings": settings, "chosen": Chosen.from_json(chosen) if chosen else None})

@@ -1,0 +1,35 @@
+"""`spin-usd reproduce`: makes a picture again from its provenance, and compares the files."""
+
+import json
+
+import typer
+
+import spin_usd
+from spin_usd.commands.reproduce.options import ReproduceOptions
+from spin_usd.errors import FINDINGS
+from spin_usd.terminal.lines import BAD, GOOD, Painted, show
+from spin_usd.terminal.notes import show_note, show_notes
+from spin_usd.terminal.parameters import Json
+
+OTHER_DEVICE = (
+    "made on {}, and made again on {}: the image's bytes may differ, for each device rounds in its own way; labels are "
+    "always the CPU's"
+)
+
+
+def reproduce(options: ReproduceOptions, *, as_json: Json = False) -> None:
+    """Make one picture again from its provenance and compare it with the one there."""
+    made = spin_usd.reproduce(**options.arguments())
+    if as_json:
+        show(json.dumps(made.as_json()))
+    else:
+        for file in made.files:
+            word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
+            show((Painted(f"{word:9}", GOOD if file.same else BAD), f"  {file.path}"))
+        recorded, now = made.devices
+        if recorded != now:
+            show_note(OTHER_DEVICE.format(recorded, now))
+        changed = made.versions.items()
+        show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
+    if not made.same:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,82 @@
+"""The folder of a gallery as it is written."""
+
+from collections.abc import Collection
+from functools import partial
+from pathlib import Path
+
+from spin_usd import __version__
+from spin_usd.commands.show.data_file import DataFile
+from spin_usd.commands.show.gallery_file import BY_KEY, DATA, INDEX, OWN_NAME, PAGE, PROGRAM, SELF, file_of
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.folder import Folder
+from spin_usd.files.new_file import write_whole
+from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.resources import PACKAGE
+from spin_usd.store.atomic import write_atomically, write_json
+from spin_usd.store.dataset_folder import Store, refuse_strange
+from spin_usd.store.json_schema import read_json
+
+SCHEMA = "gallery-1"
+INDEX_KEY = "index"
+PAGE_FOLDER = PACKAGE / "commands" / "show" / "page"
+
+
+def refuse_other(out: Path) -> None:
+    """Raise InputError where the folder holds anything but a gallery, begun or finished, or a link in it. Write
+    nothing."""
+    held = Store(root=out).held()
+    if held and SELF not in held:
+        raise InputError(f"holds {held[0]} but no {SELF}", where=out, do="choose an empty folder")
+    if held:
+        read_json(Folder(out), SELF, SCHEMA)
+        refuse_strange(Folder(out), (PAGE, INDEX, SELF, PROGRAM, *BY_KEY))
+
+
+class GalleryFolder:
+    """Writes into the folder `out`, by way of `work`. Files called after their keys stay as they are."""
+
+    def __init__(self, out: Path, work: Path) -> None:
+        self.out, self.work = Folder(out), work
+        self.present = {name for folder in BY_KEY for name in self.out.files(folder)}
+        self._used = set[str]()
+
+    def describe(self, dataset: Path) -> None:
+        """Write the file that says whose folder it is."""
+        found = {"schema": SCHEMA, "dataset": dataset.resolve().name, "spin_usd": __version__}
+        write_json(self.out, SELF, found, work=self.work)
+
+    def add(self, data: DataFile) -> str:
+        """Write a data file called after its key, unless it is there, and return its name."""
+        name = file_of(DATA, data.key, ".js")
+        if name not in self.present | self._used:
+            self._write(name, data.script(data.key))
+        self._used.add(name)
+        return name
+
+    def write_page(self, index: DataFile) -> None:
+        """Write the index, the program, and at last the page that loads them."""
+        self._write(INDEX, index.script(INDEX_KEY))
+        for name, content in page_files().items():
+            self._write(name if name == PAGE else f"{PROGRAM}/{name}", content)
+
+    def sweep(self, used: Collection[str]) -> None:
+        """Remove files called after keys that were there, and are neither among those `used` nor added."""
+        for name in self.present - set(used) - self._used:
+            if OWN_NAME.fullmatch(name):
+                remove_file(self.out, name)
+                remove_emptied(self.out, name)
+
+    def total_bytes(self) -> int:
+        """Return how large all files are together."""
+        return sum(self.out.size(name) for name in self.out.files())
+
+    def _write(self, name: str, content: bytes) -> None:
+        write_atomically(self.out, name, partial(write_whole, data=content), work=self.work)
+
+
+def page_files() -> dict[str, bytes]:
+    """Return the files of the page by their names; index.html, which loads the others, is the last."""
+    folder = Folder(PAGE_FOLDER)
+    names = sorted(folder.files(), key=lambda name: (name.endswith(".html"), name))
+    return {name: folder.read(name, MAX_DOCUMENT) for name in names}

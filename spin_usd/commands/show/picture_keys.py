@@ -1,0 +1,72 @@
+"""The keys of a picture's files in a gallery: each is made of the digests in the record, so equal files are made once,
+and those that are there are not made again."""
+
+import json
+from collections.abc import Collection
+from typing import Any, NamedTuple
+
+from spin_usd.commands.show.data_file import file_key
+from spin_usd.commands.show.gallery_file import DATA, IMAGES, THUMBNAILS, file_of
+from spin_usd.commands.show.options import ORIGINAL, ShowOptions
+from spin_usd.store.read.picture import Picture
+
+FILES_VERSION = "picture-files-1"
+"""Goes up when the same picture gets other files."""
+IMAGE = "image"
+
+
+class PictureKeys(NamedTuple):
+    """The keys of the image with its thumbnail, and of the label data; "" where there are none. suffix: of the image ·
+    preview: the kind of label that the thumbnail is made of where there is no image, "" else · kinds: the labels in the
+    data."""
+
+    image: str = ""
+    labels: str = ""
+    suffix: str = ".jpg"
+    preview: str = ""
+    kinds: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The names of the files in the gallery, by what they are."""
+        found = {}
+        if self.image:
+            found["thumbnail"] = file_of(THUMBNAILS, self.image, ".jpg")
+        if self.image and not self.preview:
+            found["image"] = file_of(IMAGES, self.image, self.suffix)
+        if self.labels:
+            found["labels"] = file_of(DATA, self.labels, ".js")
+        return found
+
+    def without(self, present: Collection[str]) -> "PictureKeys":
+        """Return the same without the keys of files that are among those `present`."""
+        lacking = {what for what, name in self.names.items() if name not in present}
+        image = self.image if lacking & {"thumbnail", "image"} else ""
+        return self._replace(image=image, labels=self.labels if "labels" in lacking else "")
+
+
+def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
+    """Return the keys of the picture's files."""
+    record = picture.record
+    digests = {str(kind): str(entry["sha256"]) for kind, entry in record["files"].items()}
+    kinds = tuple(kind for kind in request.label_names if kind in digests)
+    preview = "" if IMAGE in digests else next(iter(kinds), "")
+    shown = digests.get(preview or IMAGE)
+    original = request.images == ORIGINAL and not preview and str(record["files"][IMAGE]["path"]).endswith(".png")
+    return PictureKeys(
+        image=_key("image", request.images, shown) if shown else "",
+        labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(picture)) if kinds else "",
+        suffix=".png" if original else ".jpg",
+        preview=preview,
+        kinds=kinds,
+    )
+
+
+def _key(*made_of: Any) -> str:
+    return file_key(FILES_VERSION.encode(), json.dumps(made_of).encode())
+
+
+def _geometry(picture: Picture) -> Any:
+    """Return what the label data depend on beside the labels: see `body_points`."""
+    record, parts = picture.record, sorted((part.id, part.target) for part in picture.parts.values())
+    return record["camera"], [[target["id"], target["pose"]] for target in record["targets"]], parts

@@ -1,0 +1,181 @@
+"""Write the page of a dataset: its records first, then the files of each picture, then the index."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.show.data_file import DataFile
+from spin_usd.commands.show.gallery_file import PAGE
+from spin_usd.commands.show.gallery_folder import GalleryFolder, refuse_other
+from spin_usd.commands.show.index import Arrays, Header, columns_of, described_dataset, measures_of, pictures_of
+from spin_usd.commands.show.options import ShowOptions
+from spin_usd.commands.show.picture_keys import PictureKeys
+from spin_usd.commands.show.report import GalleryReport
+from spin_usd.commands.show.survey import SurveyedPicture, survey
+from spin_usd.commands.show.values.columns import Columns
+from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.geometry.lens import invertible_radius
+from spin_usd.options import takes
+from spin_usd.processes.processors import usable_cpus
+from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.progress import Progress
+from spin_usd.store.dataset_folder import Store, refuse_dataset
+from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.read.picture import Picture
+
+PER_FILE = 64  # half a megabyte of JSON, a tenth of it packed: they are much alike
+PICTURES_PER_CHILD = 8  # starting one takes as long as so many
+
+
+@takes(ShowOptions)
+def show(options: ShowOptions) -> GalleryReport:
+    """Write a page that shows a dataset in a browser, from a folder of its own. Run again, it makes what is missing.
+
+    Pictures that are damaged do not raise, they are in the report's `damaged`.
+
+    Raises InputError where there is no dataset, or the folder holds something else, and OutputError.
+    """
+    began, progress = time.monotonic(), options.progress
+    dataset = _opened(Path(options.dataset))
+    beside = _opened(Path(options.beside)) if options.beside else None
+    refuse_dataset(options.page_folder, Path(options.dataset))
+    refuse_other(options.page_folder)
+    with Store(root=options.page_folder).locked() as lease:
+        folder = GalleryFolder(options.page_folder, lease.work)
+        folder.describe(Path(options.dataset))
+        pictures, header, arrays = _survey(dataset, options, folder, progress)
+        missing = lacking(pictures, folder.present)
+        of_files = written(pictures, missing, options, lease.work, progress=progress)
+        faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
+        if beside:
+            others, numbers = _survey_beside(beside, options, progress)
+            header, arrays = header | {"beside": others}, arrays | numbers
+        header |= {"given": str(options.dataset), "faults": faults}
+        folder.write_page(DataFile(header, arrays))
+        folder.sweep({name for picture in pictures for name in picture.keys.names.values()})
+    return GalleryReport(
+        page=str(options.page_folder / PAGE),
+        pictures=len(pictures),
+        made=len(missing),
+        kept=sum(not picture.fault for picture in pictures) - len(missing),
+        damaged={f"{pictures[at].variant}/{pictures[at].frame}": fault for at, fault in faults.items()},
+        bytes=folder.total_bytes(),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _opened(path: Path) -> Dataset:
+    dataset = Dataset(path)
+    if not len(dataset):
+        raise InputError("holds no picture", where=path, do="render some first")
+    return dataset
+
+
+def _survey(
+    dataset: Dataset, request: ShowOptions, folder: GalleryFolder, progress: Progress
+) -> tuple[list[SurveyedPicture], Header, Arrays]:
+    """Read all records and write them and their columns; return the pictures, and the index as far as it is known."""
+    pictures, columns, shelf, kinds = [], Columns(), RecordShelf(folder), dict[str, None]()
+    for picture in survey(dataset, request, what="reading: record", progress=progress):
+        columns.add(picture.values)
+        shelf.add(picture)
+        kinds |= dict.fromkeys(picture.keys.kinds)
+        pictures.append(replace(picture, picture=None, values={}))
+    shelf.finish()
+    header, arrays = pictures_of(pictures)
+    held = dict(columns.columns())
+    measures, numbers = measures_of(dataset, held)
+    others = {name: column for name, column in held.items() if name not in numbers}
+    header |= described_dataset(dataset, list(kinds)) | {"records": shelf.files, "per_file": PER_FILE}
+    header |= {"measures": measures, "columns": list(columns_of(others, folder))}
+    return pictures, header, arrays | numbers
+
+
+def _survey_beside(dataset: Dataset, request: ShowOptions, progress: Progress) -> tuple[Header, Arrays]:
+    """Read the records of the dataset beside; return its measures."""
+    columns = Columns()
+    for picture in survey(dataset, request, what="reading: record beside", progress=progress):
+        columns.add(picture.values)
+    measures, arrays = measures_of(dataset, dict(columns.columns()), prefix="beside ")
+    return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays
+
+
+class RecordShelf:
+    """Writes the records of pictures into the folder as they come. `files`: their names, PER_FILE pictures in each."""
+
+    def __init__(self, folder: GalleryFolder) -> None:
+        self.files: list[str] = []
+        self._folder, self._held = folder, list[dict[str, Any]]()
+
+    def add(self, picture: SurveyedPicture) -> None:
+        """Add the next picture."""
+        self._held.append(_described(picture, picture.picture) if picture.picture else {})
+        if len(self._held) == PER_FILE:
+            self.finish()
+
+    def finish(self) -> None:
+        """Write those that fill no whole file."""
+        if self._held:
+            self.files.append(self._folder.add(DataFile({"pictures": self._held})))
+            self._held = []
+
+
+def _described(surveyed: SurveyedPicture, picture: Picture) -> dict[str, Any]:
+    """Return what the page shows of the picture: its record, its files, and up to which radius its lens is one to
+    one; None for an endless one."""
+    radius = invertible_radius(picture.camera.distortion)
+    limit = radius if radius < float("inf") else None
+    return {"record": picture.record, "lens_limit": limit, "files": surveyed.keys.names}
+
+
+def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int, PictureKeys]:
+    """Return the keys of the files that are not `present`, by the place of the picture that they are made of. Where
+    pictures share a file, it is made of the first."""
+    begun, found = set(present), {}
+    for place, picture in enumerate(pictures):
+        keys = picture.keys.without(begun)
+        if keys.image or keys.labels:
+            found[place] = keys
+        begun |= set(picture.keys.names.values())
+    return found
+
+
+def written(
+    pictures: Sequence[SurveyedPicture],
+    missing: Mapping[int, PictureKeys],
+    request: ShowOptions,
+    work: Path,
+    *,
+    progress: Progress,
+) -> dict[str, str]:
+    """Let children write the `missing` files; return what is wrong, by the keys of files that could not be written.
+
+    Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
+    """
+    calls = [_call(pictures[place], keys, request, work) for place, keys in missing.items()]
+    children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
+    faults: dict[str, str] = {}
+    for done, (keys, result) in enumerate(
+        zip(missing.values(), results_of(calls, children, progress=progress), strict=True)
+    ):
+        progress("showing: picture", done, len(calls))
+        if isinstance(result, OutputError):
+            raise result
+        faults |= dict.fromkeys((keys.image, keys.labels), str(result)) if isinstance(result, SpinError) else result
+    progress("showing: picture", len(calls), len(calls))
+    return faults
+
+
+def _call(picture: SurveyedPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> Call:
+    arguments = {
+        "dataset": str(request.dataset),
+        "frame": picture.frame,
+        "variant": picture.variant,
+        "out": str(request.page_folder),
+        "work": str(work),
+        "images": request.images,
+        "keys": keys,
+    }
+    return Call("show_picture", arguments)

@@ -1,0 +1,74 @@
+"""The records of a dataset read one after the other, the damaged ones too."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from spin_usd.commands.show.options import ShowOptions
+from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
+from spin_usd.commands.show.values.columns import leaves
+from spin_usd.commands.show.values.measures import measured
+from spin_usd.errors import InputError
+from spin_usd.progress import Progress
+from spin_usd.scene.source.poses import FRAME_NAME
+from spin_usd.store.names import record_of
+from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.read.picture import Picture
+
+NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the last two itself
+UNREADABLE = (AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurveyedPicture:
+    """What a page says of a picture. picture: None where its record is damaged · values: by the names of columns ·
+    fault: what is wrong with the record, "" else."""
+
+    frame: str
+    variant: str
+    picture: Picture | None = None
+    keys: PictureKeys = field(default_factory=PictureKeys)
+    values: dict[str, float | str] = field(default_factory=dict)
+    fault: str = ""
+
+    @property
+    def record(self) -> str:
+        """The name of its record."""
+        return record_of(self.variant, self.frame)
+
+    def faults(self, of_files: Mapping[str, str]) -> str:
+        """Return all that is wrong with it: its record, and its files, of which faults are given by key; "" else."""
+        own = (of_files.get(key) for key in dict.fromkeys((self.keys.image, self.keys.labels)) if key)
+        return self.fault or "; ".join(dict.fromkeys(filter(None, own)))
+
+
+def survey(dataset: Dataset, request: ShowOptions, *, what: str, progress: Progress) -> Iterator[SurveyedPicture]:
+    """Yield every picture of the dataset in order, and report progress as `what`."""
+    for done, (frame, variant) in enumerate(dataset.names):
+        progress(what, done, len(dataset))
+        try:
+            yield _surveyed(dataset.picture(frame, variant), frame, variant, request)
+        except UNREADABLE as fault:
+            found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({_words(fault)})"
+            yield SurveyedPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")
+    progress(what, len(dataset), len(dataset))
+
+
+def _words(fault: Exception) -> str:
+    return f"it lacks {fault}" if isinstance(fault, KeyError) else str(fault)
+
+
+def _surveyed(picture: Picture, frame: str, variant: str, request: ShowOptions) -> SurveyedPicture:
+    """Return what is known of the picture that has this frame and variant by its record's name. Raises one of
+    UNREADABLE, which InputError is too."""
+    if (picture.frame, picture.variant) != (frame, variant):
+        raise InputError(f"calls itself {picture.frame!r} of {picture.variant!r}")
+    if not FRAME_NAME.fullmatch(frame):
+        raise InputError("has a name that no frame can have")
+    filtered = {name: value for name, value in picture.record.items() if name not in NOT_FILTERED_BY}
+    return SurveyedPicture(
+        frame=frame,
+        variant=variant,
+        picture=picture,
+        keys=keys_of(picture, request),
+        values={**dict(leaves(filtered)), **measured(picture)},
+    )

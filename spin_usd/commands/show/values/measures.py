@@ -1,0 +1,89 @@
+"""What the page shows of every picture beside what its record says: a table of names, units and formulas."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from spin_usd.scene.photometry.sunlight import phase_angle
+from spin_usd.store.read.picture import Picture
+from spin_usd.store.read.pictured_target import PicturedTarget
+
+MAX_TARGETS = 8  # whose measures are shown; those of others are found among the values of the record
+
+
+class Measure(NamedTuple):
+    """title: what the page calls it · unit: "" where it has none · of: its value, NaN where there is none."""
+
+    title: str
+    unit: str
+    of: Callable[[Picture, PicturedTarget], float]
+
+
+MEASURES = {
+    "range": Measure("Range", "m", lambda _, target: target.range),
+    "visible": Measure("Visible fraction", "", lambda _, target: target.visible_fraction),
+    "u": Measure(
+        "Target across the frame, from 0 to 1", "", lambda picture, target: _centre(target)[0] / picture.camera.width
+    ),
+    "v": Measure(
+        "Target down the frame, from 0 to 1", "", lambda picture, target: _centre(target)[1] / picture.camera.height
+    ),
+    "width": Measure("Width of the box", "px", lambda _, target: target.box_visible[2] - target.box_visible[0]),
+    "keypoints": Measure(
+        "Visible keypoints", "", lambda _, target: sum(state == "visible" for state in target.keypoint_states)
+    ),
+    "from_x": Measure("Camera along x", "", lambda _, target: _towards_camera(target)[0]),
+    "from_y": Measure("Camera along y", "", lambda _, target: _towards_camera(target)[1]),
+    "from_z": Measure("Camera along z", "", lambda _, target: _towards_camera(target)[2]),
+    "sun": Measure("Sun angle", "deg", lambda picture, target: _sun_angle(picture, target)),
+}
+"""Of a target. The Sun angle is that between the Sun and the camera, seen from the target: 0 has the Sun behind the
+camera. Where the camera is, seen from the target: a unit vector in its axes."""
+
+OF_PICTURE = {
+    "brightness": Measure("Brightness", "", lambda picture, _: _tone(picture, "mean")),
+    "dark": Measure("Share of dark pixels", "", lambda picture, _: _tone(picture, "dark")),
+    "saturated": Measure("Share of saturated pixels", "", lambda picture, _: _tone(picture, "saturated")),
+}
+"""Of the whole picture: of the target's pixels, as the record's `tones` has them."""
+
+
+def measured(picture: Picture) -> dict[str, float]:
+    """Return the measures of the picture by their columns' names: those of its second target end in "@2"."""
+    found = {name: measure.of(picture, picture.targets[0]) for name, measure in OF_PICTURE.items()}
+    for place, target in enumerate(picture.targets[:MAX_TARGETS]):
+        found |= {column_of(name, place): measure.of(picture, target) for name, measure in MEASURES.items()}
+    return {name: float(value) for name, value in found.items()}
+
+
+def described(targets: int) -> Iterator[tuple[str, Measure, int | None]]:
+    """Yield the name of each column, what it holds, and the place of the target that it is of, None for the picture."""
+    yield from ((name, measure, None) for name, measure in OF_PICTURE.items())
+    for place in range(min(targets, MAX_TARGETS)):
+        yield from ((column_of(name, place), measure, place) for name, measure in MEASURES.items())
+
+
+def column_of(name: str, place: int) -> str:
+    """Return the name of the column of that measure of the target at that place."""
+    return f"{name}@{place + 1}"
+
+
+def _centre(target: PicturedTarget) -> tuple[float, float]:
+    x0, y0, x1, y1 = target.box_visible.tolist()
+    return (x0 + x1) / 2, (y0 + y1) / 2
+
+
+def _towards_camera(target: PicturedTarget) -> list[float]:
+    towards = -target.T_cam_body[:3, :3].T @ target.t_cam_body
+    direction: list[float] = (towards / max(float(np.linalg.norm(towards)), 1e-30)).tolist()
+    return direction
+
+
+def _sun_angle(picture: Picture, target: PicturedTarget) -> float:
+    sun = picture.record.get("sun")
+    return phase_angle(np.array(sun["towards_cam"], float), target.t_cam_body) if sun else float("nan")
+
+
+def _tone(picture: Picture, name: str) -> float:
+    return float(picture.record.get("tones", {}).get(name, "nan"))

@@ -1,0 +1,96 @@
+"""What the page and the terminal show: written by those who make pictures, read by those who wait for them."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from threading import Condition
+from typing import Any
+
+from spin_usd.commands.watch.request import WatchedPicture
+from spin_usd.picture.make_picture import IMAGE
+
+READING, SHOWN, FAULTY = "reading", "shown", "faulty"
+
+
+@dataclass(frozen=True, kw_only=True)
+class News:
+    """What is known at one time. status: READING after an edit, SHOWN, or FAULTY, and then `message` says why, while
+    the last good pictures stay · light: what made the image, a renderer's name · rendering: whether another renderer is
+    at work on it · pictures: by kind, when each was made; other numbers are other pictures · seconds: how long that
+    took after the edit was noticed."""
+
+    status: str = READING
+    message: str = ""
+    frame: str = ""
+    place: int = 0
+    frames: int = 0
+    variant: str = ""
+    variants: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    light: str = ""
+    rendering: bool = False
+    pictures: tuple[tuple[str, int], ...] = ()
+    seconds: float = 0.0
+
+
+class Board:
+    """The news, the pictures and the choice of what to show, for several threads."""
+
+    def __init__(self, choice: WatchedPicture, on_image: Callable[[bytes], None] = lambda png: None) -> None:
+        """`on_image` is called with each new image (PNG), in the thread that posts it."""
+        self._on_image = on_image
+        self._changed = Condition()
+        self._news, self._version = News(), 0
+        self._pictures: dict[str, bytes] = {}
+        self._choice, self._closed = choice, False
+
+    @property
+    def choice(self) -> WatchedPicture:
+        """The picture that is to be shown."""
+        with self._changed:
+            return self._choice
+
+    @property
+    def closed(self) -> bool:
+        """Whether the command has ended."""
+        return self._closed
+
+    def choose(self, choice: WatchedPicture) -> None:
+        """Have another picture shown."""
+        with self._changed:
+            self._choice = choice
+            self._changed.notify_all()
+
+    def wait_for_choice(self, other_than: WatchedPicture, within_s: float) -> None:
+        """Wait until the choice is another, but no longer than that."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._choice != other_than or self._closed, timeout=within_s)
+
+    def post(self, *, pictures: dict[str, bytes] | None = None, **news: Any) -> None:
+        """Post news by the names of News, and pictures (PNG) by their kinds."""
+        with self._changed:
+            self._version += 1
+            made = dict(self._news.pictures) | dict.fromkeys(pictures or {}, self._version)
+            self._pictures |= pictures or {}
+            self._news = replace(self._news, **news, pictures=tuple(made.items()))
+            self._changed.notify_all()
+        if pictures and IMAGE in pictures:
+            self._on_image(pictures[IMAGE])
+
+    def news_after(self, version: int, within_s: float) -> tuple[int, dict[str, Any] | None]:
+        """Wait for news later than `version`; return theirs and what they are as JSON, None where none came."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._version > version or self._closed, timeout=within_s)
+            if self._version <= version:
+                return version, None
+            return self._version, {**asdict(self._news), "pictures": dict(self._news.pictures)}
+
+    def picture(self, kind: str) -> bytes | None:
+        """Return the last picture of that kind (PNG)."""
+        with self._changed:
+            return self._pictures.get(kind)
+
+    def close(self) -> None:
+        """Let all who wait go."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

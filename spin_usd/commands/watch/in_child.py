@@ -1,0 +1,147 @@
+"""The child's part of `watch`: it reads the stage anew, and makes the pictures of one frame small and at once."""
+
+import gc
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from numpy.typing import NDArray
+
+from spin_usd.commands.watch.file_states import FileStates, states_of
+from spin_usd.errors import SpinError, UnknownPictureError
+from spin_usd.faults import expected
+from spin_usd.files.folder import Folder
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.labels import preview
+from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
+from spin_usd.picture.make_picture import IMAGE, Stopwatch, make_labels, render_in
+from spin_usd.processes.open_renderer import open_renderer
+from spin_usd.renderers.background.sky import sky
+from spin_usd.renderers.downscale import reduced
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.content import key_of
+from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed
+from spin_usd.scene.derived.light_groups import in_unit_light
+from spin_usd.scene.effort import REDUCTIONS, Effort
+from spin_usd.scene.finding import in_sentences
+from spin_usd.scene.model import Scene
+from spin_usd.scene.target import Target
+from spin_usd.sensor.develop import develop
+from spin_usd.stage.composition.files import EXTENSIONS, files_of
+from spin_usd.stage.composition.images import Decoded
+from spin_usd.stage.read.frames import frame_named
+from spin_usd.stage.read.stage_reader import StageReader
+
+MAX_LAYERS = 1000  # that are watched of a stage of which nobody can say what it is made of
+
+
+class Viewer:
+    """A viewer that lives in a child process. What an edit leaves as it was is kept: decoded images, the same targets,
+    what lies behind them; so what renderers made of these stays too."""
+
+    def __init__(self, *, renderer: str, effort: Mapping[str, Any]) -> None:
+        self._caster = EmbreeCaster()
+        self._renderer = open_renderer(renderer, caster=self._caster)
+        self._effort = Effort(**effort)
+        self._states: FileStates = {}
+        self._images: dict[tuple[str, str], Decoded] = {}
+        self._targets: dict[tuple[str, str, str], Target] = {}
+        self._behind: tuple[str, NDArray[Any] | None] = ("", None)
+
+    def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> dict[str, Any]:
+        """Return the "files" that the stage is made of, with their states before they were read, and either a "fault",
+        a sentence, and whether it is that the stage has no such picture ("unknown"), or what is seen: the frame's name
+        and place, how many there are, the variants, notes, and PNGs of the image, and with `labels` of the usual
+        labels, in base64."""
+        gc.collect()  # USD would show the layers of the stage before again, as they were
+        states = states_of(_files(stage))
+        self._images = {key: image for key, image in self._images.items() if self._is_unchanged(key[0], states)}
+        self._states = states
+        try:
+            seen = self._seen(stage, frame, variant, max_width, labels=labels)
+        except Exception as fault:
+            error = expected(fault, stage)
+            if error is None:
+                raise
+            return {"files": states, "fault": str(error), "unknown": isinstance(error, UnknownPictureError)}
+        return {"files": states, **seen}
+
+    def _is_unchanged(self, image: str, states: FileStates) -> bool:
+        """Return whether the file that holds the image, alone or in a package, is as it was."""
+        file = image.partition("[")[0]
+        return states.get(file) is not None and states[file] == self._states.get(file)
+
+    def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> dict[str, Any]:
+        reader = StageReader(stage, variant=variant, images=self._images)
+        chosen = frame_named(reader.frames, frame, stage)
+        scene = _small(self._with_known_targets(reader.scene(chosen)), max_width)
+        self._images = reader.decoded_images
+        pictures = dict(self._labels(scene)) if labels else {}
+        pictures[IMAGE] = _png(preview.image(self._image(scene, reader.seed)))
+        return {
+            "frame": chosen.name,
+            "place": chosen.index,
+            "frames": len(reader.frames),
+            "variants": list(reader.variants),
+            "notes": in_sentences(reader.notes),
+            "pictures": pictures,
+        }
+
+    def _with_known_targets(self, scene: Scene) -> Scene:
+        """Return the scene with the targets of the one before where they are the same."""
+        shapes = {(body.target.path, body.target.name, body.target.key): body.target for body in scene.bodies}
+        known = {key: self._targets.get(key, target) for key, target in shapes.items()}
+        by_new = {id(target): known[key] for key, target in shapes.items()}
+        self._targets = known
+        others = tuple(replace(body, target=by_new.get(id(body.target), body.target)) for body in scene.others)
+        return replace(scene, target=by_new[id(scene.target)], others=others)
+
+    def _labels(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        for name, array, _ in make_labels(scene, self._caster, DEFAULT_LABELS, Stopwatch(), self._caster):
+            yield name, _png(PIXEL_LABELS[name].preview(array))
+
+    def _image(self, scene: Scene, seed: int) -> NDArray[Any]:
+        light = in_unit_light(scene)
+        settings = RenderSettings(renderer=self._renderer.name, effort=self._effort, seed=seed)
+        radiance = render_in(light, self._renderer, settings, Stopwatch()).relit(light.gains)
+        sampled = picture_seed(scene, settings)
+        return develop(scene, radiance, self._sky(scene, sampled), seed=sampled)
+
+    def _sky(self, scene: Scene, seed: int) -> NDArray[Any] | None:
+        """Return what lies behind; that of the view before where lights, surroundings and camera are the same."""
+        key = key_of([scene.lights, scene.environment, scene.camera, seed])
+        if key != self._behind[0]:
+            self._behind = key, sky(scene, seed=seed)
+        return self._behind[1]
+
+
+def _files(stage: str) -> list[str]:
+    """Return the paths of the files that the stage is made of, also of those that are not there; of a stage that does
+    not say so, of the layers below its folder."""
+    try:
+        files = files_of(stage)
+    except SpinError:
+        folder = Folder(Path(stage).parent)
+        layers = (str(folder.root / name) for name in folder.files() if name.lower().endswith(EXTENSIONS))
+        return [stage, *islice(layers, MAX_LAYERS)]
+    return [str(path) for path in (*files.found, *(each.layer.parent / each.name for each in files.missing))]
+
+
+def _small(scene: Scene, max_width: int) -> Scene:
+    """Return the scene as a detector of fewer, larger pixels sees it, `max_width` or fewer in a row if that can be."""
+    by = next((by for by in REDUCTIONS if scene.camera.width <= by * max_width), REDUCTIONS[-1])
+    blur = {name: getattr(scene.optics, name) / by for name in ("psf_sigma", "glare_core")}
+    return replace(reduced(scene, by), optics=replace(scene.optics, **blur))
+
+
+def _png(picture: NDArray[Any]) -> str:
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "picture.png")
+        write_image(file, picture, channels=("R", "G", "B"))
+        return b64encode(read_bytes(file, MAX_ARRAY)).decode()

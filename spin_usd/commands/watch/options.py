@@ -1,0 +1,24 @@
+"""The options of `watch`."""
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated
+
+from spin_usd.options import Frame, Option, Options, RendererName, Stage, Variant
+
+PORT = 8643
+MAX_WIDTH = 960
+
+
+@dataclass(frozen=True)
+class WatchOptions(Options):
+    """The picture that is shown first, and how."""
+
+    stage: Stage
+    _: KW_ONLY
+    frame: Frame
+    variant: Variant = "nominal"
+    renderer: RendererName = None
+    quality: Annotated[str, Option("Of the picture after the preview: preview, draft, standard ...", "NAME")] = "draft"
+    max_width: Annotated[int, Option("The pictures' width at most.", "PIXELS", at_least=16)] = MAX_WIDTH
+    port: Annotated[int, Option("The port of the page; 0 for any that is free.", "N")] = PORT
+    terminal: Annotated[bool, Option("Also show the picture in this terminal.")] = False

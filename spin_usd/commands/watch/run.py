@@ -1,0 +1,129 @@
+"""`spin-usd watch`: looks at a stage's files, and shows what becomes of an edit."""
+
+import time
+from base64 import b64decode
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
+from typing import Any
+
+from spin_usd.commands.watch.board import FAULTY, READING, SHOWN, Board
+from spin_usd.commands.watch.file_states import FileStates, states_of
+from spin_usd.commands.watch.light_render import LightRender
+from spin_usd.commands.watch.page_server import page_server
+from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
+from spin_usd.commands.watch.viewer_child import ViewerChild
+from spin_usd.errors import UnknownPictureError
+from spin_usd.processes.child import ChildInternalError
+from spin_usd.processes.child_limits import PATIENCE_S
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
+from spin_usd.scene.effort import Effort
+from spin_usd.stop_signals import Stopped
+
+PREVIEW = "raycast"
+LOOK_S, SETTLE_S, MAX_SETTLE_S = 0.1, 0.03, 0.5
+SHARE = 20  # looking at the files takes this part of the time at most
+
+
+def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Callable[[bytes], None]) -> None:
+    """Serve the page until a signal stops it. `tell` takes lines for the user, `on_image` each new image (PNG). Raises
+    InputError where the page cannot be served or the stage has no such picture, UnsupportedError without the
+    renderer."""
+    require_renderer(request.renderer, instead=ANOTHER_RENDERER)
+    board = Board(request.choice, on_image)
+    with suppress(Stopped), ExitStack() as stack:
+        stack.callback(board.close)
+        tell(f"{stack.enter_context(page_server(board, request.options.port))}   (open it in a browser; Ctrl-C ends)")
+        follow = Follower(request, board, tell)
+        stack.callback(follow.close)
+        if request.renderer != PREVIEW:
+            follow.light = stack.enter_context(LightRender(request, board, tell))
+        follow.show(board.choice, first=True)
+        while True:
+            follow.wait()
+            follow.show(board.choice)
+
+
+class Follower:
+    """Shows the stage as it is, and waits until it is another."""
+
+    light: LightRender | None = None
+
+    def __init__(self, request: WatchRequest, board: Board, tell: Callable[[str], None]) -> None:
+        self._request, self._board, self._tell = request, board, tell
+        self._child = ViewerChild(PREVIEW, Effort(samples=1))
+        self._shown = request.choice
+        self._files: FileStates = {str(request.stage.absolute()): None}
+
+    def close(self) -> None:
+        """End the child."""
+        self._child.end()
+
+    def show(self, choice: WatchedPicture, *, first: bool = False) -> None:
+        """Read the stage, and post what is seen. Raises UnknownPictureError for a `first` choice that the stage does
+        not have; a later one may be there again after an edit."""
+        edited = time.monotonic()
+        if self.light is not None:
+            self.light.cancel()
+        self._board.post(status=READING, rendering=False)
+        self._shown, known = choice, states_of(self._files)
+        answer = self._view(choice)
+        if first and answer.get("unknown"):
+            raise UnknownPictureError(answer["fault"])
+        if "fault" in answer:
+            self._files = {**known, **answer["files"]}
+            self._board.post(status=FAULTY, message=answer["fault"])
+            self._tell(answer["fault"])
+        else:
+            self._files = answer["files"]
+            self._post(choice, answer, time.monotonic() - edited)
+            if self.light is not None:
+                self.light.render(choice, edited)
+
+    def wait(self) -> None:
+        """Wait for an edit or another choice; of an edit until nothing is written any more."""
+        while self._board.choice == self._shown:
+            began = time.monotonic()
+            if self.light is not None:
+                self.light.raise_defect()
+            if (now := states_of(self._files)) != self._files:
+                self._settle(now)
+                return
+            self._board.wait_for_choice(self._shown, max(LOOK_S, SHARE * (time.monotonic() - began)))
+
+    def _settle(self, now: FileStates) -> None:
+        until = time.monotonic() + MAX_SETTLE_S
+        while time.monotonic() < until:
+            time.sleep(SETTLE_S)
+            before, now = now, states_of(self._files)
+            if now == before and not any(state and state[1] == 0 for state in now.values()):
+                return
+
+    def _view(self, choice: WatchedPicture) -> dict[str, Any]:
+        """Return what a child sees, another one where the first dies, as it may of other things than the stage."""
+        arguments, retries = self._request.of(choice), Retries(READING_TRIES)
+        while True:
+            try:
+                return self._child.view(arguments, labels=True, within_s=PATIENCE_S)
+            except ChildDiedError as died:
+                if not retries.may_try_again(died):
+                    return {"files": {}, "fault": retries.in_words(died)}
+            except ChildInternalError as fault:
+                return {"files": {}, "fault": str(fault)}
+
+    def _post(self, choice: WatchedPicture, answer: Mapping[str, Any], seconds: float) -> None:
+        self._board.post(
+            status=SHOWN,
+            message="",
+            frame=answer["frame"],
+            place=answer["place"],
+            frames=answer["frames"],
+            variant=choice.variant,
+            variants=tuple(answer["variants"]),
+            notes=tuple(answer["notes"]),
+            light=PREVIEW,
+            rendering=self.light is not None,
+            seconds=seconds,
+            pictures={kind: b64decode(text) for kind, text in answer["pictures"].items()},
+        )
+        self._tell(f"{answer['frame']} of {choice.variant}: labels and preview after {seconds:.2f} s")

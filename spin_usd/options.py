@@ -1,0 +1,407 @@
+"""The options of the commands: each stands here or with its command once, with type, default, help and limits.
+
+A command's options are a frozen dataclass. Each field is an option of the command line (`cli.arguments.parameters`),
+an argument of the function that `import spin_usd` offers (`takes`), and what the work itself is given. A field without
+an `Option`, such as `on_progress`, is the function's alone.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import KW_ONLY, MISSING, Field, dataclass, fields
+from functools import wraps
+from inspect import Parameter, Signature, cleandoc, signature
+from numbers import Integral, Real
+from pathlib import Path
+from textwrap import wrap
+from types import UnionType
+from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+from spin_usd.completions import listed_in
+from spin_usd.errors import InputError
+from spin_usd.files.url import is_url, refuse_unless_path
+from spin_usd.progress import Note, Progress, ignore, unsaid
+from spin_usd.scene.effort import CPU
+
+P = ParamSpec("P")
+R = TypeVar("R")
+O = TypeVar("O", bound="Options")
+
+WEEK_S = 604800
+MAX_WORKERS = 1024  # more than any machine has processors for, and a slip of the hand is caught
+
+
+@dataclass(frozen=True)
+class Option:
+    """What is said of an option besides its name, type and default.
+
+    metavar: what stands for its value in the help
+    flag: on the command line, where that is not the name
+    words: what a shell completes it to
+    at_least, at_most: limits of a number
+    url: a path that may be a URL
+    name_or_path: a path in whose place a name may stand
+    repeated: a list, for each entry of which the flag is given again
+    also: a sentence for the function's docstring alone
+    """
+
+    help: str
+    metavar: str = ""
+    flag: str = ""
+    words: Callable[[str], Collection[str]] | None = None
+    at_least: int | None = None
+    at_most: int | None = None
+    url: bool = False
+    name_or_path: bool = False
+    repeated: bool = False
+    also: str = ""
+
+
+class Argument(Option):
+    """An option that is given by its place."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of a command. Raises InputError for a value that its type does not allow, a number beyond its limits,
+    and a path that is empty, or a URL where none may be; numpy's numbers become Python's."""
+
+    def __post_init__(self) -> None:
+        hints = get_type_hints(type(self), include_extras=True)
+        for field in fields(self):
+            value, hint, option = plain(getattr(self, field.name)), *described(hints[field.name])
+            object.__setattr__(self, field.name, value)
+            _refuse_unless_allowed(field.name, value, hint)
+            if {Path, Sequence[Path]} & set(_choices(hint)):
+                _refuse_unless_paths(field.name, value, url=bool(option and option.url))
+            if option and isinstance(value, int | float):
+                _refuse_beyond(field.name, value, option)
+
+    def arguments(self, **changed: object) -> dict[str, Any]:
+        """Return the options as arguments of the function that takes them, some of them `changed`."""
+        return {field.name: getattr(self, field.name) for field in fields(self)} | changed
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the options as JSON has them, for a child process, which makes them of it again; no callbacks."""
+        hints = get_type_hints(type(self), include_extras=True)
+        named = (field.name for field in fields(self) if described(hints[field.name])[1])
+        return {name: _as_json(getattr(self, name)) for name in named}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Listening(Options):
+    """on_progress: called with what is counted, how many are done and how many there are."""
+
+    on_progress: Progress | None = None
+
+    @property
+    def progress(self) -> Progress:
+        return ignore if self.on_progress is None else self.on_progress
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListeningToNotes(Listening):
+    """on_note: called with what is to be said meanwhile, a sentence each."""
+
+    on_note: Note | None = None
+
+    @property
+    def note(self) -> Note:
+        return unsaid if self.on_note is None else self.on_note
+
+
+def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], Callable[P, R]]:
+    """Return a decorator that gives a function the fields of the `options`, a dataclass, as its arguments; its
+    docstring then says what each is."""
+
+    def decorate(function: Callable[[O], R]) -> Callable[P, R]:
+        hints, own = get_type_hints(options), signature(options).parameters.values()
+        parameters = [each.replace(annotation=hints[each.name]) for each in sorted(own, key=_place)]
+        arguments = Signature(parameters, return_annotation=get_type_hints(function)["return"])
+
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            given = arguments.bind(*args, **kwargs)  # a wrong name is a TypeError of the function, as Python has it
+            return function(options(*given.args, **given.kwargs))
+
+        call.__signature__ = arguments  # type: ignore[attr-defined]
+        call.__annotations__ = {each.name: each.annotation for each in parameters}
+        call.__doc__ = _documented(cleandoc(function.__doc__ or ""), options, list(arguments.parameters))
+        return call
+
+    return decorate
+
+
+def described(hint: Any) -> tuple[Any, Option | None]:
+    """Return the plain type in a field's type, and what is said of it."""
+    if get_origin(hint) is not Annotated:
+        return hint, None
+    return get_args(hint)[0], next((each for each in get_args(hint)[1:] if isinstance(each, Option)), None)
+
+
+def required(field: "Field[Any]") -> bool:
+    """Return whether a value must be given."""
+    return field.default is MISSING and field.default_factory is MISSING
+
+
+def names_in(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Names, from a list of them or from text with commas between."""
+    names = given.split(",") if isinstance(given, str) else given
+    return tuple(name.strip() for name in names if name.strip())
+
+
+def refuse_together(**given: object) -> None:
+    """Raise InputError where more than one of these options is given; None stands for one that is not."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise InputError(f"{' and '.join(names)} are given together", do="give one of them")
+
+
+def plain(value: object) -> object:
+    """Return numpy's numbers and truth values as Python's; anything else as it is."""
+    if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
+        value = value.item()  # type: ignore[attr-defined]
+    return value
+
+
+def _as_json(value: object) -> object:
+    if isinstance(value, Path):
+        return str(value)
+    return [_as_json(each) for each in value] if isinstance(value, Collection) and not isinstance(value, str) else value
+
+
+_NAMES = {
+    str: "text",
+    Path: "a path",
+    int: "a whole number",
+    float: "a number",
+    bool: "True or False",
+    type(None): "None",
+}
+_CALLBACKS = {
+    "on_progress": "called with what is counted, how many are done and how many there are.",
+    "on_note": "called with what is to be said meanwhile, a sentence each.",
+}
+
+
+def _place(parameter: Parameter) -> int:
+    """Return where the argument stands: what is given by its place, what must be given, and callbacks last."""
+    if parameter.name in _CALLBACKS:
+        return 3
+    return (parameter.kind is Parameter.KEYWORD_ONLY) + (parameter.default is not Parameter.empty)
+
+
+def _documented(text: str, options: Callable[..., Any], names: Sequence[str]) -> str:
+    """Return the docstring with what each argument is before its last paragraph, which says what is raised."""
+    hints, lines = get_type_hints(options, include_extras=True), ["Args:"]
+    for name in names:
+        option = described(hints[name])[1]
+        said = f"{option.help} {option.also}".strip() if option else _CALLBACKS[name]
+        lines += wrap(f"{name}: {said}", 110, initial_indent="    ", subsequent_indent="        ")
+    body, _, last = text.rpartition("\n\n")
+    parts = (body, "\n".join(lines), last) if last.startswith("Raises") else (text, "\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
+    choices = _choices(hint)
+    if not any(_is_of(value, choice) for choice in choices):
+        raise InputError(f"{name} is {value!r}", do=f"make it {' or '.join(map(_name, choices))}")
+
+
+def _refuse_unless_paths(name: str, value: object, *, url: bool) -> None:
+    """Raise InputError where a path among the values is none."""
+    for each in value if isinstance(value, Collection) and not isinstance(value, str) else (value,):
+        if isinstance(each, str | Path) and not (url and each != "" and is_url(each)):
+            refuse_unless_path(each, name)
+
+
+def _refuse_beyond(name: str, value: float, option: Option) -> None:
+    low, high = option.at_least, option.at_most
+    if not ((low is None or value >= low) and (high is None or value <= high)):  # so that NaN is refused
+        raise InputError(f"{name} is {value}", do=f"make it {low} to {high}" if high else f"make it {low} at least")
+
+
+def _choices(hint: Any) -> tuple[Any, ...]:
+    """Return the types that a union has; any other type is alone."""
+    return get_args(hint) if isinstance(hint, UnionType) else (hint,)
+
+
+def _is_of(value: object, kind: Any) -> bool:
+    """Return whether the value is of that type, a plain one, a sequence or a function. True is not a number."""
+    if isinstance(value, bool):
+        return kind is bool
+    if kind in (int, float):
+        return isinstance(value, Integral if kind is int else Real)
+    if isinstance(kind, type):
+        return isinstance(value, kind)
+    if get_origin(kind) is not Sequence:
+        return callable(value)
+    if isinstance(value, str | bytes) or not isinstance(value, Collection):
+        return False
+    return all(_is_of(each, get_args(kind)[0]) for each in value)
+
+
+def _name(kind: Any) -> str:
+    """Return what to call the type in a sentence."""
+    if get_origin(kind) is Sequence:
+        return f"a list, each {_NAMES[get_args(kind)[0]]}"
+    return _NAMES.get(kind, "a function")
+
+
+STAGE = "A stage's root layer, or the folder of its dataset.usda."
+Stage = Annotated[str | Path, Argument(STAGE)]
+Dataset = Annotated[str | Path, Argument("A dataset's folder.")]
+Frames = Annotated[str | None, Option("Some of the frames, counted from 0 as Python slices.", "A:B:STEP")]
+Frame = Annotated[str, Option("A frame's name, such as img000001, or its number from 0.", "FRAME")]
+Variant = Annotated[str, Option("The variant of the frame.", "NAME")]
+Variants = Annotated[
+    str | Sequence[str],
+    Option("Names, or patterns such as 'noisy_*', or all; the stage's own if not given.", "NAME,..."),
+]
+UnitsPerMetre = Annotated[float | None, Option("The model's units in a metre: 100 for centimetres.", "X")]
+Prim = Annotated[str | None, Option("The prim of a USD target that is taken; / for all root prims.", "PATH")]
+AnySize = Annotated[bool, Option("Take a model of any size, even one with the camera inside it.")]
+Seed = Annotated[int | None, Option("Seed of all that is random, instead of the stage's own.", "N")]
+Workers = Annotated[
+    int | None, Option("Worker processes; as many as fit if not given.", "N", at_least=1, at_most=MAX_WORKERS)
+]
+Quality = Annotated[
+    str | None,
+    Option(
+        "Settings by a name: preview, draft, standard (the default) or reference.",
+        "NAME",
+        words=listed_in("spin_usd.scene.effort", "QUALITIES"),
+    ),
+]
+RendererName = Annotated[
+    str | None,
+    Option(
+        "blender, the default, or raycast.",
+        "NAME",
+        flag="--renderer",
+        words=listed_in("spin_usd.processes.open_renderer", "RENDERERS"),
+    ),
+]
+
+
+@dataclass(frozen=True)
+class ChosenPictures(Options):
+    """Which pictures of a stage are meant."""
+
+    stage: Stage
+    _: KW_ONLY
+    frames: Frames = None
+    variants: Variants = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffortOptions(Options):
+    """What a picture's light may cost: there are several ways to say it."""
+
+    samples: Annotated[
+        int | None,
+        Option("Light samples per pixel instead of the 16 of quality standard; the denoiser stays on.", "N"),
+    ] = None
+    effort: Annotated[
+        str | None,
+        Option(
+            "Settings of the renderer, such as samples=16,denoiser=fast; docs/how-to/speed-against-accuracy.md lists "
+            "them.",
+            "NAME=VALUE,...",
+        ),
+    ] = None
+    quality: Quality = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResolvedOptions(EffortOptions, ChosenPictures):
+    """What decides pictures and stands in their records as what became of it: effort, seeds, files and the like."""
+
+    error: Annotated[
+        str | float | None,
+        Option(
+            "The cheapest settings whose relative error spin-usd measure found to be X at the most, such as 0.05; auto "
+            "for the noise of the stage's own detector.",
+            "X",
+        ),
+    ] = None
+    measured: Annotated[
+        str | Path | None,
+        Option("For error: the folder that spin-usd measure wrote; the one beside the stage if not given.", "PATH"),
+    ] = None
+    seed: Seed = None
+    labels: Annotated[
+        str | Sequence[str], Option("Labels to write, such as default,range; or all, or none.", "NAME,...")
+    ] = "default"
+    labels_only: Annotated[bool, Option("Write labels, and no image.")] = False
+    renderer: RendererName = None
+    device: Annotated[
+        str,
+        Option(
+            "What renders the light: cpu, optix, cuda, hip, metal or oneapi; auto for the best that is there. Labels "
+            "are always the CPU's.",
+            "NAME",
+            words=listed_in("spin_usd.processes.devices", "DEVICES", "auto"),
+        ),
+    ] = CPU
+    radiance: Annotated[bool, Option("Also write linear radiance as EXR.")] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions(ResolvedOptions):
+    """What decides the pictures of `render` and `plan`. What stands here is in each record by its name, where it is not
+    as usual: an option that changes pictures goes here. Workers and shards are given it too."""
+
+    image_format: Annotated[str, Option("png or jpg.", "NAME")] = "png"
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """The options that records say by their names."""
+        own = [field for field in fields(PictureOptions) if field.name not in _RESOLVED]
+        return {field.name: value for field in own if (value := getattr(self, field.name)) != field.default}
+
+
+_RESOLVED = {field.name for field in fields(ResolvedOptions)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(Options):
+    """How a run of `render` goes on: what changes no byte of a picture."""
+
+    workers: Workers = None
+    cluster: Annotated[
+        str | None, Option("Render on a Ray cluster: auto, HOST:PORT, or ray://HOST:PORT.", "ADDRESS")
+    ] = None
+    no_cache: Annotated[bool, Option("Keep no renders for later runs; changes no byte of a picture.")] = False
+    prune: Annotated[bool, Option("Remove the dataset's pictures that the stage does not have.")] = False
+    replace: Annotated[
+        bool,
+        Option(
+            "Where the dataset was made from another stage, remove all its pictures first; it is refused otherwise."
+        ),
+    ] = False
+    verify: Annotated[
+        bool,
+        Option(
+            "First compare every file that is there with its digest, and make damaged pictures again. (check --repair "
+            "does so without the stage.)"
+        ),
+    ] = False
+    shard: Annotated[
+        str | None,
+        Option(
+            "Make part I, counted from 0, of a run in N parts; spin-usd merge puts them together. See "
+            "docs/how-to/cluster.md.",
+            "I/N",
+            also="All shards may write one folder at the same time, or each its own.",
+        ),
+    ] = None
+    picture_timeout: Annotated[
+        float | None,
+        Option(
+            "The processor time of the busiest thread for one picture, 1 s to a week: then it is tried once more, and "
+            "then reported as failed. If not given, ten times what is expected, and a minute at least.",
+            "SECONDS",
+            at_least=1,
+            at_most=WEEK_S,
+        ),
+    ] = None

@@ -1,0 +1,186 @@
+"""Choose a render's effort where it is asked for a result instead, a named quality or an error, and say why."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from spin_usd.accuracy.choice import choose
+from spin_usd.accuracy.front import Criterion, Outcome
+from spin_usd.accuracy.lookup import expectation, outcome_of
+from spin_usd.accuracy.measurement import Configuration, Measurement
+from spin_usd.errors import InputError
+from spin_usd.options import EffortOptions, refuse_together
+from spin_usd.processes.open_renderer import DEFAULT_RENDERER, default_effort, renderer_entry
+from spin_usd.scene.effort import QUALITIES, Effort, parse_effort
+from spin_usd.sha256 import sha256_of
+from spin_usd.store.measurement_file import measurement_file, read_measurement
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basis:
+    """The measurement behind a choice: its file's sha256, and the stage's variant and hash that it is of."""
+
+    sha256: str
+    variant: str
+    stage: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expected:
+    """The figures of a setting, as measured: the worst picture's relative error in linear light, and the most that it
+    may be; its error after the detector beside the detector's own noise, digital numbers; seconds of one core a
+    picture."""
+
+    error: float
+    error_at_most: float
+    error_dn: float
+    noise_dn: float
+    cpu_s: float
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> "Expected":
+        error, at_most = outcome.error(Criterion.LIGHT)
+        error_dn, noise_dn = outcome.in_image
+        return cls(error=error, error_at_most=at_most, error_dn=error_dn, noise_dn=noise_dn, cpu_s=outcome.cpu_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chosen:
+    """The reason why a render's effort is what it is.
+
+    by: "quality" or "error" · asked: in the user's words · reason: a sentence · basis: the measurement, if there is one
+    · expected: its figures of the setting · note: a sentence of the measurement on a quality, to be said where this is
+    the stage that was measured; "" for none.
+    """
+
+    by: str
+    asked: str
+    reason: str
+    basis: Basis | None = None
+    expected: Expected | None = None
+    note: str = ""
+
+    @property
+    def recorded(self) -> dict[str, str]:
+        """The choice as schema record-1 has it."""
+        said = {"by": self.by, "asked": self.asked, "reason": self.reason}
+        return said | ({"measurement": self.basis.sha256} if self.basis and self.by == "error" else {})
+
+    def as_json(self, stages: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+        """Return it as recorded, with what is expected; of a quality only where one of the `stages` is that
+        measured."""
+        applies = self.by == "error" or self.is_of(stages)
+        return self.recorded | ({"expected": asdict(self.expected)} if self.expected and applies else {})
+
+    def is_of(self, stages: Mapping[str, Mapping[str, Any]]) -> bool:
+        """Return whether the measurement is of one of the `stages`: by variant, what records say of it."""
+        basis = self.basis
+        return basis is not None and basis.variant in stages and stages[basis.variant]["hash"] == basis.stage
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Chosen":
+        """Make a choice again of what `dataclasses.asdict` made of it."""
+        basis, expected = value["basis"], value["expected"]
+        made = {"basis": basis and Basis(**basis), "expected": expected and Expected(**expected)}
+        return cls(**{**value, **made})
+
+
+def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:
+    """Return the effort of the quality `name`, with what the measurement beside the `stage` says of it. Raises
+    InputError for a name that no quality has."""
+    if name not in QUALITIES:
+        raise InputError(f"there is no quality {name!r}", do=f"choose among {', '.join(QUALITIES)}")
+    effort = QUALITIES[name]
+    chosen = Chosen(by="quality", asked=name, reason=f"the quality {name} is {effort.text}")
+    try:
+        file = measurement_file(stage)
+        measurement = read_measurement(file)
+    except InputError:
+        return effort, chosen
+    outcome = outcome_of(measurement, Configuration(renderer=renderer, effort=effort))
+    if outcome is None:
+        return effort, chosen
+    said = f"the quality {name}: {expectation(measurement, outcome)}"
+    basis = _basis(measurement, file)
+    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), note=said)
+
+
+def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
+    """Return the cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number
+    or "auto". Raises InputError where there is none."""
+    bound = error_bound(asked)
+    measurement = read_measurement(file)
+    choice = choose(measurement, error=bound, auto=bound is None, renderer=renderer)
+    basis, expected = _basis(measurement, file), Expected.of(choice.outcome)
+    return choice.setting, Chosen(by="error", asked=asked, reason=choice.reason, basis=basis, expected=expected)
+
+
+def doubts(chosen: Chosen | None, stages: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return sentences on what may make errors differ from the measured ones, and on what was measured of a quality.
+    `stages`: by variant, what records say of it."""
+    if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):
+        return []
+    basis, said = chosen.basis, [chosen.note] if chosen.note else []
+    if basis.variant in stages and not chosen.is_of(stages):
+        said.append("the measurement is of the stage as it was, or of another; run spin-usd measure to have its own")
+    if {*stages} != {basis.variant}:
+        said.append(f"only the variant {basis.variant} was measured; errors in others may be greater")
+    return said
+
+
+def _basis(measurement: Measurement, file: Path) -> Basis:
+    return Basis(sha256=sha256_of(file), variant=measurement.variant, stage=measurement.stage)
+
+
+def error_bound(asked: str) -> float | None:
+    """Return the largest error that `asked` allows; None for "auto". Raises InputError for what is not a number."""
+    if asked == "auto":
+        return None
+    with suppress(ValueError):
+        if "_" not in asked:  # which Python allows between digits
+            return float(asked)
+    raise InputError(f"error is {asked!r}", do="make it a number above 0, such as 0.05 for 5 %, or auto")
+
+
+def setting_of(
+    stage: Path,
+    options: EffortOptions,
+    *,
+    renderer: str | None,
+    error: str | None = None,
+    measured: Path | None = None,
+) -> tuple[Configuration, Chosen | None]:
+    """Return the renderer, blender where none is given, and the effort that the `options` or an `error` come to; and
+    why where it was chosen. Raises InputError
+    for ways that do not go together."""
+    samples, effort, quality = options.samples, options.effort, options.quality
+    refuse_together(samples=samples, effort=effort, quality=quality, error=error)
+    if measured is not None and error is None:
+        raise InputError("measured is given without error", do="give error too")
+    renderer = renderer or DEFAULT_RENDERER
+    if error is not None:
+        error_bound(error)  # a wrong one is told before a measurement is asked for
+        return by_error(error, measurement_file(stage, measured), renderer=renderer)
+    chosen = None
+    usual = default_effort(renderer)
+    tried = usual if samples is None else replace(usual, samples=samples)
+    if effort is not None:
+        tried = parse_effort(_said(effort))
+    if quality is not None:
+        tried, chosen = by_quality(quality, stage, renderer=renderer)
+        _refuse_unsupported(quality, tried, renderer)
+    return Configuration(renderer=renderer, effort=tried), chosen
+
+
+def _said(effort: str) -> str:
+    if not effort.strip():
+        raise InputError("effort is empty", do="write name=value,..., such as samples=16,denoiser=fast")
+    return effort
+
+
+def _refuse_unsupported(quality: str, effort: Effort, renderer: str) -> None:
+    if unused := set(effort.unusual) - renderer_entry(renderer).effort:
+        found = f"quality {quality!r} needs {DEFAULT_RENDERER}: {renderer} has no {' and no '.join(sorted(unused))}"
+        raise InputError(found, do=f"choose another renderer than {renderer}, or give samples instead")

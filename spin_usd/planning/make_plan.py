@@ -1,0 +1,222 @@
+"""The supervising side of a plan: the stage is read in child processes, which share out the pictures."""
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import OutputError, SpinError
+from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.planning.columns import COLUMNS, PLANNING
+from spin_usd.planning.request import PlanRequest
+from spin_usd.planning.skipped_work import SkippedCount, skipped_counts
+from spin_usd.processes.ask_child import unreadable
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_ahead import next_child
+from spin_usd.processes.child_limits import PATIENCE_S
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.processes.pool import Answered, Failed, Pool, Reported
+from spin_usd.progress import Progress
+from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.scene.derived.views import Views, merged
+
+SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
+STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """A run planned: what the stage holds and what a run would make of it.
+
+    root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
+    pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
+    dataset.json says of the target · pictures: by variant, then in the stage's order · skipped: what of their work they
+    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says ·
+    views: what the pictures show.
+    """
+
+    root: Path
+    settings: RenderSettings
+    variants: tuple[str, ...]
+    known_variants: tuple[str, ...]
+    names: tuple[str, ...]
+    stages: Mapping[str, Mapping[str, Any]]
+    origin: Mapping[str, Any]
+    description: Mapping[str, Any]
+    pictures: tuple[PlannedPicture, ...]
+    skipped: tuple[SkippedCount, ...] = ()
+    notes: tuple[str, ...] = ()
+    views: Views | None = None
+
+
+def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> Plan:
+    """Read the stage in children: one that was made to harm ends those, and nothing else. One that dies is replaced.
+
+    Raises what they raise; where they die again and again, RenderError if they were killed, and StageError if it is of
+    the stage.
+    """
+    try:
+        return _plan(question, processes, progress)
+    except ChildDiedError as died:
+        raise unreadable(died, question.request.stage) from died
+    except SpinError as e:
+        if question.copy_to is None or e.where is None or isinstance(e, OutputError):  # that is about our copy
+            raise
+        where = str(e.where).replace(
+            str(question.copy_to), str(question.request.stage.parent)
+        )  # the user's file, not our copy
+        raise type(e)(e.found, where=where, do=e.do) from e
+
+
+def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
+    with Pool[int]() as pool:
+        first, opened = _opened(question)
+        pool.add(0, first)
+        settings = RenderSettings(
+            renderer=question.request.renderer,
+            effort=question.request.effort,
+            seed=opened["seed"],
+            device=opened["device"],
+        )
+        pictures = len(range(*opened["chosen"])) * len(opened["variants"])
+        count = sharing(pictures, processes)
+        for number in range(1, count):
+            pool.add(number, Child())
+        requests = [_request(question, opened, settings, number, count) for number in range(count)]
+        answers = _answers(pool, requests, lambda done: progress(PLANNING, done, pictures))
+    return _merged(opened, settings, answers)
+
+
+def _request(
+    question: PlanRequest, opened: Mapping[str, Any], settings: RenderSettings, number: int, count: int
+) -> dict[str, Any]:
+    """Return what the `number`th of `count` children is asked."""
+    return {
+        "root": opened["root"],
+        "variants": opened["variants"],
+        "chosen": _part(range(*opened["chosen"]), number, count),
+        "settings": asdict(settings),
+        "image_suffix": question.request.image_suffix if question.request.image else None,
+        "renders": question.request.renders,
+        "labels": question.labels,
+        "provenance": opened["variants"][number::count],
+        "explain": question.explain,
+    }
+
+
+def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequence[Any]) -> Plan:
+    """Return the plan in the children's `answers`, each a part of every variant."""
+    parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
+    stages = {part["variant"]: part["stage"] for part in parts_in_order if part["stage"]}
+    return Plan(
+        root=Path(opened["root"]),
+        settings=settings,
+        variants=tuple(opened["variants"]),
+        known_variants=tuple(opened["known_variants"]),
+        names=tuple(opened["names"]),
+        stages={variant: stages[variant] for variant in opened["variants"]},
+        origin=opened["origin"],
+        description=opened["description"],
+        pictures=tuple(_pictures(answers)),
+        notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
+        views=merged([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
+        skipped=skipped_counts((part["variant"], part["skipped"]) for part in parts_in_order),
+    )
+
+
+def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
+    """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
+    asked, retries = question.request, Retries(READING_TRIES)
+    while True:
+        child = next_child()
+        try:
+            return child, child.call(
+                "open_plan",
+                stage=str(asked.stage.absolute()),
+                variants=asked.variants,
+                frames=asked.options.frames,
+                seed=asked.options.seed,
+                devices=question.devices,
+                renders=asked.renders,
+                copy_to=str(question.copy_to) if question.copy_to else None,
+                within_s=PATIENCE_S,
+            )
+        except ChildDiedError as died:
+            child.kill()
+            if not retries.may_try_again(died):
+                raise ChildDiedError(retries.in_words(died), cause=died.cause) from died
+            if question.copy_to:
+                shutil.rmtree(question.copy_to, ignore_errors=True)  # half a copy
+        except BaseException:
+            child.kill()
+            raise
+
+
+def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
+    """Return the `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
+    bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
+    part = chosen[bounds[0] : bounds[1]]
+    return part.start, part.stop, part.step
+
+
+def sharing(pictures: int, processes: int) -> int:
+    """Return how many of so many processes share the planning of so many pictures, in all their variants."""
+    return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
+
+
+def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: Callable[[int], None]) -> list[Any]:
+    """Ask each child of the pool its own of these, and return what they answer, in their order; one that dies is
+    replaced. Raises what one of them fails with, ChildDiedError where several die over the same request."""
+    answers: dict[int, Any] = {}
+    done = dict.fromkeys(range(len(requests)), 0)
+    retries = [Retries(READING_TRIES) for _ in requests]
+    for number, request in enumerate(requests):
+        pool.send(number, "plan_pictures", within_s=PATIENCE_S, **request)
+    while len(answers) < len(requests):
+        for event in pool.wait():
+            match event:
+                case Reported(key=number, message=[_, planned, _]):
+                    done[number] = planned
+                    progress(sum(done.values()))
+                case Answered(key=number, result=result):
+                    answers[number] = result
+                case Failed(key=number, reason=ChildDiedError() as died) if number not in answers:
+                    if not retries[number].may_try_again(died):
+                        raise ChildDiedError(retries[number].in_words(died), cause=died.cause)
+                    pool.add(number, Child())
+                    pool.send(number, "plan_pictures", within_s=PATIENCE_S, **requests[number])
+                case Failed(key=number, reason=reason) if number not in answers:
+                    raise reason
+    return [answers[number] for number in range(len(requests))]
+
+
+def _pictures(answers: Sequence[Any]) -> Iterator[PlannedPicture]:
+    """Yield all pictures; equal keys are one string, for most are those of the variant before."""
+    known: dict[str, str] = {}
+    alike: dict[tuple[str, ...], tuple[str, ...]] = {}
+    before: list[dict[str, list[Any]]] = [{} for _ in answers]
+    for parts in zip(*answers, strict=True):  # of one variant
+        for part, columns in zip(parts, before, strict=True):
+            columns.update((name, part[name]) for name in COLUMNS if part[name] is not None)
+            for index, frame, time_code, *keys, extent, groups, features, source_file, label_keys in zip(
+                *(columns[name] for name in COLUMNS), strict=True
+            ):
+                geometry, radiance, exposure, targets = (known.setdefault(key, key) for key in keys)
+                yield PlannedPicture(
+                    variant=part["variant"],
+                    index=index,
+                    frame=known.setdefault(frame, frame),
+                    time_code=time_code,
+                    geometry=geometry,
+                    radiance=radiance,
+                    exposure=exposure,
+                    targets=targets,
+                    region=tuple(extent[:4]),
+                    outline_pixels=extent[4],
+                    target_pixels=extent[5],
+                    light_groups=groups,
+                    features=alike.setdefault(tuple(features), tuple(features)),
+                    source_file=known.setdefault(source_file, source_file),
+                    label_keys=label_keys,
+                )

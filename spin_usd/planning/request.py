@@ -1,0 +1,147 @@
+"""What is asked of a run: the options of a user, with the effort that they come to."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, PIXEL_LABELS
+from spin_usd.options import PictureOptions, names_in
+from spin_usd.picture.make_picture import IMAGE, KINDS, RADIANCE
+from spin_usd.planning.effort_choice import Chosen, setting_of
+from spin_usd.processes.devices import AUTO, refuse_unknown_device, require_device, usable_devices
+from spin_usd.processes.open_renderer import DEFAULT_RENDERER, RENDERERS, renderer_entry
+from spin_usd.scene.effort import CPU, Effort
+from spin_usd.store.stage_path import existing_stage, root_layer
+
+IMAGE_SUFFIXES = (".png", ".jpg")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderRequest:
+    """The pictures that a user asks for. effort: what the options come to · chosen: why, where it was not given.
+
+    Raises InputError for options that do not go together.
+    """
+
+    options: PictureOptions
+    effort: Effort
+    chosen: Chosen | None = None
+
+    def __post_init__(self) -> None:
+        for label in self.labels:
+            if label not in LABELS:
+                raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
+        refuse_unknown_device(self.device, AUTO)
+        if self.device not in (CPU, AUTO):
+            self._refuse_device()
+        supported = renderer_entry(self.renderer).effort
+        if unused := set(self.effort.unusual) - supported:
+            found = f"{self.renderer} has no {' and no '.join(sorted(unused))}"
+            raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(supported))}")
+        if f".{self.options.image_format}" not in IMAGE_SUFFIXES:
+            formats = " or ".join(suffix.removeprefix(".") for suffix in IMAGE_SUFFIXES)
+            raise InputError(f"images cannot be {self.options.image_format!r}", do=f"choose {formats}")
+        if not self.kinds:
+            raise InputError("no file is asked for", do="ask for labels, the image, or both")
+
+    @classmethod
+    def of(cls, options: PictureOptions) -> "RenderRequest":
+        """Return the request for the pictures of a stage that exists. Raises InputError for what does not go together
+        or is not there."""
+        if options.labels_only and not options.radiance:
+            for name in ("quality", "error"):
+                if getattr(options, name) is not None:
+                    raise InputError(f"{name} is given with labels_only, which renders no light", do="drop one of them")
+        root = root_layer(Path(options.stage))
+        error = None if options.error is None else str(options.error)
+        measured = None if options.measured is None else Path(options.measured)
+        setting, chosen = setting_of(root, options, renderer=options.renderer, error=error, measured=measured)
+        request = cls(options=options, effort=setting.effort, chosen=chosen)
+        existing_stage(Path(options.stage))
+        return request
+
+    @cached_property
+    def stage(self) -> Path:
+        """The stage's root layer."""
+        return root_layer(Path(self.options.stage))
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """Names and patterns; none for the stage's own selection."""
+        return names_in(self.options.variants)
+
+    @property
+    def renderer(self) -> str:
+        return self.options.renderer or DEFAULT_RENDERER
+
+    @property
+    def device(self) -> str:
+        """What renders the light, one of renderers.device.DEVICES or AUTO."""
+        return self.options.device
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """The labels that are named; "default", "all", which leaves out those that not every stage has, and "none" may
+        stand among the names."""
+        groups = {"default": DEFAULT_LABELS, "all": tuple(PIXEL_LABELS), "none": ()}
+        return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
+
+    @property
+    def offered(self) -> tuple[str, ...]:
+        """Labels that are made too where the stage has what they are made of."""
+        return tuple(CLOUD_LABELS) if "all" in names_in(self.options.labels) else ()
+
+    @property
+    def image(self) -> bool:
+        return not self.options.labels_only
+
+    @property
+    def image_suffix(self) -> str:
+        return f".{self.options.image_format}"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of file asked for of each picture."""
+        wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.options.radiance else [])}
+        return tuple(kind for kind in KINDS if kind in wanted)
+
+    @property
+    def renders(self) -> bool:
+        """Whether pictures take a renderer: labels alone take none."""
+        return self.image or self.options.radiance
+
+    def devices(self) -> tuple[str, ...]:
+        """Return the devices of this machine that may render the light, the best first. Raises UnsupportedError where
+        the one that is asked for is not there."""
+        if self.device == AUTO and self.renders and renderer_entry(self.renderer).graphics:
+            return tuple(usable_devices())
+        name = CPU if self.device == AUTO else self.device
+        require_device(name)
+        return (name,)
+
+    def _refuse_device(self) -> None:
+        """Raise InputError where no light is rendered on the device that is named."""
+        if not self.renders:
+            raise InputError(f"device {self.device} is given where no light is rendered", do="leave --device out")
+        if not renderer_entry(self.renderer).graphics:
+            able = " or ".join(f"--renderer {name}" for name, entry in RENDERERS.items() if entry.graphics)
+            found = f"the renderer {self.renderer} renders on the CPU alone, and the device {self.device} is asked for"
+            raise InputError(found, do=f"leave --device out, or choose {able}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanRequest:
+    """The question that a plan answers.
+
+    devices: those that may render the light, of which the first that can is taken
+    labels: those whose keys are asked for
+    copy_to: a folder to copy the stage to first
+    explain: what of the work the scenes do not need
+    """
+
+    request: RenderRequest
+    devices: tuple[str, ...] = (CPU,)
+    labels: tuple[str, ...] = ()
+    copy_to: Path | None = None
+    explain: bool = False

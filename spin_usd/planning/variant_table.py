@@ -1,0 +1,174 @@
+"""A table of a plan: what each variant adds in passes and pictures, and about what that costs."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_measured
+from spin_usd.planning.make_plan import Plan
+from spin_usd.planning.wall_time import OPEN_S, Work, wall_seconds
+from spin_usd.planning.work import CommonWork, Task
+from spin_usd.store.cache import MEASURED, RENDERS, held_keys
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.unfinished import WantedFiles, is_finished
+
+MANY = 24  # variants, beyond which those in a row that cost alike share a line
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantRow:
+    """The row of the variant `name`: pictures to make, and the label passes, renders and images (`exposures`) that none
+    before it has made, in the order of the variants; seconds of one core; bytes. `variants`: how many it stands for."""
+
+    name: str
+    pictures: int
+    label_passes: int
+    renders: int
+    exposures: int
+    seconds: float
+    bytes: float
+    variants: int = 1
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        return self.pictures, self.label_passes, self.renders, self.exposures
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantTable:
+    """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
+    order; `images`: whether any shows a planet."""
+
+    rows: tuple[VariantRow, ...]
+    finished: int
+    works: tuple[Work, ...]
+    images: bool
+
+    @property
+    def total(self) -> VariantRow:
+        return _sum("total", self.rows)
+
+    def seconds(self, workers: int, cores: int) -> float:
+        """Return about the wall-clock time, seconds, of a run with so many workers on so many cores; 0 where nothing is
+        left."""
+        return wall_seconds(
+            self.works,
+            planned=self.finished + len(self.works),
+            variants=sum(row.pictures > 0 for row in self.rows),
+            images=self.images,
+            workers=workers,
+            cores=cores,
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        total = {name: value for name, value in _json(self.total).items() if name != "name"}
+        return {**total, "finished": self.finished, "rows": [_json(row) for row in self.rows]}
+
+
+def _json(row: VariantRow) -> dict[str, Any]:
+    values = {name: value for name, value in asdict(row).items() if name not in ("seconds", "variants")}
+    return {**values, "bytes": round(row.bytes), "core_seconds": row.seconds}
+
+
+def variant_table(
+    plan: Plan, options: CommonWork, image_suffix: str, out: Path | None = None, renders: Timings | None = None
+) -> VariantTable:
+    """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
+
+    `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
+    """
+    store = Store(root=out.absolute()) if out else None
+    if store:
+        store.refuse_strange()
+    held = held_keys(store) if store else {}
+    measured = read_measured(store.folder, MEASURED) if store else Timings()
+    if renders and not measured.has_measured(BEAUTY_PASS):
+        measured.add(renders.expected, renders.taken)
+    wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)
+    todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
+    labelled = {kind: set(held.get(kind, set())) for kind in options.labels}
+    rendered, exposed = set(held.get(RENDERS, set())), set[str]()
+    by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
+    rows: list[VariantRow] = []
+    works: list[Work] = []
+    costs = _Costs(options, measured)
+    for variant in plan.variants:
+        pictures = by_variant.get(variant, [])
+        before = len(exposed)
+        tasks = [_task(picture, options, labelled, rendered) for picture in pictures]
+        if options.renders:
+            exposed.update(picture.exposure for picture in pictures)
+        new = [costs.of(task) for task in tasks]
+        works += [work for work, _ in new]
+        rows.append(_row(variant, tasks, new, exposures=len(exposed) - before))
+    images = options.renders and any("planet" in picture.features for picture in todo)
+    return VariantTable(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
+
+
+class _Costs:
+    """What tasks cost, worked out once for those that cost alike, as a frame's do in most variants."""
+
+    def __init__(self, options: CommonWork, measured: Timings) -> None:
+        self._options, self._measured = options, measured
+        self._known: dict[tuple[object, ...], tuple[Work, float]] = {}
+
+    def of(self, task: Task) -> tuple[Work, float]:
+        """Return the work of `task`, and its bytes on disk."""
+        picture = task.picture
+        pixels = (picture.region, picture.outline_pixels, picture.target_pixels)
+        of = (pixels, picture.light_groups, picture.features, task.label_pass, task.render)
+        found = self._known.get(of)
+        if found is None:
+            work = Work.of(self._measured.scaled(expected_work(task, self._options)))
+            found = self._known[of] = work, expected_bytes(task, self._options)
+        return found
+
+
+def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
+    """Return rows as they are shown: of many, those in a row with the same counts as one, with their sums."""
+    if len(rows) <= MANY:
+        return list(rows)
+    return list(_merged(rows))
+
+
+def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
+    for _, group in groupby(rows, key=lambda row: row.counts):
+        alike = list(group)
+        name = f"{alike[0].name} to {alike[-1].name}" if len(alike) > 1 else alike[0].name
+        yield _sum(name, alike)
+
+
+def _task(picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[str]], rendered: set[str]) -> Task:
+    """Return how the picture is made when the labels and renders with these keys are there already, and add what it
+    makes to them."""
+    label_pass, render = False, options.renders and picture.radiance not in rendered
+    for kind, made in labelled.items():
+        key = picture.label_key(kind)
+        label_pass = label_pass or key not in made
+        made.add(key)
+    rendered.add(picture.radiance)
+    return Task(picture=picture, label_pass=label_pass, render=render)
+
+
+def _row(name: str, tasks: Sequence[Task], costs: Sequence[tuple[Work, float]], *, exposures: int) -> VariantRow:
+    return VariantRow(
+        name=name,
+        pictures=len(tasks),
+        label_passes=sum(task.label_pass for task in tasks),
+        renders=sum(task.render for task in tasks),
+        exposures=exposures,
+        seconds=OPEN_S * bool(tasks) + sum(work.total for work, _ in costs),
+        bytes=sum(size for _, size in costs),
+    )
+
+
+def _sum(name: str, rows: Sequence[VariantRow]) -> VariantRow:
+    def of(field: str) -> Any:
+        return sum(getattr(row, field) for row in rows)
+
+    empty = VariantRow(name=name, pictures=0, label_passes=0, renders=0, exposures=0, seconds=0.0, bytes=0.0)
+    return replace(empty, **{field: of(field) for field in asdict(empty) if field != "name"})

@@ -1,0 +1,82 @@
+"""Estimate how long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
+
+The constants are those of a 2-core x86-64 server; `tools/bench schedule` says what they are on another machine.
+"""
+
+import heapq
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.planning.make_plan import sharing
+
+PLANNING_S = 1.4  # to open the stage in a process of its own
+PLANNED_S = 6e-4  # a picture, by one of the processes that share them
+START_S = 2.4  # a worker's start, and what its first picture takes more than others
+OPEN_S = 0.2  # a variant's stage, in each worker
+IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
+BESIDE = 1.02  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
+SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
+
+
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """A picture's work in seconds of one core: the `render` uses all of a worker's cores, the `rest` one; more or
+    less."""
+
+    render: float
+    rest: float
+
+    @classmethod
+    def of(cls, seconds: Mapping[str, float]) -> "Work":
+        """Sum up seconds by kind of work."""
+        render = seconds.get(BEAUTY_PASS, 0.0)
+        return cls(render=render, rest=sum(seconds.values()) - render)
+
+    @property
+    def total(self) -> float:
+        return self.render + self.rest
+
+
+def wall_seconds(
+    works: Iterable[Work], *, planned: int, variants: int, images: bool, workers: int, cores: int
+) -> float:
+    """Return the seconds of a run that plans so many pictures of so many variants and makes those with the `works`, in
+    their order.
+
+    `images`: whether any of them shows a planet. Nothing where there are no works.
+    """
+    listed = list(works)
+    if not listed:
+        return 0.0
+    count = min(workers, len(listed))
+    ends = [0.0] * count
+    for work in listed:
+        heapq.heapreplace(ends, ends[0] + worker_seconds(work, workers=count, cores=cores))
+    planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
+    return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)
+
+
+def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
+    """Return the wall-clock seconds that the work takes one of so many workers."""
+    return _pace(workers, cores)[1] * thread_seconds(work, workers=workers, cores=cores)
+
+
+def thread_seconds(work: Work, *, workers: int, cores: int) -> float:
+    """Return the processor seconds that the work takes the busiest thread of one of so many workers."""
+    return work.render / _pace(workers, cores)[0] + work.rest
+
+
+def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
+    """Return the work, in seconds of one core by its kinds, that took one of so many workers so long."""
+    faster, slower = _pace(workers, cores)
+    return {kind: seconds * (faster if kind == BEAUTY_PASS else 1.0) / slower for kind, seconds in taken.items()}
+
+
+@lru_cache(maxsize=1)
+def _pace(workers: int, cores: int) -> tuple[float, float]:
+    """Return how many times faster the renders of each of so many workers are than on one core, and how many times
+    slower all its work is."""
+    slower = max(workers / cores, 1.0) * (BESIDE if workers > 1 else 1.0)
+    return max(cores // workers, 1) ** SPEED_UP, slower

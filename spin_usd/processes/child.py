@@ -1,0 +1,263 @@
+"""A child process that does what the supervising process must not: import pxr or bpy, open a stage, render.
+
+Started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own; spoken to in lines
+of JSON. It dies with its parent. A crash ends the child, never the parent.
+"""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Self
+
+import psutil
+
+from spin_usd import errors
+from spin_usd.errors import SpinError
+from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
+from spin_usd.processes.deaths import ChildDiedError, DeathCause
+from spin_usd.processes.patience import LOOK_S, Patience
+from spin_usd.processes.readable import readable
+from spin_usd.processes.usage import Usage, UsageMeter
+
+# Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
+KEPT_VARIABLES = (
+    *("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2"),
+    *("CUDA_VISIBLE_DEVICES", "HIP_VISIBLE_DEVICES", "ONEAPI_DEVICE_SELECTOR"),
+)
+LOG_TAIL = 2000
+READ_BYTES = 1 << 16
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
+OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
+
+
+class Child:
+    """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
+
+    def __init__(
+        self,
+        *,
+        keep_open: tuple[int, ...] = (),
+        scratch: Path | None = None,
+        memory: int | None = None,
+        modules: tuple[str, ...] = (),
+    ) -> None:
+        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files, a folder that
+        is gone with the child unless given: USD leaves a file there when it crashes. `memory`: bytes of address space
+        that it may take (Linux), those of a child that reads what a stranger wrote unless given. `modules`: those that
+        it loads before it is asked anything."""
+        environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
+        self._temporary = tempfile.TemporaryDirectory(prefix="spin_usd-") if scratch is None else None
+        own = self._temporary.name if self._temporary else scratch
+        environment.update(TMPDIR=str(own), SPIN_USD_PARENT=str(os.getpid()))
+        self._heard = bytearray()  # what was read of answers not yet received
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "spin_usd.processes.child_main", *modules],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            env=environment,
+            pass_fds=keep_open,
+            start_new_session=True,
+        )
+        self._memory = reading_memory() if memory is None else memory
+        self._limit(self._memory)
+        self._meter = UsageMeter(self.process.pid)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None or issubclass(kind, SpinError):
+            self.close()
+        else:
+            self.kill()  # interrupted: what it does now is not wanted any more
+
+    def fileno(self) -> int:
+        """Readable when an answer, a progress note or the child's end is there to `receive`."""
+        assert self.process.stdout is not None
+        return self.process.stdout.fileno()
+
+    def send(self, call: str, **arguments: Any) -> None:
+        """Ask the child to do `call`; the answer comes through `receive`."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.write(json.dumps({"call": call, "arguments": arguments}).encode() + b"\n")
+            self.process.stdin.flush()
+        except OSError as broken:
+            raise self._died() from broken
+
+    def receive(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        """Receive the next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or
+        ChildDiedError.
+
+        A child that takes more than `within_s` seconds for it is ended, as Patience counts them.
+        """
+        return returned(self._message(within_s=within_s))
+
+    def received(self) -> Iterator[Mapping[str, Any]]:
+        """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
+        return map(returned, self.messages())
+
+    def messages(self) -> Iterator[Mapping[str, Any]]:
+        """Yield the lines of `received` as the child said them, with {"error": ...} for what it raised."""
+        yield self._message()
+        while b"\n" in self._heard:
+            yield self._message()
+
+    def call(
+        self,
+        call: str,
+        *,
+        progress: Callable[..., None] | None = None,
+        within_s: float = PATIENCE_S,
+        **arguments: Any,
+    ) -> Any:
+        """Do `call` in the child and return its result; `within_s` bounds the wait for each word from it."""
+        self.send(call, **arguments)
+        while "result" not in (answer := self.receive(within_s=within_s)):
+            if progress:
+                progress(*answer["progress"])
+        return answer["result"]
+
+    def close(self) -> None:
+        """Let an idle child end by itself."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.close()
+            self.process.wait(timeout=10)
+        except (OSError, subprocess.TimeoutExpired):
+            self.kill()
+        self._release()
+
+    def kill(self) -> None:
+        """End the child and everything it started, at once."""
+        if self.process.poll() is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
+        self._release()
+
+    def interrupt(self) -> None:
+        """End the child and everything it started, from another thread than the one that waits for its answer: that
+        one learns of the end, and nobody else may ask for it."""
+        if self.process.returncode is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+
+    def usage(self) -> Usage:
+        """Look at what the child and all that it started do with the processors."""
+        return self._meter.look()
+
+    def overdue(self, patience: Patience) -> ChildDiedError | None:
+        """End the child if it has run away or hangs; return what to say of it."""
+        died = patience.exhausted(self.usage(), f"the worker process {self.process.pid}")
+        if died:
+            self.kill()
+        return died
+
+    def outgrown(self, limit: int) -> ChildDiedError | None:
+        """End the child if it holds more than so many bytes of memory; return what to say of it."""
+        held = self._held_memory()
+        if held <= limit:
+            return None
+        self.kill()
+        gib = f"{held / 2**30:.1f} GiB of memory, more than its {limit / 2**30:.1f} GiB"
+        return ChildDiedError(f"the worker process took {gib}", cause=DeathCause.GREW)
+
+    def log(self) -> str:
+        """Return the end of what the child and its libraries printed."""
+        self._log.seek(0, os.SEEK_END)
+        self._log.seek(max(self._log.tell() - LOG_TAIL, 0))
+        return self._log.read().decode(errors="replace")
+
+    def _limit(self, memory: int) -> None:
+        """Bound the child's address space, and let a crash of it leave no core file."""
+        if hasattr(resource, "prlimit"):
+            with suppress(ProcessLookupError):  # it died already, as the first call will say
+                resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
+                resource.prlimit(self.process.pid, resource.RLIMIT_CORE, (0, 0))
+
+    def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        patience = None if within_s is None else Patience(within_s)
+        looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
+        while (end := self._heard.find(b"\n", looked)) < 0:
+            looked = len(self._heard)
+            while patience and not readable(self, LOOK_S):
+                if died := self.overdue(patience):
+                    raise died
+            more = os.read(self.fileno(), READ_BYTES)
+            if not more:
+                raise self._died()
+            self._heard += more
+        line = self._heard[:end]
+        del self._heard[: end + 1]
+        message: Mapping[str, Any] = json.loads(line)
+        return message
+
+    def _release(self) -> None:
+        if self._temporary is not None:
+            self._temporary.cleanup()
+        for stream in (self.process.stdout, self.process.stdin):
+            if stream and not stream.closed:
+                with suppress(OSError):
+                    stream.close()
+
+    def _held_memory(self) -> int:
+        with suppress(psutil.Error):
+            return int(psutil.Process(self.process.pid).memory_info().rss)
+        return 0
+
+    def _peak_memory(self) -> int:
+        """Wait for the end of the child, and return the most bytes of memory that it held; 0 where nobody knows."""
+        if not hasattr(os, "wait4") or self.process.returncode is not None:
+            return 0
+        _, status, used = os.wait4(self.process.pid, 0)
+        self.process.returncode = os.waitstatus_to_exitcode(status)
+        return int(used.ru_maxrss) * RSS_UNIT
+
+    def _died(self) -> ChildDiedError:
+        """Wait for the end of the child, which has closed its answers, and return what to say of it."""
+        most = self._peak_memory()
+        self.process.wait()
+        code = self.process.returncode
+        how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
+        if code == -signal.SIGKILL:
+            said, cause = "perhaps the system was out of memory", DeathCause.KILLED
+        else:
+            said = (self.log().strip().splitlines() or ["no output"])[-1]
+            grew = most > self._memory / 2 or any(words in self.log() for words in OUT_OF_MEMORY)
+            cause = DeathCause.GREW if grew else DeathCause.CRASHED
+        return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
+
+
+def returned(message: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what a child said; raises what it raised."""
+    if "error" in message:
+        raise _error(message["error"])
+    return message
+
+
+def _error(raised: Mapping[str, Any]) -> Exception:
+    """Make the child's exception again here."""
+    kind = getattr(errors, raised["kind"], None)
+    if isinstance(kind, type) and issubclass(kind, SpinError):
+        error = kind(raised["found"], where=raised["where"], do=raised["do"])
+        error.add_note(raised["traceback"])
+        return error
+    return ChildInternalError(raised["traceback"])
+
+
+class ChildInternalError(RuntimeError):
+    """A defect of ours in the child: its message, with the traceback there as a note."""
+
+    def __init__(self, trace: str) -> None:
+        super().__init__(f"internal error in a worker: {trace.strip().splitlines()[-1]}")
+        self.add_note(trace)

@@ -1,0 +1,26 @@
+"""A child started before anybody knows what it is to do: it loads its libraries while its supervisor loads its own."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from spin_usd.processes.child import Child
+
+PLANNING_MODULE = "spin_usd.planning.in_child"  # what a child that plans loads; named as text: it loads USD
+_waiting: list[Child] = []  # started, and not yet taken: at most one, for a process does one command at a time
+
+
+@contextmanager
+def child_ahead(*modules: str) -> Iterator[None]:
+    """Start a child that loads the `modules`, for the first `next_child` in the block; one that nobody took is ended
+    with it."""
+    _waiting.append(Child(modules=modules))
+    try:
+        yield
+    finally:
+        while _waiting:
+            _waiting.pop().kill()
+
+
+def next_child() -> Child:
+    """Return the child that was started ahead, or a new one."""
+    return _waiting.pop() if _waiting else Child()

@@ -1,0 +1,81 @@
+"""What a child process runs: it reads requests from standard input, and answers them on standard output."""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from importlib import import_module
+from typing import IO, Any
+
+from spin_usd.faults import expected
+from spin_usd.processes.child_calls import ChildCalls
+
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+SUBJECTS = ("stage", "root", "dataset")  # arguments that name what a call reads
+
+
+def main() -> None:
+    _die_with_parent()
+    answers = _private_standard_output()
+    _load(sys.argv[1:])
+    calls = ChildCalls(lambda *message: _write(answers, {"progress": message}))
+    for line in sys.stdin.buffer:
+        request = json.loads(line)
+        try:
+            answer = {"result": calls.answer(request["call"], request["arguments"])}
+        except Exception as fault:
+            answer = {"error": _error(fault, request["arguments"])}
+        _write(answers, answer)
+    sys.stderr.flush()
+    os._exit(0)  # the interpreter's teardown with bpy loaded can hang
+
+
+def _load(modules: Iterable[str]) -> None:
+    """Load these before anything is asked; what one lacks is said when it is asked for."""
+    for module in modules:
+        with suppress(ImportError):
+            import_module(module)
+
+
+def _error(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the parent makes the error of again: a SpinError where what was read is at fault, a defect else."""
+    where = next((arguments[name] for name in SUBJECTS if name in arguments), None)
+    error = expected(fault, where)
+    if error is None:
+        return {"kind": type(fault).__name__, "traceback": traceback.format_exc()}
+    return {
+        "kind": type(error).__name__,
+        "found": error.found,
+        "where": None if error.where is None else str(error.where),
+        "do": error.do,
+        "traceback": traceback.format_exc(),
+    }
+
+
+def _die_with_parent() -> None:
+    """On Linux the kernel ends this process with its parent; elsewhere the end of standard input does."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != int(os.environ["SPIN_USD_PARENT"]):
+            os._exit(0)  # it was gone before the request
+
+
+def _private_standard_output() -> IO[bytes]:
+    """Return the standard output given, for answers alone; what libraries print goes to standard error, and so to the
+    log."""
+    private = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return private
+
+
+def _write(answers: IO[bytes], answer: dict[str, Any]) -> None:
+    answers.write(json.dumps(answer).encode() + b"\n")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()

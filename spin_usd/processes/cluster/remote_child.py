@@ -1,0 +1,137 @@
+"""A worker behind an actor, on another machine or in a thread, which a pool treats as a child process of its own."""
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from spin_usd.processes.child import returned
+from spin_usd.processes.cluster.worker_actor import Message
+from spin_usd.processes.deaths import ChildDiedError, DeathCause
+from spin_usd.processes.patience import Patience
+from spin_usd.processes.readable import readable
+from spin_usd.processes.usage import Usage
+
+
+class ActorConnection(Protocol):
+    """The connection to a worker's actor. Its answers come later; a ChildDiedError where the actor has gone."""
+
+    def open(self) -> "Future[list[Message]]":
+        """Open the actor, once there is a machine for it."""
+
+    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
+        """Ask the worker to do `call`."""
+
+    def receive(self) -> "Future[list[Message]]":
+        """Wait for what the worker says next."""
+
+    def close(self) -> None:
+        """Let the idle worker end by itself, sooner or later."""
+
+    def kill(self) -> None:
+        """End the worker at once."""
+
+
+class RemoteChild:
+    """What `Child` is to a pool; it was asked to open a worker."""
+
+    def __init__(self, connection: ActorConnection) -> None:
+        self._connection = connection
+        self._heard: deque[Message | BaseException] = deque()
+        self._readable, self._writable = os.pipe()  # it holds a byte for each that was heard
+        self._lock, self._ended = threading.Lock(), False
+        self._heard_at = time.monotonic()
+        self._usage: Usage | None = None  # as its actor reported it last
+        self._opened = connection.open()
+        self._opened.add_done_callback(self._take)
+
+    def fileno(self) -> int:
+        """Readable when there is something to `receive`."""
+        return self._readable
+
+    def send(self, call: str, **arguments: Any) -> None:
+        """Ask the worker to do `call`; the answer comes through `receive`, and so does its death."""
+        self._connection.send(call, arguments)
+
+    def receive(self) -> Mapping[str, Any]:
+        """Receive the next message. Raises what the worker raised, or ChildDiedError."""
+        os.read(self._readable, 1)
+        message = self._heard.popleft()
+        if isinstance(message, BaseException):
+            raise message
+        if "died" in message:
+            raise ChildDiedError(message["died"]["found"], cause=DeathCause(message["died"]["cause"]))
+        return returned(message)
+
+    def received(self) -> Iterator[Mapping[str, Any]]:
+        """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
+        yield self.receive()
+        while not self._ended and readable(self._readable, 0):
+            yield self.receive()
+
+    def close(self) -> None:
+        """Let the idle worker end by itself."""
+        self._hang_up()
+        self._connection.close()
+
+    def kill(self) -> None:
+        """End the worker at once."""
+        self._hang_up()
+        self._connection.kill()
+
+    def overdue(self, patience: Patience) -> ChildDiedError | None:
+        """End the worker if it has run away or hangs, by what its actor reports, or nothing is heard of it; return what
+        to say of it."""
+        died = self._missed(patience.limit_s)
+        if died is None and self._usage is not None:
+            died = patience.exhausted(self._usage, "a worker process on another machine")
+        if died:
+            self.kill()
+        return died
+
+    def _missed(self, limit_s: float) -> ChildDiedError | None:
+        """Return what to say of a worker that has no machine yet, or of whose machine nothing was heard for so long."""
+        if time.monotonic() - self._heard_at <= limit_s:
+            return None
+        if self._opened.done():
+            return ChildDiedError(f"the worker's machine said nothing for {limit_s:g} s", cause=DeathCause.HUNG)
+        return ChildDiedError(f"no processor was free for a worker within {limit_s:g} s", cause=DeathCause.LOST)
+
+    def outgrown(self, limit: int) -> ChildDiedError | None:
+        """Its actor ends it where it grows."""
+        return None
+
+    def _take(self, said: "Future[list[Message]]") -> None:
+        """Take in what was said, and listen for what is said next."""
+        if error := said.exception():
+            self._hear(error)
+            return
+        self._heard_at = time.monotonic()
+        for message in said.result():
+            if "usage" in message:
+                self._usage = Usage(**message["usage"])
+            else:
+                self._hear(message)
+        at_work = not said.result() if said is self._opened else not any("died" in message for message in said.result())
+        if at_work and (next_words := self._asked()):
+            next_words.add_done_callback(self._take)
+
+    def _asked(self) -> "Future[list[Message]] | None":
+        with self._lock:
+            return None if self._ended else self._connection.receive()
+
+    def _hear(self, message: Message | BaseException) -> None:
+        with self._lock:
+            if not self._ended:
+                self._heard.append(message)
+                os.write(self._writable, b"\0")
+
+    def _hang_up(self) -> None:
+        with self._lock:
+            if not self._ended:
+                self._ended = True
+                os.close(self._readable)
+                os.close(self._writable)

@@ -1,0 +1,133 @@
+"""The actor beside a worker on its machine: it starts the worker, passes on what is said, and publishes its pictures.
+
+It runs on a node of a cluster, or in a thread of the supervisor. It has the user's own rights, and those to the URL.
+The worker, which reads what strangers wrote, is a child process with a clean environment as ever.
+"""
+
+import socket
+import time
+import traceback
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.errors import InputError, SpinError
+from spin_usd.picture.versions import library_versions
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_limits import machine_memory, rendering_memory
+from spin_usd.processes.cluster.worker_folder import Output, WorkerFolder
+from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.processors import share_of, usable_cpus
+from spin_usd.processes.readable import readable
+from spin_usd.store.publish.publish_picture import publish_picture
+
+LOOK_S = 1.0  # between two looks at whether a worker grows
+REPORT_S = 2.0  # between two reports of what a worker does with the processors
+LARGEST_SHARE = 0.9  # of the machine's memory, for all workers together
+MIN_MEMORY = 2 << 30  # bytes that a worker may always hold
+
+Message = Mapping[str, Any]
+"""What a worker says, as it said it; {"died": {"found": ..., "cause": ...}} where it has ended, {"usage": {...}} for
+what it did with the processors."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkerOpening:
+    """What an actor is opened with.
+
+    options: the worker's, but for its folders · versions: of the supervisor's software · number, of: the worker is the
+    `number`th of so many that share the machine; of processors where `of` is None.
+    """
+
+    output: Output
+    options: Mapping[str, Any]
+    versions: Mapping[str, str]
+    number: int
+    of: int | None = None
+
+
+class WorkerActor:
+    """The actor of a worker, and the worker. `receive` waits in one thread, while another calls the rest."""
+
+    def __init__(self) -> None:
+        self._held = ExitStack()
+        self._folder: WorkerFolder | None = None
+        self._child: Child | None = None
+
+    def open(self, opening: WorkerOpening) -> list[Message]:
+        """Start the worker; it is asked to open. Returns an error where this machine is not fit for it."""
+        try:
+            node = socket.gethostname()
+            refuse_other_software(opening.versions, node)
+            self._folder = self._held.enter_context(opening.output.entered(node))
+        except SpinError as error:
+            return [as_message(error)]
+        self._child = self._held.enter_context(Child(scratch=self._folder.work, memory=rendering_memory()))
+        folders = {"root": str(self._folder.root), "work": str(self._folder.work)}
+        cpus = share_of(opening.number, opening.of or len(usable_cpus()))
+        self._child.send("open_worker", options={**opening.options, **folders}, cpus=cpus)
+        return []
+
+    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
+        """Ask the worker to do `call`; the answer comes through `receive`."""
+        assert self._child
+        self._child.send(call, **arguments)
+
+    def receive(self) -> list[Message]:
+        """Wait for what the worker says next, and return it; its pictures are published by then. At the latest after
+        REPORT_S its usage is returned."""
+        assert self._child
+        try:
+            report_at = time.monotonic() + REPORT_S
+            while not readable(self._child, LOOK_S):
+                self._refuse_growth(self._child)
+                usage = self._child.usage()
+                if time.monotonic() >= report_at:
+                    return [{"usage": asdict(usage)}]
+            return [self._published(message) for message in self._child.messages()]
+        except ChildDiedError as died:
+            return [{"died": {"found": died.found, "cause": died.cause}}]
+
+    def close(self) -> None:
+        """Let the idle worker end by itself, and leave its folder."""
+        self._held.close()
+
+    def kill(self) -> None:
+        """End the worker at once, and leave its folder."""
+        if self._child:
+            self._child.kill()
+        self._held.close()
+
+    def _refuse_growth(self, child: Child) -> None:
+        """End a worker that holds more memory than its share of this machine. Raises ChildDiedError."""
+        limit = max(int(LARGEST_SHARE * machine_memory()) // len(usable_cpus()), MIN_MEMORY)
+        if died := child.outgrown(limit):
+            raise died
+
+    def _published(self, message: Message) -> Message:
+        """Publish the picture that the worker says it has made, where it goes elsewhere; return what to say of it."""
+        made = message.get("result")
+        if self._folder and self._folder.url and isinstance(made, dict) and "record" in made:
+            try:
+                publish_picture(self._folder.root, made["record"], self._folder.url)
+            except SpinError as error:
+                return as_message(error)
+        return message
+
+
+def as_message(error: SpinError) -> Message:
+    """Return the error as a worker would say it."""
+    where = None if error.where is None else str(error.where)
+    trace = "".join(traceback.format_exception(error))
+    kind = type(error).__name__
+    return {"error": {"kind": kind, "found": error.found, "where": where, "do": error.do, "traceback": trace}}
+
+
+def refuse_other_software(expected: Mapping[str, str], node: str) -> None:
+    """Raise InputError where `node`, this machine, has not the software of the supervisor: pictures would differ."""
+    found = library_versions()
+    for name in expected:
+        if found[name] != expected[name]:
+            versions = f"has {name} {found[name]}, and the machine that plans has {expected[name]}"
+            raise InputError(versions, where=f"node {node}", do="install the same on all of them")

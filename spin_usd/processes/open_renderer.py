@@ -1,0 +1,178 @@
+"""The renderers that there are, and the one place that opens them.
+
+A new renderer is a file with a class that does what `renderers.renderer.Renderer` says, and an entry here. Its class is
+named as text and loaded when it is opened: one of them needs Blender, which only child processes load.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
+from platform import python_version
+from typing import TYPE_CHECKING, Any
+
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
+
+if TYPE_CHECKING:
+    from spin_usd.renderers.embree.caster import EmbreeCaster
+    from spin_usd.renderers.renderer import LabelPass, Renderer, SceneWriter
+
+UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RendererEntry:
+    """A renderer's description, used before it is opened.
+
+    name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
+    needs and that not every Python has, and the Python that has it · graphics: the module that lists the graphics
+    processors it can use, "" for one that renders on the CPU alone · effort: the settings of
+    scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
+    does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
+    bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
+    image_costs: seconds of one core for each unit of a render, where the units are those of plan.work; `tools/bench
+    calibrate` measures them, and units that do not stand here cost nothing.
+    """
+
+    name: str
+    module: str
+    class_name: str
+    library: str = ""
+    python: str = ""
+    graphics: str = ""
+    effort: frozenset[str] = frozenset({"samples"})
+    skips_work: bool = False
+    bands: bool = False
+    casts: bool = False
+    image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+
+    @property
+    def installed(self) -> bool:
+        """Whether this Python has the library that the renderer needs; loads nothing."""
+        return not self.library or find_spec(self.library) is not None
+
+
+_ALL = (
+    RendererEntry(
+        name="blender",
+        module="spin_usd.renderers.blender.renderer",
+        class_name="BlenderRenderer",
+        library="bpy",
+        python="3.13",
+        graphics="spin_usd.renderers.blender.graphics",
+        effort=frozenset(
+            {"samples", "adaptive", "denoiser", "bounces", "clamp", "filter_glossy", "light_tree", "reduction"}
+        ),
+        skips_work=True,
+        bands=True,
+        image_costs={
+            "picture": 0.017,
+            "box": 0.02,
+            "pixel": 3e-7,
+            "beside": 5.3e-7,
+            "target": 1.63e-6,
+            "glossy": 8e-7,
+            "clear": 6e-7,
+            "several lights": 3e-7,
+            "surroundings": 5e-7,
+            "bounced": 4e-7,
+            "sky": 0.02,
+            "group": 1e-7,
+            "denoised fast": 1.5e-6,
+            "denoised balanced": 2.7e-6,
+            "denoised high": 1.4e-5,
+            "enlarged": 1e-7,
+        },
+    ),
+    RendererEntry(
+        name="raycast",
+        module="spin_usd.renderers.raycast.renderer",
+        class_name="RaycastRenderer",
+        effort=frozenset({"samples", "reduction"}),
+        casts=True,
+        image_costs={"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
+    ),
+)
+RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
+DEFAULT_RENDERER = "blender"
+CHECKING = "blender"  # whose own label pass shares no code with that of runs
+ANOTHER_RENDERER = "choose " + " or ".join(f"--renderer {entry.name}" for entry in _ALL if not entry.library)
+"""The way out of a command that renders, where a library is lacking."""
+
+
+def renderer_entry(name: str) -> RendererEntry:
+    """Return the entry of the renderer `name`. Raises InputError where there is none."""
+    if name not in RENDERERS:
+        raise InputError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
+    return RENDERERS[name]
+
+
+def default_effort(name: str) -> Effort:
+    """Return the effort of a render that is not asked for one: DEFAULT_QUALITY, as far as the renderer `name` heeds
+    it. Raises InputError where there is no such renderer."""
+    wanted = QUALITIES[DEFAULT_QUALITY]
+    return Effort(**{setting: getattr(wanted, setting) for setting in renderer_entry(name).effort})
+
+
+def require_renderer(name: str, *, instead: str = "") -> None:
+    """Raise UnsupportedError where the renderer `name` lacks its library; load nothing. `instead`: what the user may do
+    without it, such as ANOTHER_RENDERER."""
+    entry = renderer_entry(name)
+    if not entry.installed:
+        found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
+        do = f"install spin_usd with Python {entry.python}, which has it"
+        raise UnsupportedError(found, do=f"{do}, or {instead}" if instead else do)
+
+
+def graphics_processors() -> dict[str, list[str]]:
+    """Return the models of graphics processors that a renderer can use, by the name of the device; loads Blender."""
+    found: dict[str, list[str]] = {}
+    for entry in _ALL:
+        if entry.graphics and entry.installed:
+            found |= import_module(entry.graphics).graphics_processors()
+    return found
+
+
+def open_renderer(
+    name: str,
+    *,
+    device: str = CPU,
+    crop: bool = True,
+    keep: Collection[str] = (),
+    caster: "EmbreeCaster | None" = None,
+) -> "Renderer":
+    """Open the renderer `name`, one of RENDERERS, to render light on the `device`.
+
+    Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
+    bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
+    One that casts rays shares the `caster` of the labels where it is given, and what that made of the meshes.
+    Raises InputError for any other name.
+    """
+    entry = renderer_entry(name)
+    options: dict[str, Any] = {"crop": crop, "keep": keep} if entry.skips_work else {}
+    options |= {"device": device} if entry.graphics else {}
+    options |= {"caster": caster} if entry.casts else {}
+    renderer: Renderer = getattr(import_module(entry.module), entry.class_name)(**options)
+    return renderer
+
+
+def try_renderer(name: str) -> str:
+    """Open the renderer `name` and close it; return the versions of what it runs on."""
+    renderer = open_renderer(name)
+    found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())
+    renderer.close()
+    return found
+
+
+def open_scene_writer() -> "SceneWriter":
+    """Open what writes scenes as .blend files."""
+    writer: SceneWriter = import_module("spin_usd.renderers.blender.blend_file").BlendFileWriter()
+    return writer
+
+
+def open_check_pass() -> "LabelPass":
+    """Open Cycles' own label pass, which checks the labels of runs."""
+    entry = RENDERERS[CHECKING]
+    label_pass: LabelPass = getattr(import_module(entry.module), entry.class_name)()
+    return label_pass

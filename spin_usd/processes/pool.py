@@ -1,0 +1,184 @@
+"""A pool of children that work at once: what they say, and that they died, run away, hang or grew, comes as events in
+a queue."""
+
+import selectors
+import time
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, Self, TypeVar
+
+from spin_usd.errors import SpinError
+from spin_usd.processes.child import ChildInternalError
+from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.patience import LOOK_S, Patience
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class ChildProtocol(Protocol):
+    """A child that is asked and answers in its own time, here or on another machine; `Child` says what each method
+    does."""
+
+    def fileno(self) -> int: ...
+
+    def send(self, call: str, **arguments: Any) -> None: ...
+
+    def received(self) -> Iterator[Mapping[str, Any]]: ...
+
+    def close(self) -> None: ...
+
+    def kill(self) -> None: ...
+
+    def overdue(self, patience: Patience) -> ChildDiedError | None: ...
+
+    def outgrown(self, limit: int) -> ChildDiedError | None: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reported(Generic[Key]):
+    """The child `key` reports progress: the arguments of a callback."""
+
+    key: Key
+    message: Sequence[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answered(Generic[Key]):
+    """The child `key` has done what it was asked, and is idle."""
+
+    key: Key
+    result: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failed(Generic[Key]):
+    """The child `key` could not do what it was asked, and is idle; where `reason` is a ChildDiedError it is gone."""
+
+    key: Key
+    reason: SpinError | ChildInternalError
+
+
+@dataclass(kw_only=True, eq=False)
+class _Member(Generic[Key]):
+    """A child of the pool, with the patience for its next word; None while it is idle."""
+
+    key: Key
+    child: ChildProtocol
+    patience: Patience | None = None
+
+    def give(self, within_s: float) -> None:
+        """Give it so many seconds from now for its next word."""
+        self.patience = Patience(within_s)
+
+
+class Pool(Generic[Key]):
+    """Children by keys of the caller's choice. One at work that takes more for its next word than it was given, as
+    Patience counts the seconds, or holds more than `memory` bytes, is killed.
+
+    All children that are left are killed when the pool's block ends.
+    """
+
+    def __init__(self, *, memory: int | None = None) -> None:
+        self.memory = memory
+        self._members: dict[Key, _Member[Key]] = {}
+        self._selector = selectors.DefaultSelector()
+        self._looked = time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for key in list(self._members):
+            self.kill(key)
+        self._selector.close()
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(list(self._members))  # which the caller may end meanwhile
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._members
+
+    def add(self, key: Key, child: ChildProtocol, *, within_s: float | None = None) -> None:
+        """Take `child` into the pool; with `within_s` it was already asked something, and has so many seconds."""
+        member = _Member(key=key, child=child, patience=None if within_s is None else Patience(within_s))
+        self._members[key] = member
+        self._selector.register(child, selectors.EVENT_READ, member)
+
+    def send(self, key: Key, call: str, *, within_s: float, **arguments: Any) -> None:
+        """Ask an idle child to do `call`, with so many seconds for each word from it; the answer comes as an event, and
+        so does its death."""
+        member = self._members[key]
+        member.give(within_s)
+        with suppress(ChildDiedError):  # the end of a dead child's answers is an event too
+            member.child.send(call, **arguments)
+
+    def give(self, key: Key, within_s: float) -> None:
+        """Give the child `key`, which is at work, so many seconds from now for its next word."""
+        self._members[key].give(within_s)
+
+    def idle(self) -> list[Key]:
+        """Return the keys of the children that wait to be asked."""
+        return [key for key, member in self._members.items() if member.patience is None]
+
+    def wait(self) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
+        """Wait for children to say something, at most LOOK_S; yield what they say, and who died, ran away, hangs or
+        grew."""
+        for ready, _ in self._selector.select(timeout=LOOK_S):
+            if self._holds(ready.data):
+                yield from self._read(ready.data)
+        if time.monotonic() - self._looked >= LOOK_S:
+            self._looked = time.monotonic()
+            for member in list(self._members.values()):
+                if self._holds(member) and (died := self._ended(member)):
+                    yield Failed(key=member.key, reason=died)
+
+    def close(self, key: Key) -> None:
+        """Let the idle child `key` end by itself."""
+        self._remove(key).close()
+
+    def kill(self, key: Key) -> None:
+        """End the child `key` at once."""
+        self._remove(key).kill()
+
+    def _holds(self, member: _Member[Key]) -> bool:
+        """Return whether the member is still there: the caller may have ended or replaced it meanwhile."""
+        return self._members.get(member.key) is member
+
+    def _ended(self, member: _Member[Key]) -> ChildDiedError | None:
+        """End a child at work that ran away, hangs or grew too large, and return why; None for any other."""
+        if member.patience is None:
+            return None
+        died = member.child.overdue(member.patience)
+        if died is None and self.memory is not None:
+            died = member.child.outgrown(self.memory)
+        if died:
+            self._remove(member.key)
+        return died
+
+    def _remove(self, key: Key) -> ChildProtocol:
+        child = self._members.pop(key).child
+        self._selector.unregister(child)
+        return child
+
+    def _read(self, member: _Member[Key]) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
+        try:
+            for message in member.child.received():
+                yield self._event(member, message)
+        except ChildDiedError as died:
+            self.kill(member.key)
+            yield Failed(key=member.key, reason=died)
+        except (SpinError, ChildInternalError) as reason:
+            member.patience = None
+            yield Failed(key=member.key, reason=reason)
+
+    def _event(self, member: _Member[Key], message: Mapping[str, Any]) -> Reported[Key] | Answered[Key]:
+        if "progress" in message:
+            if member.patience:
+                member.give(member.patience.limit_s)
+            return Reported(key=member.key, message=message["progress"])
+        member.patience = None
+        return Answered(key=member.key, result=message["result"])

@@ -1,0 +1,32 @@
+"""The processors that this process may use, and how workers share them."""
+
+import os
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+
+
+def usable_cpus() -> list[int]:
+    """Return the processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
+
+
+def share_of(number: int, count: int) -> list[int]:
+    """Return the processors of the `number`th of `count` workers: as many as each can have, one that others have too
+    where there are more workers than processors."""
+    cpus = usable_cpus()
+    share = max(len(cpus) // count, 1)
+    return [cpus[(number * share + i) % len(cpus)] for i in range(share)]
+
+
+def hold_to(cpus: Sequence[int]) -> None:
+    """Let this process, all its threads, and those that it starts from now on use these processors alone, where the
+    system can: Blender's own limit of threads burns a second core."""
+    import psutil  # not above: it is slow to load, and the command line needs this file
+
+    if sys.platform == "linux":
+        for thread in psutil.Process().threads():
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setaffinity(thread.id, cpus)

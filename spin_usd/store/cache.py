@@ -1,0 +1,153 @@
+"""The cache of renders and labels by content: each is computed once and serves every picture of the dataset.
+
+cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
+cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
+
+A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the start of
+a digest of the software that made it: another Blender's never serves. A file's name holds the digest of its bytes, so a
+name cannot come apart from its file, and nothing is served or removed that is not what was written; what was damaged is
+made again under the same name. A picture's bytes are the same with any cache and with none: the whole folder may be
+deleted when no run is on.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.arrays import digest
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.size_limits import MAX_RECORD
+from spin_usd.labels.table import LABELS
+from spin_usd.nesting import finite_json
+from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.versions import LABELLING
+from spin_usd.store.atomic import write_atomically
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.names import CACHE
+
+RENDERS = "renders"
+CACHED = (RENDERS, *LABELS)
+MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+VERSION_DIGITS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Purpose:
+    """The use that a cached file is good for: its kind, the picture's key of that kind, and the software's digest."""
+
+    kind: str
+    key: str
+    versions: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CacheEntry:
+    """A cached file, the `sha256` that its bytes must have, and what it is good for."""
+
+    purpose: Purpose
+    sha256: str
+    file: FileIn
+
+    @property
+    def whole(self) -> bool:
+        """Return whether the file is the one that was written."""
+        with suppress(OSError, InputError):
+            return self.file.folder.sha256(self.file.name) == self.sha256
+        return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cache:
+    """The cache in a dataset's `folder`, for results of the software with these `versions`, names and numbers; `work`
+    is for temporary files."""
+
+    folder: Folder
+    versions: Mapping[str, str]
+    work: Path
+
+    def find(self, kind: str, key: str) -> CacheEntry | None:
+        """Find the file of that kind and key, every byte verified."""
+        wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
+        found = _entries(self.folder, f"{CACHE}/{kind}/{key[:2]}")
+        return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
+
+    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> CacheEntry:
+        """Keep the file that `write` fills. Raises as write_atomically does."""
+        purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
+
+        def place(sha256: str) -> str:
+            return f"{CACHE}/{kind}/{key[:2]}/{key}.{purpose.versions}.{sha256}{suffix}"
+
+        named = f"{CACHE}/{kind}/{key}{suffix}"
+        sha256 = write_atomically(self.folder, named, write, work=self.work, place=place)
+        return CacheEntry(purpose=purpose, sha256=sha256, file=FileIn(self.folder, place(sha256)))
+
+
+def made_by(versions: Mapping[str, str], kind: str) -> str:
+    """Return the digest in the names of files of that `kind` that software of these versions made. A label's leaves
+    out the renderer's, which has no part in it, and also covers how it is written, for the same surface in other
+    channels is another file."""
+    if kind not in LABELS:
+        return digest(dict(versions))[:VERSION_DIGITS]
+    labelling = {name: number for name, number in versions.items() if name in LABELLING}
+    return digest(labelling, LABELS[kind].channels.header(kind))[:VERSION_DIGITS]
+
+
+def entries(store: Store) -> Iterator[CacheEntry]:
+    """Yield all files of the dataset's cache, unverified."""
+    for kind in CACHED:
+        yield from _entries(store.folder, f"{CACHE}/{kind}")
+
+
+def held_keys(store: Store) -> dict[str, set[str]]:
+    """Return keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
+    held: dict[str, set[str]] = {kind: set() for kind in CACHED}
+    for entry in entries(store):
+        held[entry.purpose.kind].add(entry.purpose.key)
+    return held
+
+
+def uses(record: Mapping[str, Any]) -> set[Purpose]:
+    """Return the purposes that a picture with this `record` (record-1) was, or could have been, made from."""
+    provenance, kinds = record["provenance"], set(record["files"])
+    keys, versions = provenance["keys"], provenance["versions"]
+    of = {kind: keys.get(kind, keys["geometry"]) for kind in kinds & set(LABELS)}
+    of |= {RENDERS: keys["radiance"]} if kinds & RENDERED else {}
+    return {Purpose(kind=kind, key=key, versions=made_by(versions, kind)) for kind, key in of.items()}
+
+
+def used(store: Store) -> set[Purpose]:
+    """Return the purposes that all pictures of the dataset use. Records are not validated; a damaged one uses
+    nothing."""
+    found: set[Purpose] = set()
+    for name in store.records():
+        with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            found |= uses(finite_json(store.folder.read(name, MAX_RECORD)))
+    return found
+
+
+def remove_entries(store: Store, *, but: set[Purpose]) -> None:
+    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty. A
+    file whose bytes its name does not hold was not written under that name, and stays."""
+    for entry in list(entries(store)):
+        if entry.purpose not in but and entry.whole:
+            remove_file(store.folder, entry.file.name)
+            remove_emptied(store.folder, entry.file.name)
+
+
+def _entries(folder: Folder, within: str) -> Iterator[CacheEntry]:
+    """Yield the files of the cache in its folder `within`."""
+    for name in folder.files(within):
+        match name.split("/"):
+            case [_, kind, start, file] if file.startswith(start):
+                yield from _entry(FileIn(folder, name), kind, file)
+
+
+def _entry(file: FileIn, kind: str, name: str) -> Iterator[CacheEntry]:
+    match name.split("."):
+        case [key, versions, sha256, _]:
+            yield CacheEntry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, file=file)

@@ -1,0 +1,150 @@
+"""The supervisor's copy of a dataset at a URL: a dataset's folder on this machine, for the time of a run.
+
+It holds dataset.json, the stage and the records. The files of pictures are empty ones of their names: a run that
+resumes asks only whether they are there.
+
+The marker of a run at a URL: stores of objects have no locks, so whoever comes second is told by a file there.
+
+Two runs that begin in the same moment may both go on: they write the same bytes, and work twice.
+"""
+
+import json
+import os
+import platform
+import secrets
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import psutil
+
+from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import make_folder, write_bytes
+from spin_usd.files.new_file import write_whole
+from spin_usd.nesting import finite_json
+from spin_usd.picture.make_picture import KINDS
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.hidden_folder import hidden_folder
+from spin_usd.store.names import DESCRIPTION, RECORDS, STAGE
+from spin_usd.store.publish.dataset_url import MARKER, DatasetUrl, below
+
+Snapshot = dict[str, tuple[int, int]]
+"""The size and the time of change of files, by name."""
+
+RENEWED_S = 20.0  # between two renewals of a run's marker
+OVER_S = 120.0  # a run that has not renewed its marker for so long is over: some renewals may fail
+
+
+class Mirror:
+    """The copy in the folder of `store` of the dataset at `url`."""
+
+    def __init__(self, store: Store, url: DatasetUrl) -> None:
+        self.store, self.url = store, url
+        self._published: Snapshot = {}
+
+    def fetch(self) -> None:
+        """Fill the folder, which is empty. Raises InputError where the URL cannot be read, OutputError."""
+        if not self.url.whole:
+            self.url.sweep()
+        names = self.url.names()
+        own = [DESCRIPTION, *below(names, STAGE), *below(names, RECORDS)]
+        self.url.fetch([name for name in own if name in set(names)], self.store.root)
+        try:
+            for name in set(names) - set(own):
+                self._stand_in(name)
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.store.root, do="free some space") from e
+        self._published = self._snapshot()
+
+    def publish(self) -> None:
+        """Bring the URL to what the folder is now: first what was removed goes, records before what they describe, and
+        what is new or changed comes, records last. Raises OutputError."""
+        now = self._snapshot()
+        for name in sorted(self._published.keys() - now.keys(), key=_is_record, reverse=True):
+            self.url.remove(name)
+        changed = [name for name in now if now[name] != self._published.get(name)]
+        for name in sorted(changed, key=_is_record):
+            self.url.put(name, self.store.root / name)
+        self._published = now
+
+    def _stand_in(self, name: str) -> None:
+        make_folder(self.store.folder, PurePosixPath(name).parent.as_posix())
+        write_bytes(self.store.folder, name, b"")
+
+    def _snapshot(self) -> Snapshot:
+        root = self.store.root
+        names = [name for folder in (STAGE, RECORDS, *KINDS) for name in self.store.folder.files(folder)]
+        if self.store.folder.type_of(DESCRIPTION):
+            names.append(DESCRIPTION)
+        status = ((name, (root / name).stat()) for name in names)
+        return {name: (stat.st_size, stat.st_mtime_ns) for name, stat in status}
+
+
+@contextmanager
+def mirrored(url: str) -> Iterator[Mirror]:
+    """Mirror the dataset at `url` in a temporary folder of this machine. Raises InputError, also where another run
+    writes there, and OutputError."""
+    there = DatasetUrl(url)
+    with marked(there), hidden_folder(Path(tempfile.gettempdir()), "spin_usd-mirror") as hidden:
+        mirror = Mirror(Store(root=hidden.folder / "dataset"), there)
+        mirror.store.root.mkdir()
+        mirror.fetch()
+        yield mirror
+
+
+def _is_record(name: str) -> bool:
+    return name.startswith(f"{RECORDS}/")
+
+
+@contextmanager
+def marked(url: DatasetUrl) -> Iterator[None]:
+    """Mark `url` as written by this run, as long as the block.
+
+    Raises InputError where another run is on there, and OutputError.
+    """
+    own = {"token": secrets.token_hex(8), "host": platform.node(), "process": os.getpid()}
+    _refuse_other(url, own)
+    _put(url, own)
+    _refuse_other(url, own)  # which came between
+    ended = threading.Event()
+    renewing = threading.Thread(target=_renew, args=(url, own, ended), daemon=True)
+    renewing.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        renewing.join()
+        url.remove(MARKER)
+
+
+def _renew(url: DatasetUrl, own: dict[str, Any], ended: threading.Event) -> None:
+    while not ended.wait(RENEWED_S):
+        with suppress(OutputError):  # the next one may succeed
+            _put(url, own)
+
+
+def _put(url: DatasetUrl, own: dict[str, Any]) -> None:
+    with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
+        file = Path(folder) / MARKER
+        write_whole(file, json.dumps({**own, "time": time.time()}).encode())
+        url.put(MARKER, file)
+
+
+def _refuse_other(url: DatasetUrl, own: dict[str, Any]) -> None:
+    """Raise InputError where a run is on whose marker has another token. Of a run on this machine its process tells,
+    of others the time of the marker, since clocks of machines agree to seconds."""
+    try:
+        found = finite_json(url.read(MARKER) or b"{}")
+        token, host, process = found["token"], str(found["host"]), int(found["process"])
+        renewed = float(found["time"])
+    except (ValueError, TypeError, KeyError):
+        return  # none, or what no run has written
+    on = psutil.pid_exists(process) if host == own["host"] else time.time() - renewed < OVER_S
+    if token != own["token"] and on:
+        said = f"is being written by another run (process {process} on {host})"
+        do = f"wait for its end; {OVER_S:.0f} s after it was killed this goes on where it stopped"
+        raise InputError(said, where=url.shown, do=do)

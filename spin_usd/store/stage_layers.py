@@ -1,0 +1,58 @@
+"""The stage in a dataset: which layers records vouch for, and whether all files are as they were written."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import NodeType
+from spin_usd.files.size_limits import MAX_RECORD
+from spin_usd.nesting import finite_json
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.file_digests import SUMS, changed, unlisted
+from spin_usd.store.names import STAGE
+
+STAGE_SUMS = f"{STAGE}/{SUMS}"
+
+
+def layers_of(stage: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the name in the dataset and the sha256 of each layer that made a picture, by the `stage` of its record's
+    provenance."""
+    folder = Path(stage["root"]).parent
+    return (((folder / layer).as_posix(), sha256) for layer, sha256 in stage["files"].items())
+
+
+def refuse_changed_stage(store: Store, found: str, *, do: str, new: Path | None = None) -> None:
+    """Raise InputError with those words where a file of the dataset's stage is not as it was written, and one that
+    names SHA256SUMS where that is what is wrong. What the `new` stage in that folder, if any, has too is not lost where
+    it takes the place of this one, and may be what it is."""
+    for file in changed(store.stage) if new is None else _lost(store, new):
+        name = file.relative_to(store.root).as_posix()
+        if name == STAGE_SUMS or store.folder.type_of(STAGE_SUMS) is not NodeType.FILE or _vouched(store, name):
+            raise InputError(
+                "does not list the files of stage/ as they are",
+                where=store.root / STAGE_SUMS,
+                do="run spin-usd check --repair on the dataset",
+            )
+        raise InputError(found, where=file, do=do)
+
+
+def _lost(store: Store, new: Path) -> Iterator[Path]:
+    """Yield the files that are not as they were written, nor as in the new stage."""
+    for file in unlisted(store.stage):
+        name = file.relative_to(store.stage).as_posix()
+        there = Folder(new).type_of(name) is NodeType.FILE
+        if not there or Folder(new).sha256(name) != Folder(store.stage).sha256(name):
+            yield file
+
+
+def _vouched(store: Store, name: str) -> bool:
+    """Return whether some record says that the file `name` made a picture as it is. Records are not validated."""
+    layer = (name, store.folder.sha256(name))
+    for record in store.records():
+        with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            if layer in layers_of(finite_json(store.folder.read(record, MAX_RECORD))["provenance"]["stage"]):
+                return True
+    return False

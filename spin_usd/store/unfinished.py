@@ -1,0 +1,161 @@
+"""Find what is left to make of a picture that an earlier run may have made."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from os.path import isfile
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_RECORD
+from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.nesting import finite_json
+from spin_usd.picture.make_picture import IMAGE, KINDS, LAYOUTS, RENDERED
+from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.scene.derived.content_keys import KEYS
+from spin_usd.store.atomic import write_json
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.names import record_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class WantedFiles:
+    """The kinds of file asked for, the image's file name extension, whether every byte of files that are there is
+    verified before they are used again, and the names of pictures that are made again whatever is there."""
+
+    kinds: tuple[str, ...]
+    image_suffix: str
+    verify: bool = False
+    again: Collection[str] | None = None
+
+
+def kinds_left(
+    store: Store,
+    picture: PlannedPicture,
+    wanted: WantedFiles,
+    stage: Mapping[str, Any],
+    *,
+    names: Mapping[int, str],
+    finished: Callable[[Mapping[str, Any]], None],
+    outdated: Callable[[Mapping[str, Any], Mapping[str, Any]], None],
+    work: Path,
+) -> tuple[str, ...]:
+    """Return the kinds of file to make of the picture, and bring the record of a finished one up to date.
+
+    A picture is finished when its record has the same keys, and all its files are there in the channels that they are
+    written in today; then nothing is left to make, and `finished` is called with the record. `outdated` is called with
+    the record of a picture that has other keys or channels, and with `stage`, the record's block that it would have. A
+    picture made again keeps the kinds of file it had. The record of one that was made from another state of the stage
+    says from now on that `stage` makes it too, and how that calls its targets (their `names` by id) and its source.
+    `work` is for temporary files.
+    """
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    if not _is_finished(store, record, had, picture, wanted):
+        if had and not _is_current(record, had, picture):
+            outdated(record, stage)
+        return tuple(kind for kind in KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
+    finished(record)
+    provenance = record["provenance"]
+    if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
+        provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
+        name = record_of(picture.variant, picture.frame)
+        write_json(store.folder, name, _renamed(record, picture, names), work=work)
+    return ()
+
+
+def _renamed(record: Mapping[str, Any], picture: PlannedPicture, names: Mapping[int, str]) -> dict[str, Any]:
+    """Return the record with what the stage says of the picture that decides none of its files."""
+    targets = [{**target, "name": names.get(target["id"], target["name"])} for target in record["targets"]]
+    changed = {"index": picture.index, "targets": targets}
+    renamed: dict[str, Any] = {}
+    for name, value in record.items():
+        if name != "source_file":
+            renamed[name] = changed.get(name, value)
+        if name == "variant" and picture.source_file:  # where a new record has it
+            renamed["source_file"] = picture.source_file
+    return renamed
+
+
+def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> bool:
+    """Return whether nothing is left to make of the picture; write nothing."""
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    return _is_finished(store, record, had, picture, wanted)
+
+
+def _is_finished(
+    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
+) -> bool:
+    """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
+    return (
+        bool(had)
+        and picture.name not in (wanted.again or ())
+        and _is_current(record, had, picture)
+        and _complete(store, picture, had, wanted)
+        and (not wanted.verify or _as_recorded(store, record))
+    )
+
+
+def _is_current(record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture) -> bool:
+    """Return whether the files of the `record` are those of the picture, as they would be written today."""
+    return _same_content(record, picture, had) and _same_channels(record)
+
+
+def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
+    """Return the path by kind of the record's files; none where the record names what cannot be this picture's."""
+    try:
+        paths = {kind: entry["path"] for kind, entry in record["files"].items()}
+        named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
+        if paths.keys() <= set(KINDS) and all(named):
+            return paths
+    except (KeyError, TypeError, AttributeError):
+        pass
+    return {}
+
+
+def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
+    """Read the picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
+    try:
+        record = finite_json(store.folder.read(record_of(picture.variant, picture.frame), MAX_RECORD))
+    except (InputError, ValueError, RecursionError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
+    decisive = KEYS if RENDERED & had.keys() else ("geometry",)
+    if not all(_can_have(picture, kind) for kind in had):
+        return False
+    try:
+        keys = record["provenance"]["keys"]
+        own = had.keys() & picture.label_keys.keys()
+        return all(keys[key] == picture.keys[key] for key in (*decisive, "targets", *own))
+    except (KeyError, TypeError):
+        return False
+
+
+def _same_channels(record: Mapping[str, Any]) -> bool:
+    """Return whether the files are in the channels that they would be written in today."""
+    return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
+
+
+def _can_have(picture: PlannedPicture, kind: str) -> bool:
+    """Return whether the picture has what files of that kind are made of: not every stage has a LiDAR."""
+    return kind not in CLOUD_LABELS or kind in picture.label_keys
+
+
+def _complete(store: Store, picture: PlannedPicture, had: Mapping[str, str], wanted: WantedFiles) -> bool:
+    if IMAGE in wanted.kinds and not had.get(IMAGE, "").endswith(wanted.image_suffix):
+        return False
+    # As text: paths as objects take most of the time of a resumed run's 240,000 records.
+    missing = (kind for kind in wanted.kinds if kind not in had)
+    return not any(_can_have(picture, kind) for kind in missing) and all(
+        isfile(f"{store.root}/{path}") for path in had.values()
+    )
+
+
+def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
+    """Return whether all files that the record lists hold the bytes that it says."""
+    entries = record["files"].values()
+    return all(store.folder.sha256(entry["path"]) == entry.get("sha256") for entry in entries)

@@ -1,0 +1,54 @@
+"""Lines for people and programs. What is in them may come from anywhere; each stays one, and steers no terminal."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TextIO
+
+import typer
+
+from spin_usd.errors import printable
+from spin_usd.terminal.terminal import has_colours
+
+GOOD, BAD, DOUBTFUL, NAME, QUIET = "green", "red", "yellow", "cyan", "bright_black"
+"""Colours by what they say of a text."""
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A part of a line with a colour, where it is shown on a terminal that has some."""
+
+    text: str
+    colour: str | None = None
+    bold: bool = False
+
+    def on_terminal(self) -> str:
+        return typer.style(printable(self.text), fg=self.colour, bold=self.bold or None)
+
+
+Line = str | Sequence[str | Painted]
+"""The text of a line, or its parts."""
+
+
+def show(*lines: Line) -> None:
+    """Print the lines on standard output."""
+    _print(lines, sys.stdout)
+
+
+def tell(*lines: Line) -> None:
+    """Print the lines on standard error."""
+    _print(lines, sys.stderr)
+
+
+def _print(lines: Sequence[Line], stream: TextIO) -> None:
+    coloured = has_colours(stream)
+    for line in lines:
+        parts = (line,) if isinstance(line, str) else line
+        stream.write("".join(_text(part, coloured) for part in parts) + "\n")
+    stream.flush()
+
+
+def _text(part: str | Painted, coloured: bool) -> str:
+    if isinstance(part, Painted):
+        return part.on_terminal() if coloured else printable(part.text)
+    return printable(part)

@@ -1,0 +1,71 @@
+"""`spin-usd author`: what its help says, and the stage of one page."""
+
+import json
+import re
+import shlex
+
+import pytest
+import typer
+from typer.core import TyperGroup
+
+from spin_usd.command_line import app
+from spin_usd.resources import BUNDLED, bundled, bundled_names
+from spin_usd.stage.composition.open_layer import open_layer
+from spin_usd.terminal.examples import EXAMPLES
+from tests.conftest import REPOSITORY
+
+COMMAND_LINE = typer.main.get_command(app)
+assert isinstance(COMMAND_LINE, TyperGroup)
+COMMANDS = COMMAND_LINE.commands
+
+
+def test_the_help_names_all_that_travels_along(spin_usd) -> None:
+    said = set(re.findall(r"[\w]+", spin_usd("author", "--help").stdout))
+    for kind in BUNDLED:
+        assert bundled_names(kind)
+        assert set(bundled_names(kind)) <= said
+
+
+def test_lights_and_environments_are_reported_apart_as_usd_reads_them() -> None:
+    for kind, prim in (("lights", "Lights"), ("environment", "Environment")):
+        assert {open_layer(bundled(kind, name)).defaultPrim for name in bundled_names(kind)} == {prim}
+    files = {file.stem for file in (REPOSITORY / "stages" / "environments").glob("*.usda")}
+    assert set(bundled_names("lights")) | set(bundled_names("environment")) == files
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, command) -> None:
+    known = {option for param in COMMANDS[command].params for option in param.opts}
+    for example in EXAMPLES.get(command, ()):
+        name, _, *words = shlex.split(example)
+        assert name == "spin-usd"
+        assert {word for word in words if word.startswith("--")} <= known | {"--error", "--out"}, example
+    assert "<bool>" not in spin_usd(command, "--help").stdout
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_argument_and_option_has_its_help(command) -> None:
+    assert [param.name for param in COMMANDS[command].params if not getattr(param, "help", None)] == []
+
+
+def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path) -> None:
+    said = spin_usd("author", "--target", "tango", "--camera", "speedplus", "--out", tmp_path / "x", code=2).stderr
+    assert "give a pose list as poses, or say what to sample: sample=" in said
+
+
+def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path) -> None:
+    root = json.loads(spin_usd("author", "--minimal", "--json", "--out", tmp_path / "page").stdout)["root"]
+    assert [path.name for path in (tmp_path / "page").iterdir()] == ["dataset.usda"]
+    assert spin_usd("check", root).stdout.endswith("0 errors, 0 warnings\n")
+    spin_usd("render", tmp_path / "page", "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1)
+    dataset = json.loads((tmp_path / "made" / "dataset.json").read_text())
+    assert {part["class"] for part in dataset["parts"].values()} == {"spacecraft", "antenna"}
+    record = json.loads((tmp_path / "made" / "records" / "nominal" / "near.json").read_text())
+    assert record["pose"]["t_cam_body"] == pytest.approx([0, 0, 8], abs=1e-12)  # as its comments say
+    assert [record["camera"][name] for name in ("fx", "fy", "cx", "cy")] == [800, 800, 320, 240]
+
+
+def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path) -> None:
+    said = spin_usd("author", "--minimal", "--target", "tango", "--seed", 3, "--out", tmp_path / "page", code=2).stderr
+    assert "--target and --seed is given with --minimal" in said or "--seed and --target" in said
+    assert not (tmp_path / "page").exists()

@@ -1,0 +1,150 @@
+"""FBX and .blend, made by Blender itself: size, axes, parts and textures of what it would render; no script runs."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spin_usd.commands.author.in_child import author_stage
+from spin_usd.errors import SpinError
+from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.png import png
+
+POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]
+MAKE = """
+import bpy, sys
+folder = sys.argv[1]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 1.5))
+body = bpy.context.object
+body.name, body.scale = "Body", (1, 2, 3)
+bpy.ops.mesh.primitive_cube_add(size=1, location=(9, 0, 0))
+hidden = bpy.context.object
+hidden.name, hidden.hide_render = "Jig", True
+bpy.ops.mesh.primitive_uv_sphere_add(radius=0.25, location=(2, 0, 0))
+bpy.context.object.name = "Ball"
+material = bpy.data.materials.new("foil")
+material.use_nodes = True
+nodes = material.node_tree.nodes
+image = nodes.new("ShaderNodeTexImage")
+image.image = bpy.data.images.load(folder + "/outside/secret.png")
+material.node_tree.links.new(image.outputs[0], nodes["Principled BSDF"].inputs["Base Color"])
+body.data.materials.append(material)
+text = bpy.data.texts.new("run.py")
+text.write("open(" + repr(folder + "/was_run") + ", 'w').write('x')")
+text.use_module = True
+bpy.ops.wm.save_as_mainfile(filepath=folder + "/model/in/craft.blend", relative_remap=True)
+bpy.ops.object.select_all(action="SELECT")
+hidden.select_set(False)
+bpy.ops.preferences.addon_enable(module="io_scene_fbx")
+bpy.ops.export_scene.fbx(filepath=folder + "/model/in/craft.fbx", use_selection=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    for each in ("model/in", "outside"):
+        (folder / each).mkdir(parents=True)
+    (folder / "outside" / "secret.png").write_bytes(png(np.full((2, 2, 3), 77), color=2))
+    (folder / "poses.json").write_text(json.dumps(POSES))
+    subprocess.run([sys.executable, "-c", MAKE, str(folder)], check=True, stdout=subprocess.DEVNULL)
+    (folder / "was_run").unlink(missing_ok=True)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["craft.blend", "craft.fbx"])
+def test_a_model_that_blender_reads_is_what_it_shows(made: Path, tmp_path: Path, name: str) -> None:
+    model = made / "model" / "in" / name
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    target = reader.scene(reader.frames[0]).target
+    np.testing.assert_allclose(target.mesh.box, [[-0.5, -1, -0.25], [2.25, 1, 3]], atol=1e-3)  # the ball's facets
+    assert {part.name for part in target.parts} == {"Body", "Ball"}, "what is hidden in renders is none of it"
+    assert any("'secret.png' lies outside the model's folder, and was left out" in note for note in report.notes)
+    assert not (made / "was_run").exists()
+    assert not list((tmp_path / "stage").rglob("*secret*"))
+
+
+def test_a_damaged_model_is_refused_in_a_sentence(made: Path, tmp_path: Path) -> None:
+    (tmp_path / "cut.blend").write_bytes((made / "model" / "in" / "craft.blend").read_bytes()[:3000])
+    (tmp_path / "cut.fbx").write_bytes(b"Kaydara FBX Binary  \0")
+    for name in ("cut.blend", "cut.fbx"):
+        with pytest.raises(SpinError, match=r"cut\.\w+: cannot be read"):
+            author_stage(poses=made / "poses.json", out=tmp_path / "s", target=tmp_path / name, camera="speedplus")
+        assert not (tmp_path / "s").exists()
+
+
+SHADERS = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+for place, (name, shader) in enumerate((("paint", "Diffuse"), ("foil", "Anisotropic"), ("panel", "Principled"))):
+    bpy.ops.mesh.primitive_cube_add(size=0.5, location=(place, 0, 0))
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new(f"ShaderNodeBsdf{shader}"), tree.nodes.new("ShaderNodeOutputMaterial")
+    node.inputs[0].default_value = (0.75, 0.25, 0.125, 1)
+    tree.links.new(node.outputs[0], output.inputs[0])
+    bpy.context.object.data.materials.append(material)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+"""
+
+
+def test_materials_that_no_exporter_knows_are_not_white_metal(made: Path, tmp_path: Path) -> None:
+    """Blender's exporter writes only the Principled BSDF, and without it what glTF has for a default: white metal."""
+    model = tmp_path / "model" / "craft.blend"
+    model.parent.mkdir()
+    subprocess.run([sys.executable, "-c", SHADERS, str(model)], check=True, stdout=subprocess.DEVNULL)
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    materials = {Path(each.path).name: each for each in reader.scene(reader.frames[0]).target.materials}
+    assert {name: each.metallic for name, each in materials.items()} == {"paint": 0, "foil": 1, "panel": 0}
+    for each in materials.values():
+        np.testing.assert_allclose(each.diffuse_color, (0.75, 0.25, 0.125), atol=1e-6)
+    told = sorted(note for note in report.notes if "no Principled BSDF" in note)
+    assert ["foil" in told[0], "paint" in told[1], len(told)] == [True, True, 2]
+
+
+AS_RENDERED = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+scene = bpy.context.scene
+def cube(name, place):
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(place, 0, 0))
+    bpy.context.object.name = name
+    return bpy.context.object
+smooth = cube("Smooth", 0).modifiers.new("S", "SUBSURF")
+smooth.levels, smooth.render_levels = 0, 2
+unused = cube("Plain", 3).modifiers.new("S", "SUBSURF")
+unused.show_render = False
+moving = cube("Moving", 6)
+moving.keyframe_insert("location", frame=1)
+moving.location = (9, 0, 0)
+moving.keyframe_insert("location", frame=10)
+left_out = bpy.data.collections.new("Left out")
+scene.collection.children.link(left_out)
+away = cube("Away", 50)
+scene.collection.objects.unlink(away)
+left_out.objects.link(away)
+bpy.context.view_layer.layer_collection.children["Left out"].exclude = True
+scene.frame_set(10)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+"""
+
+
+def test_a_model_is_what_blender_renders_and_not_what_its_viewport_shows(made: Path, tmp_path: Path) -> None:
+    """Modifiers at their levels of a render, the frame that the file was saved at, no collection that is excluded."""
+    model = tmp_path / "model" / "craft.blend"
+    model.parent.mkdir()
+    subprocess.run([sys.executable, "-c", AS_RENDERED, str(model)], check=True, stdout=subprocess.DEVNULL)
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    target = reader.scene(reader.frames[0]).target
+    faces = {part.name: int((target.mesh.face_part == part.id).sum()) for part in target.parts}
+    assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12}
+    np.testing.assert_allclose(target.mesh.box[1][0], 9.5, atol=1e-6)

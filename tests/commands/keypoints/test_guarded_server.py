@@ -1,0 +1,57 @@
+"""The server of the keypoint tool: who may ask it, and what it says of an address that it cannot have."""
+
+import http.client
+import socket
+
+import pytest
+
+from spin_usd.commands.keypoints.guarded_server import guarded_server
+from spin_usd.errors import InputError
+
+LOCAL = "127.0.0.1"
+
+
+@pytest.fixture(scope="module")
+def server():
+    with guarded_server(LOCAL, 0, "test") as server:
+        yield server
+
+
+def status(server, upgrade=False, **headers):
+    """What a GET with these headers is answered."""
+    connection = http.client.HTTPConnection(LOCAL, server.get_port(), timeout=30)
+    socket_headers = {
+        "Connection": "Upgrade",
+        "Upgrade": "websocket",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+    }
+    connection.request("GET", "/", headers=headers | (socket_headers if upgrade else {}))
+    found = connection.getresponse().status
+    connection.close()
+    return found
+
+
+def test_only_its_own_page_may_ask_it(server) -> None:
+    own = f"{LOCAL}:{server.get_port()}"
+    for upgrade, allowed in ((False, 200), (True, 101)):
+        assert status(server, upgrade) == allowed
+        assert status(server, upgrade, Host=own, Origin=f"http://{own}") == allowed
+        assert status(server, upgrade, Host=own, Origin="http://elsewhere.example") == 403
+        assert status(server, upgrade, Host=own, Origin="null") == 403
+        assert status(server, upgrade, Host="rebound.example", Origin="http://rebound.example") == 403
+
+
+def test_it_listens_on_this_machine_alone(server) -> None:
+    name = socket.getaddrinfo(LOCAL, None)[0][4][0]
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection((name.replace("127.0.0.1", "127.0.0.2"), server.get_port()), timeout=5)
+
+
+def test_it_shares_nothing_elsewhere(server) -> None:
+    assert server.request_share_url() is None
+
+
+def test_a_taken_port_is_said(server) -> None:
+    with pytest.raises(InputError, match="give another --port"), guarded_server(LOCAL, server.get_port(), "second"):
+        pass

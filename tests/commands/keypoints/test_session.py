@@ -1,0 +1,212 @@
+"""A session: a real model, clicks as rays, and the layer that is saved and that author reads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from spin_usd.commands.author.additions import read_additions
+from spin_usd.commands.keypoints.options import KeypointsOptions
+from spin_usd.commands.keypoints.run import open_session
+from spin_usd.commands.keypoints.suggestions import SuggestionMethod
+from spin_usd.errors import InputError, OutputError
+from spin_usd.geometry.picking.snapping import Snap
+from spin_usd.processes.lasting_child import LastingChild
+from tests.conftest import REPOSITORY
+
+SIZE = np.array([1.0, 0.6, 0.4])
+AT = np.array([0.25, 0, 1.5])  # the box's middle in the body's axes
+CORNER = AT + SIZE / 2
+EXACT = 1e-7  # metres: the model's file has single precision
+ABOVE = AT + np.array([0.4, 0.2, 30])
+DOWN = np.array([0, 0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def request_of_box(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("box")
+    trimesh.creation.box(SIZE, trimesh.transformations.translation_matrix(AT)).export(folder / "craft.ply")
+    return KeypointsOptions(target=str(folder / "craft.ply"), out=folder / "points.usda", units_per_metre=1)
+
+
+@pytest.fixture(scope="module")
+def child():
+    with LastingChild() as child:
+        yield child
+
+
+@pytest.fixture(scope="module")
+def session(request_of_box, child):
+    return open_session(request_of_box, child, lambda line: None)
+
+
+@pytest.fixture(autouse=True)
+def empty(session):
+    session.do(session.delete_all)
+    session.pick, session.snap = None, Snap.VERTEX
+
+
+def click(session, origin=ABOVE, direction=DOWN):
+    session.do(lambda: session.click(origin, direction))
+
+
+def saved(request):
+    return read_additions(keypoints=request.out).keypoints
+
+
+@pytest.mark.parametrize(
+    ("snap", "place"),
+    [
+        (Snap.SURFACE, AT + np.array([0.4, 0.2, 0.2])),
+        (Snap.VERTEX, CORNER),
+        (Snap.EDGE, AT + np.array([0.5, 0, 0.2])),
+        (Snap.FACE, AT + np.array([0, 0, 0.2])),
+    ],
+)
+def test_a_click_snaps_and_author_reads_what_was_added(session, request_of_box, snap, place) -> None:
+    session.snap = snap
+    click(session)
+    assert session.preview == pytest.approx(place, abs=EXACT)
+    session.do(lambda: session.add("tip"))
+    assert saved(request_of_box).names == ("tip",)
+    assert (saved(request_of_box).points == session.keypoints.points).all()
+    assert session.pick is None
+
+
+def test_a_click_on_a_marker_selects_it_and_one_behind_the_target_does_not(session) -> None:
+    click(session)
+    session.do(lambda: session.add("front"))
+    session.do(lambda: session.copy_selected("mirror x (plane y z)"))
+    assert session.selected == "front_1"
+    click(session, CORNER + np.array([0, 0, 5]))
+    assert (session.selected, session.pick) == ("front", None)
+    click(session, CORNER * [1, 1, -1] + np.array([-0.01, -0.01, -5]), -DOWN)
+    assert session.pick is not None
+
+
+def test_refusals_are_one_sentence_and_change_nothing(session) -> None:
+    session.do(lambda: session.add("tip"))
+    assert session.said.refused
+    assert "click on the target first" in session.said.text
+    click(session, ABOVE + np.array([9, 0, 0]))
+    assert "met nothing" in session.said.text
+    click(session)
+    session.do(lambda: session.add("tip"))
+    click(session, ABOVE - [0.8, 0, 0])
+    session.do(lambda: session.add("tip"))
+    assert session.said.refused
+    assert session.keypoints.names == ("tip",)
+    assert session.pick is not None
+
+
+def test_all_changes_are_undone_and_done_again(session, request_of_box) -> None:
+    click(session)
+    session.do(lambda: session.add("a"))
+    session.do(lambda: session.change_selected("b", np.array([1.0, 2, 3])))
+    session.do(lambda: session.copy_selected("half turn about z"))
+    assert saved(request_of_box).points.tolist() == [[1, 2, 3], [-1, -2, 3]]
+    session.do(session.undo)
+    session.do(session.undo)
+    assert saved(request_of_box).names == ("a",)
+    session.do(session.redo)
+    assert saved(request_of_box).names == ("b",)
+    session.do(session.delete_selected)
+    assert session.selected is None
+
+
+@pytest.mark.parametrize("method", SuggestionMethod)
+def test_suggestions_are_corners_of_the_box_and_a_seed_decides_them(session, method) -> None:
+    session.do(lambda: session.suggest(method, 5, 7))
+    first = session.suggested
+    assert np.abs(first - AT) == pytest.approx(np.broadcast_to(SIZE / 2, (5, 3)), abs=EXACT)
+    session.do(lambda: session.suggest(method, 5, 7))
+    assert (session.suggested == first).all()
+    session.do(lambda: session.suggest(method, 100, 7))
+    assert len(session.suggested) == 8
+    session.do(session.add_suggestions)
+    assert session.keypoints.names == tuple(f"point_{number}" for number in range(1, 9))
+    session.do(session.undo)
+    assert session.keypoints.names == ()
+
+
+def test_a_click_on_a_suggestion_picks_it(session) -> None:
+    session.do(lambda: session.suggest(SuggestionMethod.HULL, 8, 0))
+    click(session, CORNER + np.array([0.01, 0.01, 5]))
+    assert session.preview == pytest.approx(CORNER, abs=EXACT)
+    session.do(session.forget_suggestions)
+    click(session, CORNER + np.array([0.01, 0.01, 5]))
+    assert session.pick is None
+
+
+def test_it_goes_on_with_what_was_saved(session, request_of_box, child) -> None:
+    click(session)
+    session.do(lambda: session.add("kept"))
+    told: list[str] = []
+    again = open_session(request_of_box, child, told.append)
+    assert again.keypoints.names == ("kept",)
+    assert (again.keypoints.points == session.keypoints.points).all()
+    assert "goes on with 1 keypoint of" in told[-1]
+
+
+def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box) -> None:
+    click(session)
+    request_of_box.out.unlink()
+    request_of_box.out.mkdir()
+    session.do(lambda: session.add("a"))
+    assert session.unsaved
+    assert session.keypoints.names == ("a",)
+    request_of_box.out.rmdir()
+    session.do(lambda: session.copy_selected("half turn about z"))
+    assert session.unsaved is None
+    assert saved(request_of_box).names == ("a", "a_1")
+
+
+def test_two_tools_do_not_replace_one_anothers_keypoints(session, request_of_box, child) -> None:
+    other = open_session(request_of_box, child, lambda line: None)
+    click(session)
+    session.do(lambda: session.add("first"))
+    click(other)
+    other.do(lambda: other.add("second"))
+    assert "was changed by another program" in (other.unsaved or "")
+    assert saved(request_of_box).names == ("first",)
+    request_of_box.out.unlink()
+    other.do(lambda: other.copy_selected("half turn about z"))
+    assert other.unsaved is None
+    session.do(session.delete_all)
+    assert saved(request_of_box).names == ("second", "second_1")
+    request_of_box.out.unlink()
+
+
+def test_an_error_of_ours_is_shown_as_a_change_that_is_not_saved(session, monkeypatch) -> None:
+    def fail(keypoints):
+        raise RuntimeError("no such luck")
+
+    shown: list[tuple[str, str | None]] = []
+    monkeypatch.setattr(session, "_save", fail)
+    monkeypatch.setattr(session, "on_change", lambda: shown.append((session.said.text, session.unsaved)))
+    click(session)
+    with pytest.raises(RuntimeError):
+        session.do(lambda: session.add("a"))
+    assert shown[-1] == ("an internal error: no such luck", "the last change was not saved")
+
+
+def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> None:
+    missing = tmp_path / "no" / "points.usda"
+    (tmp_path / "other.usda").write_text("#usda 1.0\n")
+    model = REPOSITORY / "stages" / "targets" / "cubesat" / "cubesat.usda"
+    (tmp_path / "model.usda").write_bytes(model.read_bytes())
+    for changes, error, said in (
+        ({"target": "nothing"}, InputError, "there is no target named 'nothing'"),
+        ({"target": "missing.obj"}, InputError, "is not there"),
+        ({"out": tmp_path / "points.csv"}, InputError, "ends in .usda"),
+        ({"out": tmp_path / "other.usda"}, InputError, "has 0 Points prims"),
+        ({"out": tmp_path / "model.usda"}, InputError, "holds more than keypoints, and would be replaced"),
+        ({"out": missing}, OutputError, "cannot be written"),
+        ({"units_per_metre": 0.001}, InputError, "did you mean --units-per-metre 1 .* --any-size insists"),
+    ):
+        with pytest.raises(error, match=said):
+            open_session(replace(request_of_box, **changes), child, lambda line: None)
+    with pytest.raises(InputError, match="holds no keypoint"):
+        saved(request_of_box)
+    assert (tmp_path / "model.usda").read_bytes() == model.read_bytes()
