@@ -50,7 +50,7 @@ ONLY_IN = {
     "shutil": ("commands", "processes", "store", "planning", "files", "stage", "terminal/help_text.py"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
-CHILD_SIDE = ("stage", "renderers/blender", "processes/child_main.py", "processes/child_calls.py")
+CHILD_SIDE = ("stage", "renderers/blender")
 # Who may read or write files and folders.
 FILES_IN = (
     "files",

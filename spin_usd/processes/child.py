@@ -2,6 +2,9 @@
 
 Started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own; spoken to in lines
 of JSON. It dies with its parent. A crash ends the child, never the parent.
+
+With SPIN_USD_IN_PROCESS=1 in the environment there are none: what they are asked is done in the caller's process, where
+breakpoints and profilers work.
 """
 
 import json
@@ -11,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -20,7 +24,9 @@ import psutil
 
 from spin_usd import errors
 from spin_usd.errors import SpinError
+from spin_usd.processes.child_calls import ChildCalls
 from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
+from spin_usd.processes.child_main import said_of
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.patience import LOOK_S, Patience
 from spin_usd.processes.readable import readable
@@ -31,6 +37,7 @@ KEPT_VARIABLES = (
     *("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2"),
     *("CUDA_VISIBLE_DEVICES", "HIP_VISIBLE_DEVICES", "ONEAPI_DEVICE_SELECTOR"),
 )
+IN_PROCESS = "SPIN_USD_IN_PROCESS"
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
@@ -39,6 +46,9 @@ OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what i
 
 class Child:
     """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
+
+    def __new__(cls, **_: Any) -> "Child":
+        return super().__new__(ChildHere if os.environ.get(IN_PROCESS) == "1" else cls)
 
     def __init__(
         self,
@@ -236,6 +246,62 @@ class Child:
             grew = most > self._memory / 2 or any(words in self.log() for words in OUT_OF_MEMORY)
             cause = DeathCause.GREW if grew else DeathCause.CRASHED
         return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
+
+
+class ChildHere(Child):
+    """No process: a call is done here when it is sent. There is no limit to what it takes, and a crash ends all."""
+
+    def __init__(self, **_: Any) -> None:
+        self._answers: deque[str] = deque()
+        self._calls = ChildCalls(lambda *message: self._say({"progress": message}))
+        self._readable, self._writable = os.pipe()  # holds a byte while there is something to receive
+        self._open = True
+
+    def fileno(self) -> int:
+        return self._readable
+
+    def send(self, call: str, **arguments: Any) -> None:
+        asked = json.loads(json.dumps(arguments))
+        try:
+            answer = {"result": self._calls.answer(call, asked)}
+        except Exception as fault:
+            answer = {"error": said_of(fault, asked)}
+        self._say(answer)
+
+    def messages(self) -> Iterator[Mapping[str, Any]]:
+        while self._answers:
+            yield self._message()
+
+    def close(self) -> None:
+        if self._open:
+            os.close(self._readable)
+            os.close(self._writable)
+        self._open = False
+
+    kill = interrupt = close
+
+    def usage(self) -> Usage:
+        return UsageMeter(os.getpid()).look()
+
+    def overdue(self, patience: Patience) -> None:
+        return None
+
+    def outgrown(self, limit: int) -> None:
+        return None
+
+    def log(self) -> str:
+        return ""
+
+    def _say(self, message: Mapping[str, Any]) -> None:
+        if not self._answers:
+            os.write(self._writable, b".")
+        self._answers.append(json.dumps(message))
+
+    def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        message: Mapping[str, Any] = json.loads(self._answers.popleft())
+        if not self._answers:
+            os.read(self._readable, 1)
+        return message
 
 
 def returned(message: Mapping[str, Any]) -> Mapping[str, Any]:

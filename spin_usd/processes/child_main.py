@@ -28,7 +28,7 @@ def main() -> None:
         try:
             answer = {"result": calls.answer(request["call"], request["arguments"])}
         except Exception as fault:
-            answer = {"error": _error(fault, request["arguments"])}
+            answer = {"error": said_of(fault, request["arguments"])}
         _write(answers, answer)
     sys.stderr.flush()
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
@@ -41,7 +41,7 @@ def _load(modules: Iterable[str]) -> None:
             import_module(module)
 
 
-def _error(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
+def said_of(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return what the parent makes the error of again: a SpinError where what was read is at fault, a defect else."""
     where = next((arguments[name] for name in SUBJECTS if name in arguments), None)
     error = expected(fault, where)

@@ -8,97 +8,35 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import StringIO
 from types import FrameType
-from typing import IO, Any, Self
+from typing import IO, Any
 
 import typer.main
 
-from spin_usd.processes import child
+from spin_usd.processes.child import IN_PROCESS
 
 MEMORY = 6 << 30
 SHOWN = 1 << 16
 TIDIED = 50  # commands after which what they left is collected: as often as that it takes a third of the time
 # The modules that commands import when they are called, and that take long.
 LOADED = (
-    "api.author",
-    "api.augment",
-    "dataset.author.author",
-    "dataset.author.augment",
-    "dataset.check.check",
-    "dataset.check.in_child",
-    "dataset.export.export",
-    "dataset.plan.in_child",
-    "dataset.plan.make_plan",
-    "dataset.render.render",
-    "dataset.render.worker",
-    "dataset.reproduce.reproduce",
+    "commands.author.in_child",
+    "commands.author.augment",
+    "commands.check.run",
+    "commands.check.in_child",
+    "commands.export.in_child",
+    "commands.render.run",
+    "commands.render.worker",
+    "commands.reproduce.run",
+    "planning.in_child",
     "renderers.raycast.renderer",
 )
 
 
 class Hang(BaseException):
     """The alarm rang: no `except Exception` swallows it."""
-
-
-class ChildHere:
-    """What `Child` does, without a process: calls are done when they are sent, answers go through JSON."""
-
-    def __init__(self, **_: Any) -> None:
-        from spin_usd.processes.child_calls import ChildCalls
-
-        self._answers: list[dict[str, Any]] = []
-        self._calls = ChildCalls(lambda *said: self._answers.append({"progress": said}))
-        self._readable, self._writable = os.pipe()
-        self._closed = False
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __getattr__(self, name: str) -> Any:
-        """What `Child` has beyond this, such as `call`, which only sends and receives."""
-        if name.startswith("__") or not hasattr(REAL_CHILD, name):
-            raise AttributeError(name)
-        return getattr(REAL_CHILD, name).__get__(self)
-
-    def fileno(self) -> int:
-        return self._readable
-
-    def send(self, call: str, **arguments: Any) -> None:
-        from spin_usd.processes.child_main import _error
-
-        try:
-            result = self._calls.answer(call, json.loads(json.dumps(arguments)))
-            self._answers.append({"result": result})
-        except Exception as fault:
-            self._answers.append({"error": _error(fault, arguments)})
-        os.write(self._writable, b".")
-
-    def receive(self, **_: Any) -> Mapping[str, Any]:
-        answer = self._answers.pop(0)
-        if not self._answers:
-            os.read(self._readable, 1)
-        if "error" in answer:
-            raise child._error(answer["error"])
-        heard: dict[str, Any] = json.loads(json.dumps(answer))
-        return heard
-
-    def received(self) -> Iterator[Mapping[str, Any]]:
-        while self._answers:
-            yield self.receive()
-
-    def close(self) -> None:
-        if not self._closed:
-            os.close(self._readable)
-            os.close(self._writable)
-            self._closed = True
-
-    kill = close
 
 
 def main() -> None:
@@ -156,6 +94,5 @@ def _answer(answers: IO[bytes], answer: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    REAL_CHILD = child.Child
-    child.Child = ChildHere  # type: ignore[misc, assignment]
+    os.environ[IN_PROCESS] = "1"
     main()
