@@ -4,6 +4,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from spin_usd.commands.keypoints.pictures import Pictures
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.counted import counted
-from spin_usd.errors import InputError, SpinError
+from spin_usd.errors import InputError, SpinError, UnsupportedError
 from spin_usd.files.folder import Folder
 from spin_usd.processes.lasting_child import LastingChild
 from spin_usd.scene.source.keypoints import Keypoints
@@ -24,6 +25,7 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 SUFFIX = ".usda"
 MAX_BYTES = 1 << 24
+INSTALL = "run pip install '.[browser]' where spin_usd's source is"
 
 
 class KeypointsFile:
@@ -66,7 +68,10 @@ class KeypointsFile:
 
 def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) -> Session:
     """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
-    Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved."""
+    Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved,
+    UnsupportedError without viser."""
+    if find_spec("viser") is None:
+        raise UnsupportedError("the keypoint tool needs viser, which is not installed", do=INSTALL)
     with LastingChild() as child:
         session = open_session(request, child, tell)
         pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)

@@ -2,8 +2,9 @@
 
 import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,6 @@ from spin_usd.commands.merge.file_transfer import FileTransfer, repair_of
 from spin_usd.commands.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
 from spin_usd.commands.merge.options import MergeOptions
 from spin_usd.commands.merge.pictures import MergedPicture, collect
-from spin_usd.commands.merge.report import MergeReport
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import FileIn, Folder
@@ -33,6 +33,23 @@ from spin_usd.store.names import DESCRIPTION, STAGE
 from spin_usd.store.unfinished import recorded_files
 
 CHECKING, MERGING = "checking: record", "merging: picture"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MergeReport:
+    """The report of what a merge did.
+
+    out: its folder · pictures: how many it holds · added, kept: of those of the shards, how many were added, and were
+    there already · missing: how many pictures are still to come, by shard ("1/3"), where that is known · seconds:
+    wall-clock.
+    """
+
+    out: str
+    pictures: int
+    added: int
+    kept: int
+    missing: Mapping[str, int]
+    seconds: float
 
 
 @takes(MergeOptions)

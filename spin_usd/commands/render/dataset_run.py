@@ -2,7 +2,7 @@
 
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import fields
 from dataclasses import replace as changed
@@ -16,15 +16,16 @@ from spin_usd.commands.render.report import RenderReport, RunListener
 from spin_usd.commands.render.request import common_work, plan, wanted_kinds
 from spin_usd.commands.render.same_stage import differences
 from spin_usd.commands.render.task_queue import RenderTask
-from spin_usd.commands.render.unfinished_tasks import unfinished_tasks
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.commands.render.workers import WorkerProcesses, default_workers, make_pictures
-from spin_usd.errors import OutputError
+from spin_usd.counted import counted
+from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
 from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions
-from spin_usd.picture.make_picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS
+from spin_usd.picture.brightness import faults
+from spin_usd.picture.make_picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import read_measured, write_measured
 from spin_usd.planning.effort_choice import doubts
@@ -39,6 +40,7 @@ from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Note, Progress
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import postponed
@@ -48,14 +50,18 @@ from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, STAGE
+from spin_usd.store.recorded_settings import recorded_settings
 from spin_usd.store.stage_layers import refuse_changed_stage
-from spin_usd.store.unfinished import WantedFiles
+from spin_usd.store.unfinished import WantedFiles, kinds_left
 
 MEANINGS = {
     IMAGE: IMAGE_MEANING,
     RADIANCE: RADIANCE_CHANNELS.meaning,
     **{name: label.channels.meaning for name, label in LABELS.items()},
 }
+OTHER_OPTIONS = "made with other options"
+OTHER_STAGE = "made from another state of the stage"
+OTHER_SOFTWARE = "made by another version of spin_usd"
 
 
 class DatasetRun:
@@ -290,3 +296,38 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
         "frames": len(plan.names),
         "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
     }
+
+
+def unfinished_tasks(
+    store: Store, planned: Plan, root: str, wanted: WantedFiles, *, report: RenderReport, note: Note, work: Path
+) -> list[RenderTask]:
+    """Return what is left to make of the planned pictures, whose root layer is `root` in the dataset; the report counts
+    the others. `note` is given a sentence on pictures that are made again; `work` is for temporary files."""
+    stages = {variant: {"root": root, **stage} for variant, stage in planned.stages.items()}
+    again = Counter[str]()
+    left = partial(
+        kinds_left,
+        store,
+        wanted=wanted,
+        names={target["id"]: target["name"] for target in planned.description["targets"]},
+        finished=lambda record: report.add(faults(record)),
+        outdated=lambda record, stage: again.update([why_outdated(record, planned.settings, stage)]),
+        work=work,
+    )
+    missing = ((picture, left(picture, stage=stages[picture.variant])) for picture in planned.pictures)
+    tasks = [RenderTask(picture=picture, kinds=kinds) for picture, kinds in missing if kinds]
+    report.reused = len(planned.pictures) - len(tasks)
+    for why, count in again.items():
+        note(f"{counted(count, 'picture')} of the dataset, {why}, will be made again")
+    return tasks
+
+
+def why_outdated(record: Mapping[str, Any], settings: RenderSettings, stage: Mapping[str, Any]) -> str:
+    """Say which of options, stage and software is another for the picture of a `record` than for one with other keys,
+    of these settings and this `stage` (a record's own block): the first that is."""
+    try:
+        if RENDERED & record["files"].keys() and recorded_settings(record) != settings:
+            return OTHER_OPTIONS
+        return OTHER_SOFTWARE if record["provenance"]["stage"] == stage else OTHER_STAGE
+    except (KeyError, TypeError, InputError):  # it has, say, a setting that there is no more
+        return OTHER_SOFTWARE

@@ -8,9 +8,9 @@ import trimesh
 
 from spin_usd.commands.author.additions import read_additions
 from spin_usd.commands.keypoints.options import KeypointsOptions
-from spin_usd.commands.keypoints.run import open_session
+from spin_usd.commands.keypoints.run import open_session, pick_keypoints
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.processes.lasting_child import LastingChild
 from tests.conftest import REPOSITORY
@@ -210,3 +210,10 @@ def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> Non
     with pytest.raises(InputError, match="holds no keypoint"):
         saved(request_of_box)
     assert (tmp_path / "model.usda").read_bytes() == model.read_bytes()
+
+
+def test_without_viser_the_tool_says_how_to_install_it(tmp_path, monkeypatch) -> None:
+    """Viser is an extra: it brings a web stack that nothing else needs."""
+    monkeypatch.setattr("spin_usd.commands.keypoints.run.find_spec", lambda name: None)
+    with pytest.raises(UnsupportedError, match=r"needs viser, which is not installed; run pip install '\.\[browser\]'"):
+        pick_keypoints(KeypointsOptions("tango"), tell=print)

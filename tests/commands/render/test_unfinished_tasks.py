@@ -5,7 +5,7 @@ import json
 import pytest
 
 import spin_usd as package
-from spin_usd.commands.render.unfinished_tasks import OTHER_OPTIONS, OTHER_SOFTWARE, OTHER_STAGE, why_outdated
+from spin_usd.commands.render.dataset_run import OTHER_OPTIONS, OTHER_SOFTWARE, OTHER_STAGE, why_outdated
 from spin_usd.store.recorded_settings import recorded_settings
 
 

@@ -10,6 +10,10 @@ Cylinder lights, which Blender lacks: a tube that emits outwards and is invisibl
 Its sides are as many as keep its width within 0.03 % of a cylinder's from every direction, and so wide that the mean
 over all directions, its surface, is the cylinder's. Along its length it is in pieces, so that the light tree can
 choose those that are near.
+
+Nodes for a light's emission by direction, exactly as UsdLux.ShapingAPI defines it.
+
+Blender's own spots fade differently, so their cone is not used.
 """
 
 import math
@@ -23,11 +27,10 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.renderers.blender.cycles.assign import assign
+from spin_usd.geometry.transform import Transform
+from spin_usd.renderers.blender.cycles.assign import assign, assign_matrix
 from spin_usd.renderers.blender.cycles.light_groups import light_name
-from spin_usd.renderers.blender.lights.lamp_nodes import LampNodes, shaped
 from spin_usd.renderers.blender.lights.light_links import LightLinking, chosen
-from spin_usd.renderers.blender.lights.placement import LightPlacement
 from spin_usd.renderers.blender.materials.nodes import Nodes, Value
 from spin_usd.renderers.blender.materials.textures import ImageLibrary
 from spin_usd.renderers.camera_shader import View
@@ -40,12 +43,87 @@ from spin_usd.scene.light import (
     Light,
     PointLight,
     RectLight,
+    Shaping,
     SphereLight,
 )
 
 MAX_ANGLE = 3.0  # radians; Blender clamps a little above
 SIDES = 128
 PIECES = 8
+
+
+class LampNodes(Nodes):
+    """The nodes of a Blender light, which multiply what it emits."""
+
+    def __init__(self, data: Any) -> None:
+        self._tree = data.node_tree
+        self._tree.nodes.clear()
+        self.values = {}
+
+    def shine(self, color: Value) -> None:
+        """Finish the light with `color` as the factor of its emission."""
+        self.feed(
+            self.add("ShaderNodeOutputLight").inputs["Surface"], self.add("ShaderNodeEmission", [color]).outputs[0]
+        )
+
+
+def shaped(nodes: Nodes, shaping: Shaping | None, axis: Float, color: Value) -> Value:
+    """`color` times what a light that shines along `axis` (3,), unit, of Blender's world sends to who sees it."""
+    if shaping is None:
+        return color
+    to_viewer = nodes.add("ShaderNodeNewGeometry").outputs["Incoming"]
+    node = nodes.add("ShaderNodeVectorMath", [to_viewer, tuple(map(float, axis))], operation="DOT_PRODUCT")
+    cosine = node.outputs["Value"]
+    if shaping.cone_angle < np.pi or shaping.softness > 0:
+        color = nodes.vector("MULTIPLY", color, _cone(nodes, shaping, cosine))
+    return nodes.vector("MULTIPLY", color, _focus(nodes, shaping, cosine)) if shaping.focus > 0 else color
+
+
+def _cone(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
+    """Return the cone factor: 1 within the cone, 0 beyond, smooth between where it is soft."""
+    if shaping.softness == 0:
+        return nodes.math("GREATER_THAN", cosine, float(np.cos(shaping.cone_angle)))
+    angle = nodes.add("ShaderNodeMath", [cosine], operation="ARCCOSINE").outputs[0]
+    start = shaping.cone_angle * (1 - shaping.softness)
+    ends = {"From Min": start, "From Max": shaping.cone_angle, "To Min": 1.0, "To Max": 0.0}
+    node = nodes.add("ShaderNodeMapRange", {"Value": angle, **ends}, interpolation_type="SMOOTHSTEP")
+    return node.outputs["Result"]
+
+
+def _focus(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
+    """Return the focus factor: white along the axis, the tint at right angles to it."""
+    towards = nodes.add("ShaderNodeMath", [cosine], operation="ABSOLUTE").outputs[0]
+    factor = nodes.add("ShaderNodeMath", [towards, shaping.focus], operation="POWER").outputs[0]
+    to_white = tuple(1 - tint for tint in shaping.focus_tint)
+    return nodes.vector("MULTIPLY_ADD", factor, to_white, shaping.focus_tint)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LightPlacement:
+    """rotation (3, 3) and location (3,) of some axes in Blender's world, metres; the parent of all that has one."""
+
+    rotation: Float
+    location: Float
+    parent: Any
+
+    @classmethod
+    def of(cls, T_cam: Transform, view: View, parent: Any) -> "LightPlacement":
+        """Return the placement of the axes T_cam in `view`, by doubles relative to the target's centre: far away
+        Blender's world has its origin there."""
+        location = T_USDCAM_CAM.points(T_cam.translation - view.centre) + view.location(view.centre)
+        return cls(rotation=T_USDCAM_CAM.rotation @ T_cam.rotation, location=location, parent=parent)
+
+    @property
+    def axis(self) -> Float:
+        """(3,) unit, along which a light here shines: its -z."""
+        return -self.rotation[:, 2]
+
+    def move(self, shown: Any, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> None:
+        """Place an object here, `scale` times as large along its own axes."""
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = self.rotation * scale, self.location
+        shown.parent = self.parent
+        assign_matrix(shown, matrix)
 
 
 class Tube:
