@@ -29,7 +29,7 @@ from spin_usd.stop_signals import Stopped, let_signals_stop
 from spin_usd.terminal.command import Command, Group
 from spin_usd.terminal.examples import examples_of
 from spin_usd.terminal.help_text import width
-from spin_usd.terminal.lines import BAD, Painted, show, tell
+from spin_usd.terminal.lines import BAD, Painted, print_err, print_out
 from spin_usd.terminal.notes import show_warnings
 from spin_usd.terminal.parameters import with_options
 from spin_usd.terminal.streams import LastingStream, lasting_streams
@@ -51,7 +51,7 @@ app = typer.Typer(
 
 def _print_version(asked: bool) -> None:
     if asked:
-        show(f"spin-usd {spin_usd.__version__}")
+        print_out(f"spin-usd {spin_usd.__version__}")
         raise typer.Exit
 
 
@@ -112,12 +112,12 @@ def _arrived(output: LastingStream, code: Any) -> Any:
     sys.stdout.flush()
     if output.fault is None or code not in (DONE, FINDINGS):
         return code
-    tell(f"spin-usd: standard output cannot be written ({output.fault.strerror}); the rest was done")
+    print_err(f"spin-usd: standard output cannot be written ({output.fault.strerror}); the rest was done")
     return BAD_INPUT
 
 
 def _report(error: BaseException, sentence: str, code: int, debug: bool) -> int:
-    tell((Painted("spin-usd:", BAD, bold=True), f" {sentence}"))
+    print_err((Painted("spin-usd:", BAD, bold=True), f" {sentence}"))
     if debug:
         traceback.print_exception(error)
     return code

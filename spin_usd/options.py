@@ -18,7 +18,7 @@ from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, get
 from spin_usd.completions import listed_in
 from spin_usd.errors import InputError
 from spin_usd.files.url import is_url, refuse_unless_path
-from spin_usd.progress import Note, Progress, ignore, unsaid
+from spin_usd.progress import Note, Progress, no_note, no_progress
 from spin_usd.scene.effort import CPU
 
 P = ParamSpec("P")
@@ -94,7 +94,7 @@ class Listening(Options):
 
     @property
     def progress(self) -> Progress:
-        return ignore if self.on_progress is None else self.on_progress
+        return no_progress if self.on_progress is None else self.on_progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,7 @@ class ListeningToNotes(Listening):
 
     @property
     def note(self) -> Note:
-        return unsaid if self.on_note is None else self.on_note
+        return no_note if self.on_note is None else self.on_note
 
 
 def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], Callable[P, R]]:

@@ -9,9 +9,9 @@ Note = Callable[[str], None]
 """Takes a sentence about work that goes on."""
 
 
-def ignore(subject: str, done: int, total: int) -> None:
+def no_progress(subject: str, done: int, total: int) -> None:
     """Ignore the progress: for callers that do not ask for it."""
 
 
-def unsaid(sentence: str) -> None:
+def no_note(sentence: str) -> None:
     """Ignore the note: for callers that do not ask for them."""

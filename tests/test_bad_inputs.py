@@ -15,7 +15,7 @@ from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import SpinError
 from spin_usd.options import RunOptions
 from spin_usd.planning.in_child import open_plan, plan_pictures
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from tests.cases.png import png
@@ -329,7 +329,7 @@ def planned(path, copy, renders=True):
         "explain": False,
     }
     stage = {name: opened[name] for name in ("root", "variants", "chosen")}
-    return plan_pictures(**stage, **asked, progress=ignore)
+    return plan_pictures(**stage, **asked, progress=no_progress)
 
 
 def test_such_a_stage_is_otherwise_good(good_stage, tmp_path) -> None:

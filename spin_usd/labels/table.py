@@ -57,6 +57,6 @@ def own_keys(names: Iterable[str], scene: Scene, geometry: str, seed: int) -> di
     return {name: key for name, key in keys.items() if key not in ("", geometry)}
 
 
-def take_next_frame(names: Iterable[str]) -> bool:
+def needs_next_frame(names: Iterable[str]) -> bool:
     """Return whether one of the labels is made of the next frame too. Other names than those of labels do not count."""
     return any(PIXEL_LABELS[name].takes_next_frame for name in names if name in PIXEL_LABELS)

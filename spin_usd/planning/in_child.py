@@ -25,8 +25,8 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
-from spin_usd.labels.table import own_keys, take_next_frame
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
+from spin_usd.labels.table import needs_next_frame, own_keys
 from spin_usd.planning.columns import COLUMNS, PLANNING
 from spin_usd.planning.skipped_work import SkippedWorkCounter
 from spin_usd.planning.work import features
@@ -172,7 +172,7 @@ class Features:
     """The features of pictures that cost time, and how many groups their lights make."""
 
     def __init__(self) -> None:
-        self._last = LastValue[tuple[list[str], int]]()
+        self._last = IdentityMemo[tuple[list[str], int]]()
 
     def of(self, scene: Scene) -> tuple[list[str], int]:
         """Return the names of work.features, and the number of light groups."""
@@ -244,7 +244,7 @@ class _Planner:
         self, reader: StageReader, chosen: range, views: ViewCollector, progress: Callable[[int], None]
     ) -> dict[str, list[Any]]:
         """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
-        with_next = take_next_frame(self._labels)
+        with_next = needs_next_frame(self._labels)
         columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
         for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
             scene = reader.scene(frame, with_next=with_next)

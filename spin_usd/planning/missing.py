@@ -2,9 +2,9 @@
 
 from collections.abc import Set
 
-from spin_usd.counted import counted
 from spin_usd.planning.manifest import Manifest
 from spin_usd.planning.shard import Shard
+from spin_usd.pluralise import pluralise
 
 
 def missing_pictures(manifest: Manifest, there: Set[tuple[str, str]]) -> dict[tuple[str, str], Shard]:
@@ -14,4 +14,4 @@ def missing_pictures(manifest: Manifest, there: Set[tuple[str, str]]) -> dict[tu
 
 def missing_in_words(count: int, shard: str) -> str:
     """Say that so many pictures of the shard, "1/3", are still to come."""
-    return f"missing: {counted(count, 'picture')} of shard {shard}"
+    return f"missing: {pluralise(count, 'picture')} of shard {shard}"

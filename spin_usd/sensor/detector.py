@@ -74,7 +74,7 @@ def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArr
         expected = light[band] * per_light
         if gains is not None:
             expected *= gains[band]
-        electrons = counted(np.clip(expected + dark, 0, most), shot)
+        electrons = poisson(np.clip(expected + dark, 0, most), shot)
         if sensor.full_well:
             np.minimum(electrons, np.float32(sensor.full_well), out=electrons)
         if sensor.read_noise:
@@ -138,7 +138,7 @@ def stream(seed: int, purpose: int) -> np.random.Generator:
     return np.random.Generator(np.random.SFC64([seed, purpose]))
 
 
-def counted(expected: Electrons, chance: np.random.Generator) -> Electrons:
+def poisson(expected: Electrons, chance: np.random.Generator) -> Electrons:
     """Whole numbers of electrons, Poisson distributed about `expected`, of any shape and at least zero."""
     few = expected < FEW
     if few.all():

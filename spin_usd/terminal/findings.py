@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from spin_usd.counted import counted
+from spin_usd.pluralise import pluralise
 from spin_usd.scene.finding import ERROR, Finding
-from spin_usd.terminal.lines import BAD, DOUBTFUL, NAME, QUIET, Line, Painted, show
+from spin_usd.terminal.lines import BAD, DOUBTFUL, NAME, QUIET, Line, Painted, print_out
 from spin_usd.terminal.tables import show_grid
 from spin_usd.terminal.terminal import is_terminal
 
@@ -27,7 +27,7 @@ class RuleFindings:
 
     @property
     def count(self) -> str:
-        return counted(len(self.findings), self.severity)
+        return pluralise(len(self.findings), self.severity)
 
 
 def by_rule(findings: Iterable[Finding]) -> list[RuleFindings]:
@@ -54,7 +54,7 @@ def show_findings(findings: Iterable[Finding], *, unfolded: bool) -> None:
         for rule in rules:
             _show_rule(rule, unfolded=unfolded)
     else:
-        show(*_lines(rules))
+        print_out(*_lines(rules))
 
 
 def _lines(rules: Sequence[RuleFindings]) -> Iterator[str]:
@@ -69,7 +69,7 @@ def _lines(rules: Sequence[RuleFindings]) -> Iterator[str]:
 def _show_rule(rule: RuleFindings, *, unfolded: bool) -> None:
     """Print a rule's heading, what to do, and its findings, on a terminal."""
     colour = COLOURS.get(rule.severity, DOUBTFUL)
-    show((Painted(rule.code, colour, bold=True), f"  {rule.count}"))
+    print_out((Painted(rule.code, colour, bold=True), f"  {rule.count}"))
     if rule.remedy:
         show_grid([[Painted("→", colour), rule.remedy]], indent=2)
     shown = rule.findings if unfolded else rule.findings[:MAX_FOLDED]
@@ -77,4 +77,4 @@ def _show_rule(rule: RuleFindings, *, unfolded: bool) -> None:
     show_grid([[Painted(each.where, NAME), each.message.removesuffix(end)] for each in shown], indent=2)
     more = len(rule.findings) - len(shown)
     rest: Line = (Painted(f"  ... and {more} more; --all lists them", QUIET),)
-    show(*([rest] if more else []), "")
+    print_out(*([rest] if more else []), "")

@@ -30,12 +30,12 @@ Line = str | Sequence[str | Painted]
 """The text of a line, or its parts."""
 
 
-def show(*lines: Line) -> None:
+def print_out(*lines: Line) -> None:
     """Print the lines on standard output."""
     _print(lines, sys.stdout)
 
 
-def tell(*lines: Line) -> None:
+def print_err(*lines: Line) -> None:
     """Print the lines on standard error."""
     _print(lines, sys.stderr)
 

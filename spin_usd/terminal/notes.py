@@ -3,12 +3,12 @@
 import logging
 from collections.abc import Iterable
 
-from spin_usd.terminal.lines import NAME, Painted, tell
+from spin_usd.terminal.lines import NAME, Painted, print_err
 
 
 def show_note(note: str) -> None:
     """Print the note on standard error."""
-    tell((Painted("note:", NAME), f" {note}"))
+    print_err((Painted("note:", NAME), f" {note}"))
 
 
 def show_notes(notes: Iterable[str]) -> None:

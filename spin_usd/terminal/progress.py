@@ -5,8 +5,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from spin_usd.progress import Progress, ignore
-from spin_usd.terminal.lines import tell
+from spin_usd.progress import Progress, no_progress
+from spin_usd.terminal.lines import print_err
 from spin_usd.terminal.terminal import is_terminal
 
 LINE_EVERY_S = 10.0
@@ -17,7 +17,7 @@ def shown(quiet: bool = False) -> Iterator[Progress]:
     """Give a function that reports progress: what is done and counted, such as "rendering: picture", how many are
     done, how many there are."""
     if quiet:
-        yield ignore
+        yield no_progress
     elif is_terminal(sys.stderr):
         from spin_usd.terminal.bars import bars
 
@@ -45,4 +45,4 @@ class _Lines:
         if self.first < done < total:
             seconds = (now - self.began) / (done - self.first) * (total - done)
             left = f", about {seconds:.0f} s left" if seconds < 600 else f", about {seconds / 60:.0f} min left"
-        tell(f"{what} {done} of {total}{left}")
+        print_err(f"{what} {done} of {total}{left}")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from spin_usd.errors import printable
-from spin_usd.terminal.lines import Painted, show
+from spin_usd.terminal.lines import Painted, print_out
 from spin_usd.terminal.terminal import has_colours, is_terminal
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def show_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     if not is_terminal(sys.stdout):
         from spin_usd.accuracy.tables import in_columns
 
-        show(*in_columns(headings, rows).split("\n"))
+        print_out(*in_columns(headings, rows).split("\n"))
         return
     from rich.box import SIMPLE_HEAD
     from rich.table import Table

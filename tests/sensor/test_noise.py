@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.sensor.detector import FEW, PATTERN, READ, SHOT, counted, pixel_gains, stream
+from spin_usd.sensor.detector import FEW, PATTERN, READ, SHOT, pixel_gains, poisson, stream
 
 DRAWS = 400_000
 SIGMAS = 5.0  # standard errors that a sample's moment may be off
 
 
 def sampled(mean, count=DRAWS, seed=3):
-    return counted(np.full(count, mean, np.float32), stream(seed, SHOT)).astype(np.float64)
+    return poisson(np.full(count, mean, np.float32), stream(seed, SHOT)).astype(np.float64)
 
 
 @pytest.mark.parametrize("mean", [0.02, 0.7, 5, FEW - 0.01, FEW, 20, 100, 3000, 2e5])
@@ -39,16 +39,16 @@ def test_electrons_have_poissons_distribution(mean) -> None:
 
 def test_electrons_are_whole_and_none_is_less_than_none() -> None:
     mixed = np.linspace(0, 50, 20_000).astype(np.float32)
-    found = counted(mixed, stream(0, SHOT))
+    found = poisson(mixed, stream(0, SHOT))
     assert (found == np.rint(found)).all()
     assert found.min() >= 0
-    assert not counted(np.zeros(1000, np.float32), stream(0, SHOT)).any()
+    assert not poisson(np.zeros(1000, np.float32), stream(0, SHOT)).any()
 
 
 def test_low_and_high_counts_meet() -> None:
     """In one image as alone."""
     mixed = np.tile(np.float32([1, 100]), DRAWS // 2)
-    found = counted(mixed, stream(1, SHOT))
+    found = poisson(mixed, stream(1, SHOT))
     for start, mean in enumerate((1, 100)):
         half = found[start::2].astype(np.float64)
         assert abs(half.mean() - mean) < SIGMAS * np.sqrt(2 * mean / DRAWS)

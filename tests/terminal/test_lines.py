@@ -3,7 +3,7 @@ import json
 import pytest
 
 from spin_usd.errors import InputError, printable
-from spin_usd.terminal.lines import show, tell
+from spin_usd.terminal.lines import print_err, print_out
 
 HOSTILE = {
     "line": "x\nerror: forged",
@@ -19,8 +19,8 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_line_stays_one_and_steers_no_terminal(name, capsys) -> None:
     text = HOSTILE[name]
-    show(text)
-    tell(text)
+    print_out(text)
+    print_err(text)
     printed = capsys.readouterr()
     assert printed.out == printed.err
     assert printed.out.count("\n") == 1
@@ -40,7 +40,7 @@ def test_an_error_names_a_file_in_one_line(name) -> None:
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_json_for_programs_holds_the_name_itself(name, capsys) -> None:
-    show(json.dumps({"where": HOSTILE[name]}))
+    print_out(json.dumps({"where": HOSTILE[name]}))
     assert json.loads(capsys.readouterr().out) == {"where": HOSTILE[name]}
 
 

@@ -8,9 +8,9 @@ import typer
 
 import spin_usd
 from spin_usd.commands.augment.options import AugmentOptions
-from spin_usd.counted import counted
 from spin_usd.errors import InputError
-from spin_usd.terminal.lines import NAME, Line, Painted, show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 
@@ -31,7 +31,7 @@ def augment(
         from spin_usd.commands.augment.run import parameters
 
         rows = parameters()
-        show(*([json.dumps(rows)] if as_json else _in_lines(rows)))
+        print_out(*([json.dumps(rows)] if as_json else _in_lines(rows)))
         return
     if options is None:
         raise InputError(
@@ -40,11 +40,11 @@ def augment(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.augment(**options.arguments(on_progress=progress))
     if as_json:
-        show(json.dumps(report.as_json()))
+        print_out(json.dumps(report.as_json()))
         return
     names = report.augmentations
     listed = ", ".join(names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]])
-    show(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
+    print_out(f"{report.root}   ({pluralise(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
 def _in_lines(rows: list[dict[str, Any]]) -> Iterator[Line]:

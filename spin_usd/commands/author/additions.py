@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from spin_usd.commands.author.camera import USD_SUFFIXES
-from spin_usd.counted import counted
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.parts_file import read_parts_file
+from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
 from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.source.keypoints import Keypoints
@@ -63,7 +63,7 @@ class Additions:
             notes += (f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}",)
         if self.parts:
             sizes, others = add_parts(root, self.parts, self.files["parts"])
-            made = ", ".join(f"{name} ({counted(count, 'surface')})" for name, count in sizes.items())
+            made = ", ".join(f"{name} ({pluralise(count, 'surface')})" for name, count in sizes.items())
             rest = "1 other surface stays as it is" if others == 1 else f"{others} other surfaces stay as they are"
             notes += (f"parts made: {made}; {rest}",)
         return notes

@@ -8,9 +8,9 @@ import typer
 
 import spin_usd
 from spin_usd.commands.author.options import AuthorOptions
-from spin_usd.counted import counted
 from spin_usd.errors import InputError
-from spin_usd.terminal.lines import show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.notes import show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -34,11 +34,11 @@ def author(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.author(**options.arguments(on_progress=progress))
     if as_json:
-        show(json.dumps(report.as_json()))
+        print_out(json.dumps(report.as_json()))
         return
     show_notes(report.notes)
-    show(f"{report.root}   ({counted(report.frames, 'frame')})")
-    show(*summary(report.views).split("\n"))
+    print_out(f"{report.root}   ({pluralise(report.frames, 'frame')})")
+    print_out(*summary(report.views).split("\n"))
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
@@ -51,4 +51,4 @@ def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
         names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
         raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
     root = write_minimal(out)
-    show(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")
+    print_out(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")

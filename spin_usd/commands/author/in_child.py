@@ -24,7 +24,7 @@ from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
-from spin_usd.progress import Progress, ignore
+from spin_usd.progress import Progress, no_progress
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source.poses import PoseList
@@ -53,7 +53,7 @@ def author_stage(
     out: str | Path,
     frames: str | None = None,
     additions: Mapping[str, Any] = MappingProxyType({}),
-    progress: Progress = ignore,
+    progress: Progress = no_progress,
     **choices: Any,
 ) -> AuthorReport:
     """Write the stage of a pose list into the new folder `out`. `choices` are those of Choices, `additions` those of
@@ -77,7 +77,7 @@ def author_sample(
     frames: str | None = None,
     seed: int = 0,
     additions: Mapping[str, Any] = MappingProxyType({}),
-    progress: Progress = ignore,
+    progress: Progress = no_progress,
     **choices: Any,
 ) -> AuthorReport:
     """Write a stage of sampled pictures into the new folder `out`: `sample` is a specification's name, its file, or its

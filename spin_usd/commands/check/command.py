@@ -7,9 +7,9 @@ import typer
 
 import spin_usd
 from spin_usd.commands.check.options import CheckOptions
-from spin_usd.counted import counted
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, print_out
 from spin_usd.terminal.notes import show_note
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -46,14 +46,14 @@ def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
     from spin_usd.terminal.findings import show_findings
 
     if isinstance(checked, RepairReport):
-        show(*(f"repaired: {what}" for what in checked.repaired))
-        show(*(f"unrepaired: {what}" for what in checked.unrepaired))
+        print_out(*(f"repaired: {what}" for what in checked.repaired))
+        print_out(*(f"unrepaired: {what}" for what in checked.unrepaired))
     if checked.views:
-        show(*summary(checked.views).split("\n"))
+        print_out(*summary(checked.views).split("\n"))
     show_findings(checked.findings, unfolded=unfolded)
     if checked.compared is not None:
-        show(f"compared with Cycles: {counted(checked.compared, 'picture')}")
+        print_out(f"compared with Cycles: {pluralise(checked.compared, 'picture')}")
     colour = BAD if checked.errors else DOUBTFUL if checked.findings else GOOD
-    warnings = counted(len(checked.findings) - checked.errors, "warning")
-    verdict = f"{counted(checked.errors, 'error')}, {warnings}"
-    show((f"{checked.kind} {path}: ", Painted(verdict, colour, bold=True)))
+    warnings = pluralise(len(checked.findings) - checked.errors, "warning")
+    verdict = f"{pluralise(checked.errors, 'error')}, {warnings}"
+    print_out((f"{checked.kind} {path}: ", Painted(verdict, colour, bold=True)))

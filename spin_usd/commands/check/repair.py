@@ -24,7 +24,7 @@ from spin_usd.options import PictureOptions, RunOptions
 from spin_usd.picture.make_picture import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Basis, Chosen
 from spin_usd.planning.request import RenderRequest
-from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.progress import Note, Progress, no_note
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
@@ -51,7 +51,7 @@ class RepairReport(CheckReport):
         return super().as_json() | {"repaired": self.repaired, "unrepaired": self.unrepaired}
 
 
-def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairReport:
+def repair(root: Path, *, progress: Progress, note: Note = no_note) -> RepairReport:
     """Make again what is missing or damaged in the dataset `root`, and check it then.
 
     Renders each damaged picture as its record says, and where that is lost as most others were. What is not the

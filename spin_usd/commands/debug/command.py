@@ -4,7 +4,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.debug.options import DebugOptions
-from spin_usd.terminal.lines import show
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.notes import show_notes
 from spin_usd.terminal.progress import shown
 
@@ -17,4 +17,4 @@ def debug(context: typer.Context, options: DebugOptions) -> None:
     with shown(context.obj["quiet"]) as progress:
         made = spin_usd.debug(**options.arguments(on_progress=progress))
     show_notes(made.notes)
-    show(f"{made.path}   (frame {made.frame} of {made.variant})")
+    print_out(f"{made.path}   (frame {made.frame} of {made.variant})")

@@ -7,7 +7,7 @@ import typer
 
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.options import Quality, Workers
-from spin_usd.terminal.lines import show
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.progress import shown
 
 
@@ -22,8 +22,8 @@ def demo(
 
     with shown(context.obj["quiet"]) as progress:
         made = run_demo(out, progress=progress, workers=workers, quality=quality)
-    show(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
-    show(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
-    show(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    print_out(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
+    print_out(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
+    print_out(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
     warn_of_faults(made.report, made.dataset)
     exit_if_failed(made.report)

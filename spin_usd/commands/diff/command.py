@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from spin_usd.counted import counted
 from spin_usd.options import Frames, Stage
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 from spin_usd.terminal.report import show_report
@@ -43,7 +43,7 @@ def diff(
     if as_json:
         show_report("diff", answer)
         return
-    show(*_listed(answer["differences"]), *_summary(answer))
+    print_out(*_listed(answer["differences"]), *_summary(answer))
 
 
 def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
@@ -92,13 +92,13 @@ def _text(value: str | None) -> str:
 def _summary(answer: Mapping[str, Any]) -> Iterator[str]:
     pictures, count = answer["pictures"], len(answer["differences"])
     before, after = answer["before"], answer["after"]
-    places, total = counted(count, "place"), counted(pictures["compared"], "picture")
+    places, total = pluralise(count, "place"), pluralise(pictures["compared"], "picture")
     yield f"{after} differs from {before} in {places}" if count else f"{after} is composed as {before} is"
     labels, renders, images = (pictures[key] for key in ("geometry", "radiance", "exposure"))
     yield f"of {total}: labels differ in {labels}, renders in {renders}, images in {images}"
     for key, name in (("only_before", before), ("only_after", after)):
         if pictures[key]:
-            yield f"{counted(pictures[key], 'picture')} only in {name}"
+            yield f"{pluralise(pictures[key], 'picture')} only in {name}"
     yield _cost(answer)
 
 
@@ -111,7 +111,7 @@ def _cost(answer: Mapping[str, Any]) -> str:
     if not images:
         return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
     if not renders:
-        developed = counted(total if answer["redrawn"] else images, "image")
+        developed = pluralise(total if answer["redrawn"] else images, "image")
         return f"nothing is rendered again: {developed} developed from the same renders"
-    again = f"{renders} of {counted(total, 'picture')} rendered again"
+    again = f"{renders} of {pluralise(total, 'picture')} rendered again"
     return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, show
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.report import show_report
 
@@ -25,9 +25,9 @@ def doctor(
     for line in examine(folder):
         lines.append(line)
         if not as_json:
-            show((OK if line.well else MISSING, f" {line.subject:26} {line.found}"))
+            print_out((OK if line.well else MISSING, f" {line.subject:26} {line.found}"))
             if line.remedy:
-                show(("    ", " " * 26, Painted(f" -> {line.remedy}", DOUBTFUL)))
+                print_out(("    ", " " * 26, Painted(f" -> {line.remedy}", DOUBTFUL)))
     well = all(line.well for line in lines)
     if as_json:
         show_report("doctor", {"well": well, "lines": [asdict(line) for line in lines]})

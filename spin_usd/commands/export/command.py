@@ -9,9 +9,9 @@ import typer
 
 import spin_usd
 from spin_usd.commands.export.options import ExportOptions
-from spin_usd.counted import counted
 from spin_usd.errors import InputError
-from spin_usd.terminal.lines import NAME, Line, Painted, show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 
@@ -28,22 +28,22 @@ def export(
 ) -> None:
     """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
     if list_formats:
-        show(*_formats())
+        print_out(*_formats())
         return
     if options is None:
         raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.export(**options.arguments(on_progress=progress))
-    show(json.dumps(asdict(report)) if as_json else _sentence(report))
+    print_out(json.dumps(asdict(report)) if as_json else _sentence(report))
 
 
 def _sentence(report: "ExportReport") -> str:
     """Say in one line what was written."""
     splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
     left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
-    files = f"{counted(report.linked, 'file')} linked, {report.made} made, {report.kept} already there"
+    files = f"{pluralise(report.linked, 'file')} linked, {report.made} made, {report.kept} already there"
     return (
-        f"{report.out}   ({counted(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "
+        f"{report.out}   ({pluralise(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "
         f"in {report.seconds:.1f} s)"
     )
 

@@ -23,7 +23,7 @@ from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.store.atomic import write_json
 from spin_usd.store.read.dataset import Dataset
 
@@ -129,7 +129,7 @@ def made_by_children(
     shares = range(0, len(exported), SHARE)
     calls = [Call("export_pictures", {**given, "first": first, "last": first + SHARE}) for first in shares]
     start = partial(Child, keep_open=descriptors)
-    for result in results_of(calls, request.workers, progress=ignore, start=start, within_s=PATIENCE_S):
+    for result in results_of(calls, request.workers, progress=no_progress, start=start, within_s=PATIENCE_S):
         if isinstance(result, ChildDiedError):
             raise unreadable(result, Path(request.dataset)) from result
         if isinstance(result, SpinError):

@@ -1,8 +1,8 @@
 """`spin-usd keypoints`: picks the keypoints of a target in the browser."""
 
 from spin_usd.commands.keypoints.options import KeypointsOptions
-from spin_usd.counted import counted
-from spin_usd.terminal.lines import show, tell
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_err, print_out
 
 
 def keypoints(options: KeypointsOptions) -> None:
@@ -10,6 +10,6 @@ def keypoints(options: KeypointsOptions) -> None:
     from spin_usd.commands.keypoints.run import pick_keypoints
 
     if not options.is_local:
-        tell(f"warning: whoever reaches {options.host} over a network can see the target and change its keypoints")
-    session = pick_keypoints(options, tell=tell)
-    show(f"{session.saved_in}   ({counted(len(session.keypoints.names), 'keypoint')})")
+        print_err(f"warning: whoever reaches {options.host} over a network can see the target and change its keypoints")
+    session = pick_keypoints(options, tell=print_err)
+    print_out(f"{session.saved_in}   ({pluralise(len(session.keypoints.names), 'keypoint')})")

@@ -13,9 +13,9 @@ from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
 from spin_usd.commands.keypoints.target_view import DIRECTIONS, TargetView
-from spin_usd.counted import counted
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.picking.symmetry import SYMMETRIES
+from spin_usd.pluralise import pluralise
 from spin_usd.scene.source.keypoints import Keypoints
 
 NOTHING = "(none)"  # in the list of keypoints, where there is none
@@ -149,7 +149,7 @@ class Panel:
         session = self._session
         said = f"<b style='color:#d1242f'>{escape(session.said.text)}</b>" if session.said.refused else ""
         said = said or escape(session.said.text)
-        count = counted(len(session.keypoints.names), "keypoint")
+        count = pluralise(len(session.keypoints.names), "keypoint")
         if session.unsaved:
             where = f"<b style='color:#d1242f'>NOT saved: {escape(session.unsaved)}</b>"
         else:

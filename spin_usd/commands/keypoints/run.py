@@ -14,9 +14,9 @@ from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.pictures import Pictures
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
-from spin_usd.counted import counted
 from spin_usd.errors import InputError, SpinError, UnsupportedError
 from spin_usd.files.folder import Folder
+from spin_usd.pluralise import pluralise
 from spin_usd.processes.lasting_child import LastingChild
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stop_signals import Stopped
@@ -137,9 +137,11 @@ def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, fil
     """Return a line on the target and the keypoints that the tool begins with."""
     size = " x ".join(f"{edge:.4g}" for edge in np.ptp(target.mesh.hull, axis=0))
     if saved is not None:
-        begins = f"goes on with {counted(len(saved.names), 'keypoint')} of {file.path}"
+        begins = f"goes on with {pluralise(len(saved.names), 'keypoint')} of {file.path}"
     else:
-        begins = f"begins with {counted(len(own.names), 'keypoint')} of the model" if own.names else "begins with none"
+        begins = (
+            f"begins with {pluralise(len(own.names), 'keypoint')} of the model" if own.names else "begins with none"
+        )
     return f"{target.body.name}: {target.mesh.count} triangles, {size} m; {begins}"
 
 

@@ -12,10 +12,10 @@ from spin_usd.arrays import Float
 from spin_usd.commands.keypoints.edits import added, deleted, free_name, moved, next_name, renamed
 from spin_usd.commands.keypoints.shown_target import Pick, ShownTarget
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod, suggest
-from spin_usd.counted import counted
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.picking.symmetry import symmetric
+from spin_usd.pluralise import pluralise
 from spin_usd.scene.source.keypoints import Keypoints
 
 NEAR = 0.009  # radians beside a marker that a click still means: some six pixels
@@ -142,7 +142,7 @@ class Session:
     def suggest(self, method: SuggestionMethod, count: int, seed: int) -> str:
         """Show up to `count` suggestions."""
         self.suggested = suggest(self.target, method, count, seed)
-        return f"{counted(len(self.suggested), 'suggestion')}: click on one to pick it, or add all."
+        return f"{pluralise(len(self.suggested), 'suggestion')}: click on one to pick it, or add all."
 
     def forget_suggestions(self) -> str:
         """Show no suggestions any more."""
@@ -157,7 +157,7 @@ class Session:
         if keypoints is not self.keypoints:
             self.history.change(keypoints)
         count, self.suggested = len(self.suggested), NONE.points
-        return f"{counted(count, 'keypoint')} added."
+        return f"{pluralise(count, 'keypoint')} added."
 
     def undo(self) -> str:
         """Take the last change back."""

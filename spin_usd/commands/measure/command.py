@@ -8,7 +8,7 @@ import typer
 import spin_usd
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, Painted, show, tell
+from spin_usd.terminal.lines import BAD, Painted, print_err, print_out
 from spin_usd.terminal.notes import show_note
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -28,13 +28,13 @@ def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = 
         found = spin_usd.measure(**options.arguments(on_progress=progress, on_note=show_note))
     folder = options.out or folder_of(existing_stage(Path(options.stage)))
     if as_json:
-        show(json.dumps(found.as_json()))
+        print_out(json.dumps(found.as_json()))
     else:
-        show(
+        print_out(
             *in_short(found).split("\n"),
             f"{folder}   (measure.json, measure.md, measure.svg)",
         )
     for failure in found.failures:
-        tell((Painted("failed:", BAD), f" {failure.frame}: {failure.what}: {failure.reason}"))
+        print_err((Painted("failed:", BAD), f" {failure.frame}: {failure.what}: {failure.reason}"))
     if found.failures:
         raise typer.Exit(FINDINGS)

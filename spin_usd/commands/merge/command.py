@@ -7,9 +7,9 @@ import typer
 
 import spin_usd
 from spin_usd.commands.merge.options import MergeOptions
-from spin_usd.counted import counted
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import show, tell
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_err, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 
@@ -19,13 +19,13 @@ def merge(context: typer.Context, options: MergeOptions, *, as_json: Json = Fals
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.merge(**options.arguments(on_progress=progress))
     if as_json:
-        show(json.dumps(asdict(report)))
+        print_out(json.dumps(asdict(report)))
     else:
-        added = f"{counted(report.added, 'picture')} added, {report.kept} already there"
-        show(f"{options.out}   ({added}, in {report.seconds:.1f} s)")
+        added = f"{pluralise(report.added, 'picture')} added, {report.kept} already there"
+        print_out(f"{options.out}   ({added}, in {report.seconds:.1f} s)")
     if report.missing:
         from spin_usd.planning.missing import missing_in_words
 
         for shard, count in report.missing.items():
-            tell(missing_in_words(count, shard))
+            print_err(missing_in_words(count, shard))
         raise typer.Exit(FINDINGS)

@@ -8,7 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.plan.options import PlanOptions
-from spin_usd.terminal.lines import show
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.notes import show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -37,9 +37,11 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
     _print_views(report)
     if options.out:
         _print_dataset(report, Path(options.out))
-    show(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk")
+    print_out(
+        f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
+    )
     if options.explain:
-        show(*explanation(report).split("\n"))
+        print_out(*explanation(report).split("\n"))
 
 
 def _print_cost(cost: "VariantTable") -> None:
@@ -54,22 +56,22 @@ def _print_views(report: "PlanReport") -> None:
     from spin_usd.scene.derived.view_text import summary
 
     if report.views:
-        show(*summary(report.views).split("\n"))
+        print_out(*summary(report.views).split("\n"))
     if report.chosen:
-        show(report.chosen.reason)
+        print_out(report.chosen.reason)
 
 
 def _print_dataset(report: "PlanReport", out: Path) -> None:
     """Print what the dataset in the folder `out` has already, and what a render would refuse."""
     from spin_usd.commands.render import orphans, same_stage
 
-    show(f"already made: {report.cost.finished} pictures")
+    print_out(f"already made: {report.cost.finished} pictures")
     if report.other_stage:
         differs = same_stage.in_words(report.other_stage)
-        show(f"note: {out} {differs}; a render needs --replace, or another folder")
+        print_out(f"note: {out} {differs}; a render needs --replace, or another folder")
     if report.orphans:
         holds = orphans.in_words(report.orphans)
-        show(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
+        print_out(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
 
 
 def explanation(report: "PlanReport") -> str:

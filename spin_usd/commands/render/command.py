@@ -7,8 +7,8 @@ import typer
 import spin_usd
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.commands.render.options import RenderOptions
-from spin_usd.counted import counted
-from spin_usd.terminal.lines import show
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.notes import show_note, show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -28,7 +28,7 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
     if as_json:
         show_report("render", report.as_json())
     else:
-        show(_sentence(report, options))
+        print_out(_sentence(report, options))
         warn_of_faults(report, options.out)
     exit_if_failed(report)
 
@@ -36,8 +36,7 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
 def _sentence(report: "RenderReport", options: RenderOptions) -> str:
     """Say in one line what was made and what was there already."""
     removed = f", {report.pruned} removed" if options.prune or report.pruned else ""
-    made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
-    passes = f"{counted(report.label_passes, 'label pass', 'label passes')} made, {report.labels_shared} shared"
-    return (
-        f"{options.out}   ({made}; {passes}; {counted(report.renders, 'render')} made, {report.renders_shared} shared)"
-    )
+    made = f"{pluralise(report.made, 'picture')} made, {report.reused} already there{removed}"
+    passes = f"{pluralise(report.label_passes, 'label pass', 'label passes')} made, {report.labels_shared} shared"
+    renders = f"{pluralise(report.renders, 'render')} made, {report.renders_shared} shared"
+    return f"{options.out}   ({made}, in {report.seconds:.1f} s; {passes}; {renders})"

@@ -18,7 +18,6 @@ from spin_usd.commands.render.same_stage import differences
 from spin_usd.commands.render.task_queue import RenderTask
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.commands.render.workers import WorkerProcesses, default_workers, make_pictures
-from spin_usd.counted import counted
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
@@ -36,6 +35,7 @@ from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Shard
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
+from spin_usd.pluralise import pluralise
 from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import usable_cpus
@@ -318,7 +318,7 @@ def unfinished_tasks(
     tasks = [RenderTask(picture=picture, kinds=kinds) for picture, kinds in missing if kinds]
     report.reused = len(planned.pictures) - len(tasks)
     for why, count in again.items():
-        note(f"{counted(count, 'picture')} of the dataset, {why}, will be made again")
+        note(f"{pluralise(count, 'picture')} of the dataset, {why}, will be made again")
     return tasks
 
 

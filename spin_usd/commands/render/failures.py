@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, DOUBTFUL, Painted, tell
+from spin_usd.terminal.lines import BAD, DOUBTFUL, Painted, print_err
 
 if TYPE_CHECKING:
     from spin_usd.commands.render.report import RenderReport
@@ -17,12 +17,12 @@ def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
     from spin_usd.picture.brightness import counted_faults
 
     if text := counted_faults(report.faults, report.made + report.reused):
-        tell((Painted("warning:", DOUBTFUL), f" {text}; spin-usd check {dataset} names them"))
+        print_err((Painted("warning:", DOUBTFUL), f" {text}; spin-usd check {dataset} names them"))
 
 
 def exit_if_failed(report: "RenderReport") -> None:
     """Name the pictures that failed on standard error, and end the command where there are any."""
     for name, reason in report.failed:
-        tell((Painted("failed:", BAD), f" {name}: {reason}"))
+        print_err((Painted("failed:", BAD), f" {name}: {reason}"))
     if report.failed:
         raise typer.Exit(FINDINGS)

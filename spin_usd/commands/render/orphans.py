@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from contextlib import suppress
 
-from spin_usd.counted import counted
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.planning.make_plan import Plan
+from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import picture_of
@@ -34,7 +34,7 @@ def in_words(orphans: Sequence[str]) -> str:
     shown = map(picture_of, orphans[:SHOWN])
     names = ", ".join(f"{variant}/{frame}" for frame, variant in shown)
     more = ", ..." if len(orphans) > SHOWN else ""
-    return f"holds {counted(len(orphans), 'picture')} that this stage does not have ({names}{more})"
+    return f"holds {pluralise(len(orphans), 'picture')} that this stage does not have ({names}{more})"
 
 
 def remove(store: Store, orphans: Sequence[str]) -> None:

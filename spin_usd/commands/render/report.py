@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from spin_usd.counted import counted
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.work import CommonWork, Task
+from spin_usd.pluralise import pluralise
 from spin_usd.progress import Note, Progress
 
 
@@ -95,7 +95,7 @@ class RunListener:
         self._report_progress()
 
     def stopping(self, pictures: int) -> None:
-        self.note(f"finishing {counted(pictures, 'picture')}; Ctrl-C or SIGTERM now stops at once")
+        self.note(f"finishing {pluralise(pictures, 'picture')}; Ctrl-C or SIGTERM now stops at once")
 
     def stopped(self) -> None:
         made, all_pictures = self.report.reused + self.report.made, self.report.pictures

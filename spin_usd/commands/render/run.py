@@ -14,7 +14,7 @@ from spin_usd.planning.manifest import remove_finished_manifest
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Shard
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
-from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.progress import Note, Progress, no_note
 from spin_usd.scene.effort import CPU
 from spin_usd.store.cache import remove_entries, used
 from spin_usd.store.dataset_folder import Store
@@ -40,7 +40,7 @@ def render_dataset(
     *,
     only: frozenset[str] | None = None,
     progress: Progress,
-    note: Note = unsaid,
+    note: Note = no_note,
 ) -> RenderReport:
     """Make the dataset in the folder or at the URL `out`, or what is missing of it, as the `options` say.
 

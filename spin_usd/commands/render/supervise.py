@@ -54,7 +54,7 @@ class WorkerSlot:
 def supervise(
     tasks: Iterable[RenderTask],
     *,
-    room: Callable[[], int],
+    free_slots: Callable[[], int],
     start: Callable[[int], ChildProtocol],
     listener: Listener,
     limits: WorkerLimits,
@@ -63,20 +63,20 @@ def supervise(
     """Make all pictures with children; returns when each is done or has failed too often, or once `stop` is asked for
     and those at work are.
 
-    `room()` says for how many workers there is room at the time. `start(number)` starts a child that was already sent
+    `free_slots()` says how many workers there may be at the time. `start(number)` starts a child that was already sent
     its "open_worker". Raises OutputError when results cannot be written, RenderError when no worker starts.
     """
     queue = TaskQueue(tasks)
     with Pool[WorkerSlot](memory=limits.most_memory) as pool:
         supervisor = _Supervisor(queue, pool, start, listener, limits)
         while queue or len(pool):
-            supervisor.staff(room())
+            supervisor.start_workers(free_slots())
             for event in pool.wait():
-                supervisor.advance(event)
+                supervisor.handle_event(event)
             if stop.number is not None:
                 supervisor.stop()
             for slot in pool.idle():
-                supervisor.occupy(slot)
+                supervisor.assign_next(slot)
 
 
 class _Supervisor:
@@ -95,7 +95,7 @@ class _Supervisor:
         self._stopping = False
         self._while_starting = defaultdict[int, Retries](Retries)  # since the last picture that any worker made
 
-    def staff(self, room: int) -> None:
+    def start_workers(self, slots: int) -> None:
         """Start workers while there is work and room for them; end those that have not started when there is none."""
         starting = [slot for slot in self._pool if not slot.started]
         if not self._queue:
@@ -103,10 +103,10 @@ class _Supervisor:
                 self._pool.kill(slot)
         taken = {slot.number for slot in self._pool}
         free = (number for number in count() if number not in taken)
-        for number in islice(free, max(0, min(room - len(taken), len(self._queue) - len(starting)))):
+        for number in islice(free, max(0, min(slots - len(taken), len(self._queue) - len(starting)))):
             self._pool.add(WorkerSlot(number=number), self._start(number), within_s=START_PATIENCE_S)
 
-    def occupy(self, slot: WorkerSlot) -> None:
+    def assign_next(self, slot: WorkerSlot) -> None:
         """Give an idle worker the next picture that it can make now, if there is one; end it when there are no more."""
         if not self._queue:
             self._pool.close(slot)
@@ -137,7 +137,7 @@ class _Supervisor:
                 self._pool.kill(slot)
         self._listener.stopping(len(self._pool))
 
-    def advance(self, event: Reported[WorkerSlot] | Answered[WorkerSlot] | Failed[WorkerSlot]) -> None:
+    def handle_event(self, event: Reported[WorkerSlot] | Answered[WorkerSlot] | Failed[WorkerSlot]) -> None:
         """Take what came of the slot's worker or picture."""
         slot = event.key
         match event:

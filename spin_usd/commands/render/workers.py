@@ -88,11 +88,11 @@ def make_pictures(
 
     def start(number: int) -> ChildProtocol:
         started = options.settings.renderer if options.renders else "label pass"
-        listener.progress(f"starting {started}: worker", number + 1, room())
+        listener.progress(f"starting {started}: worker", number + 1, free_slots())
         return start_worker(number)
 
-    def room() -> int:
-        return min(workers, cluster.room()) if cluster else workers
+    def free_slots() -> int:
+        return min(workers, cluster.free_slots()) if cluster else workers
 
     usual, largest = (_share_of_memory(share, workers) for share in (USUAL_SHARE, LARGEST_SHARE))
     limits = WorkerLimits(
@@ -100,7 +100,7 @@ def make_pictures(
         memory=cluster.memory_per_worker() if cluster else usual,
         most_memory=max(largest, 2 * MEMORY_PER_WORKER),
     )
-    supervise(tasks, room=room, start=start, listener=listener, limits=limits, stop=stop)
+    supervise(tasks, free_slots=free_slots, start=start, listener=listener, limits=limits, stop=stop)
 
 
 def _share_of_memory(share: float, workers: int) -> int:

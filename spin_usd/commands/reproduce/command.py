@@ -7,7 +7,7 @@ import typer
 import spin_usd
 from spin_usd.commands.reproduce.options import ReproduceOptions
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, GOOD, Painted, show
+from spin_usd.terminal.lines import BAD, GOOD, Painted, print_out
 from spin_usd.terminal.notes import show_note, show_notes
 from spin_usd.terminal.parameters import Json
 
@@ -21,11 +21,11 @@ def reproduce(options: ReproduceOptions, *, as_json: Json = False) -> None:
     """Make one picture again from its provenance and compare it with the one there."""
     made = spin_usd.reproduce(**options.arguments())
     if as_json:
-        show(json.dumps(made.as_json()))
+        print_out(json.dumps(made.as_json()))
     else:
         for file in made.files:
             word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
-            show((Painted(f"{word:9}", GOOD if file.same else BAD), f"  {file.path}"))
+            print_out((Painted(f"{word:9}", GOOD if file.same else BAD), f"  {file.path}"))
         recorded, now = made.devices
         if recorded != now:
             show_note(OTHER_DEVICE.format(recorded, now))

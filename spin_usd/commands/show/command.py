@@ -6,10 +6,10 @@ import typer
 
 import spin_usd
 from spin_usd.commands.show.options import ShowOptions
-from spin_usd.counted import counted
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import show as print_lines
-from spin_usd.terminal.lines import tell
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_err
+from spin_usd.terminal.lines import print_out as print_lines
 from spin_usd.terminal.progress import shown
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def show(context: typer.Context, options: ShowOptions) -> None:
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.show(**options.arguments(on_progress=progress))
     for name, fault in list(report.damaged.items())[:NAMED]:
-        tell(f"damaged: {name}: {fault}")
+        print_err(f"damaged: {name}: {fault}")
     print_lines(_sentence(report))
     if report.damaged:
         raise typer.Exit(FINDINGS)
@@ -33,6 +33,6 @@ def _sentence(report: "GalleryReport") -> str:
     """Say in one line what was written."""
     damaged = f", {len(report.damaged)} damaged" if report.damaged else ""
     return (
-        f"{report.page}   ({counted(report.pictures, 'picture')}{damaged}: {report.made} made, {report.kept} already "
+        f"{report.page}   ({pluralise(report.pictures, 'picture')}{damaged}: {report.made} made, {report.kept} already "
         f"there; {report.bytes / 1e6:.1f} MB; in {report.seconds:.1f} s)"
     )

@@ -77,7 +77,7 @@ def _survey(
     dataset: Dataset, request: ShowOptions, folder: GalleryFolder, progress: Progress
 ) -> tuple[list[SurveyedPicture], Header, Arrays]:
     """Read all records and write them and their columns; return the pictures, and the index as far as it is known."""
-    pictures, columns, shelf, kinds = [], Columns(), RecordShelf(folder), dict[str, None]()
+    pictures, columns, shelf, kinds = [], Columns(), RecordFiles(folder), dict[str, None]()
     for picture in survey(dataset, request, what="reading: record", progress=progress):
         columns.add(picture.values)
         shelf.add(picture)
@@ -102,7 +102,7 @@ def _survey_beside(dataset: Dataset, request: ShowOptions, progress: Progress) -
     return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays
 
 
-class RecordShelf:
+class RecordFiles:
     """Writes the records of pictures into the folder as they come. `files`: their names, PER_FILE pictures in each."""
 
     def __init__(self, folder: GalleryFolder) -> None:

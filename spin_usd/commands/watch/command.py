@@ -8,7 +8,7 @@ from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.commands.watch.request import WatchRequest
 from spin_usd.errors import InputError
 from spin_usd.options import EffortOptions
-from spin_usd.terminal.lines import show
+from spin_usd.terminal.lines import print_out
 from spin_usd.terminal.terminal import has_colours
 
 
@@ -28,7 +28,7 @@ def watch(options: WatchOptions) -> None:
     effort = EffortOptions(quality=None if options.renderer == "raycast" else options.quality)
     setting, _ = setting_of(root, effort, renderer=options.renderer)
     request = WatchRequest(stage=root, options=options, renderer=setting.renderer, effort=setting.effort)
-    follow(request, tell=show, on_image=show_image if options.terminal else lambda png: None)
+    follow(request, tell=print_out, on_image=show_image if options.terminal else lambda png: None)
 
 
 def show_image(png: bytes) -> None:

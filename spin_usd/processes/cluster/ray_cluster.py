@@ -35,7 +35,7 @@ class RayCluster:
         self._post = ThreadPoolExecutor(max_workers=1)
         self._connections: list[RayConnection] = []
         self._numbers: defaultdict[str, dict[int, RayConnection]] = defaultdict(dict)
-        self._looked, self._room = float("-inf"), 1
+        self._looked, self._free_slots = float("-inf"), 1
 
     def __enter__(self) -> Self:
         return self
@@ -48,7 +48,7 @@ class RayCluster:
         if self._connected:
             ray.shutdown()
 
-    def room(self) -> int:
+    def free_slots(self) -> int:
         """Return for how many workers of this run there are processors and memory now; 1 at least, for a cluster may
         grow only when it is asked for more. Raises RenderError where the cluster has gone."""
         if time.monotonic() - self._looked > LOOK_S:
@@ -56,8 +56,8 @@ class RayCluster:
             self._connections = [
                 connection for connection in self._connections if not connection.ended or connection.closed
             ]
-            self._room = max(1, self._counted())
-        return self._room
+            self._free_slots = max(1, self._counted())
+        return self._free_slots
 
     def memory_per_worker(self) -> int:
         """Return how many bytes a worker has on the node that has the least for each."""

@@ -69,14 +69,14 @@ class TargetObject:
                 assign(shown, {"hide_render": hidden})
             self._hidden = hidden
 
-    def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, emissive_lights: bool) -> None:
+    def set_materials(self, authored: Sequence[Material], needed: Sequence[Material], *, emissive_lights: bool) -> None:
         """Give it the materials that are `needed` of those `authored`; `emissive_lights`: rays look for emissive faces.
         Raises UnsupportedError; what only labels need stays visible without."""
-        self._fill(partial(self._materials.dress, needed=needed, emissive_lights=emissive_lights), authored)
+        self._fill(partial(self._materials.set_materials, needed=needed, emissive_lights=emissive_lights), authored)
 
-    def number(self, materials: Sequence[Material]) -> None:
+    def show_face_ids(self, materials: Sequence[Material]) -> None:
         """Let its faces emit their numbers, where its materials do not cut them out."""
-        self._fill(self._materials.number, materials)
+        self._fill(self._materials.show_face_ids, materials)
 
     def _fill(self, fill: Callable[..., None], materials: Sequence[Material]) -> None:
         assert self._mesh is not None

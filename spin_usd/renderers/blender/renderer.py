@@ -93,7 +93,7 @@ class BlenderRenderer:
         self._scene.view_layers[0].material_override = None if holes else self._label_material
         self._split_light([], guided=False)
         if holes:
-            self._bodies.number(place, scene.target.materials)
+            self._bodies.show_face_ids(place, scene.target.materials)
         numbers = self._numbers(label_bands(scene), region)
         return Visibility(region=region, face=face_indices(numbers, scene.target.mesh.count))
 
@@ -157,9 +157,9 @@ class BlenderRenderer:
         shaded = self._camera.aim(view, plain=view.plain and not required.camera_shader)
         if shaded and not DEVICES[self._device.name].shaders:
             raise shader_refusal(self._device.name, scene)
-        bodies.dress(scene, required.materials, emissive_lights=required.emissive_lights)
-        self._lights.shine(scene.lights, required.lights, view, bodies.groups, shadows=required.shadows)
-        self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)
+        bodies.set_materials(scene, required.materials, emissive_lights=required.emissive_lights)
+        self._lights.set_light(scene.lights, required.lights, view, bodies.groups, shadows=required.shadows)
+        self._world.set_light(required.surroundings, there=required.world, sampled=required.world_sampling)
         self._forget((effort, settings, self._world.image, self._lights.made, bodies.count))
         assign(self._scene.cycles, settings)
         self._scene.view_layers[0].material_override = None if required.shading else self._black
@@ -264,14 +264,14 @@ class BodySetup:
         for number, objects in enumerate(self._objects):
             objects.hide(number >= self.count)
 
-    def dress(self, scene: Scene, needed: Sequence[Sequence[Material]], *, emissive_lights: bool) -> None:
+    def set_materials(self, scene: Scene, needed: Sequence[Sequence[Material]], *, emissive_lights: bool) -> None:
         """Give each body of `scene` the materials that are `needed`, as TargetObject.dress has it."""
         for body, objects, materials in zip(scene.bodies, self._objects, needed, strict=False):
-            objects.dress(body.target.materials, materials, emissive_lights=emissive_lights)
+            objects.set_materials(body.target.materials, materials, emissive_lights=emissive_lights)
 
-    def number(self, place: int, materials: Sequence[Material]) -> None:
+    def show_face_ids(self, place: int, materials: Sequence[Material]) -> None:
         """Let the faces of the body at `place` emit their numbers, where its materials do not cut them out."""
-        self._objects[place].number(materials)
+        self._objects[place].show_face_ids(materials)
 
     @property
     def axes(self) -> list[Any]:

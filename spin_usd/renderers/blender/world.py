@@ -32,7 +32,7 @@ class WorldSetup:
         """The digest of the image that shines, "" while none does."""
         self._turned = np.zeros((3, 3))
 
-    def shine(self, surroundings: Surroundings | None, *, there: bool, sampled: bool) -> None:
+    def set_light(self, surroundings: Surroundings | None, *, there: bool, sampled: bool) -> None:
         """Show these surroundings; a black world where there are none but it is to be `there`. `sampled`: rays look for
         where it is bright."""
         self.image = surroundings.key if surroundings and surroundings.uniform is None else ""

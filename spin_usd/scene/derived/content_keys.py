@@ -13,7 +13,7 @@ from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.geometry.transform import Transform
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -68,7 +68,7 @@ class KeyMaker:
         self.settings, self._keep_poses = settings, keep_poses
         self._posed: dict[tuple[object, ...], tuple[str, str]] = {}
         self._effort = key_of(settings.effort)
-        self._last: defaultdict[str, LastValue[str]] = defaultdict(LastValue)
+        self._last: defaultdict[str, IdentityMemo[str]] = defaultdict(IdentityMemo)
 
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framings
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.derived.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
@@ -144,7 +144,7 @@ class ViewCollector:
         self._prefix, self._target = prefix, target
         self._parts: list[Views] = []
         self._waiting: list[tuple[str, Float, Float, Suns]] = []
-        self._suns = LastValue[Suns]()
+        self._suns = IdentityMemo[Suns]()
         self._mesh: Mesh | None = None
         self._camera: Camera | None = None
 

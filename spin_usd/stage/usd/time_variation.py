@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 
 from pxr import Sdf, Usd
 
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
 from spin_usd.stage.usd.visibility import ancestors
 
 POSE = "xformOp:"
@@ -35,8 +35,8 @@ class CameraSpaceCache:
         found = list(prims)
         self._still = {prim.GetPath() for prim in found if not (has_varying_attribute(prim) or _hides_or_moves(prim))}
         self.all_still = len(self._still) == len(found)
-        self._values: defaultdict[Sdf.Path, LastValue[Any]] = defaultdict(LastValue)
-        self._tuples: defaultdict[Hashable, LastValue[Any]] = defaultdict(LastValue)
+        self._values: defaultdict[Sdf.Path, IdentityMemo[Any]] = defaultdict(IdentityMemo)
+        self._tuples: defaultdict[Hashable, IdentityMemo[Any]] = defaultdict(IdentityMemo)
 
     def read(self, prim: Usd.Prim, camera: object, read: Callable[[], T]) -> T:
         """Return the value that `read` gives for `prim`; the last one again where the prim does not vary and `camera`,

@@ -13,7 +13,7 @@ from spin_usd.commands.check.inventory import Inventory
 from spin_usd.commands.check.provenance import provenance_findings
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.store.cache import uses
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.stage_layers import STAGE_SUMS, refuse_changed_stage
@@ -28,7 +28,7 @@ def dataset(rendered, tmp_path):
 
 
 def found(dataset):
-    return [(each.code, each.where) for each in dataset_findings(dataset, progress=ignore)]
+    return [(each.code, each.where) for each in dataset_findings(dataset, progress=no_progress)]
 
 
 def inventory_of(dataset, unread=()):
@@ -71,7 +71,7 @@ def test_what_repair_leaves_is_not_said_to_be_repaired(dataset) -> None:
         place = dataset / name
         place.rename(dataset / "outside" / name)
         place.symlink_to(dataset / "outside" / name)
-    told = list(dataset_findings(dataset, progress=ignore))
+    told = list(dataset_findings(dataset, progress=no_progress))
     assert {each.where for each in told} >= {"image", "dataset.json"}
     assert not [each for each in told if MAKE_AGAIN in each.message]
 

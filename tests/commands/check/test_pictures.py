@@ -13,7 +13,7 @@ from spin_usd.commands.check.in_child.picture import picture_findings
 from spin_usd.errors import InputError
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.sha256 import sha256_of
 
 
@@ -49,7 +49,7 @@ def damage(dataset, number, kind, damaged) -> str:
 
 
 def errors(dataset):
-    found = dataset_findings(dataset, progress=ignore)
+    found = dataset_findings(dataset, progress=no_progress)
     return [(each.code, each.where) for each in found if each.severity == "error"]
 
 
@@ -96,7 +96,7 @@ CALLS = [Call("try_renderer", {"name": name}) for name in NAMES]
 
 
 def test_results_come_in_the_order_of_their_calls() -> None:
-    first, second, third = results_of(CALLS, 2, progress=ignore)
+    first, second, third = results_of(CALLS, 2, progress=no_progress)
     assert "embreex" in first
     assert isinstance(second, InputError)
     assert third == first
@@ -109,7 +109,7 @@ def kill_children() -> None:
 
 def test_a_call_of_which_children_die_has_their_death_for_its_result() -> None:
     """Every child that appears is killed until the first result is there."""
-    results = results_of(CALLS[:1], 1, progress=ignore)
+    results = results_of(CALLS[:1], 1, progress=no_progress)
     ended = threading.Event()
 
     def kill() -> None:
@@ -134,7 +134,7 @@ def test_a_child_that_dies_once_is_replaced() -> None:
             time.sleep(0.01)
         children[0].kill()
 
-    results = results_of(CALLS, 1, progress=ignore)
+    results = results_of(CALLS, 1, progress=no_progress)
     killer = threading.Thread(target=kill)
     killer.start()
     assert "embreex" in next(results)

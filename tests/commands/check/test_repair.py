@@ -9,7 +9,7 @@ from spin_usd.commands.check.repair import listed_again, repair, valid_records
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
 from spin_usd.options import RunOptions
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.scene.effort import Effort
 from spin_usd.store.dataset_folder import Store
 from tests.cases.requests import request_for
@@ -25,7 +25,7 @@ def whole(small_stage, tmp_path_factory):
         request = request_for(
             small_stage, renderer="raycast", frames=frames, effort=Effort(samples=samples), labels=("depth",)
         )
-        assert not render_dataset(request, out, RunOptions(workers=1), progress=ignore).failed
+        assert not render_dataset(request, out, RunOptions(workers=1), progress=no_progress).failed
     return out
 
 
@@ -56,7 +56,7 @@ def test_what_is_damaged_or_lost_is_made_again_to_the_byte(whole, dataset, spin_
     mended = ("dataset.json", *(f"nominal/img00000{n}" for n in (1, 2, 3)))
     assert {f"repaired: {what}" for what in mended} == set(done.stdout.splitlines()[:-1])
     assert contents(dataset) == contents(whole)
-    assert repair(dataset, progress=ignore).repaired == []
+    assert repair(dataset, progress=no_progress).repaired == []
 
 
 @pytest.mark.slow
@@ -70,7 +70,7 @@ def test_a_record_that_lies_and_a_damaged_render_are_made_again(whole, dataset) 
     ]
     (entry,) = (dataset / "cache" / "renders").rglob(f"{used}.*")
     flip(entry)
-    report = repair(dataset, progress=ignore)
+    report = repair(dataset, progress=no_progress)
     assert (report.repaired, report.unrepaired) == (["nominal/img000001", "nominal/img000003"], [])
     assert report.findings == []
     assert contents(dataset) == contents(whole)
@@ -98,19 +98,19 @@ def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(da
     the stage itself too."""
     sums = dataset / "stage" / "SHA256SUMS"
     sums.unlink()
-    (unsure,) = repair(dataset, progress=ignore).unrepaired
+    (unsure,) = repair(dataset, progress=no_progress).unrepaired
     said = "stage/SHA256SUMS: cannot be written again: no record says that stage/layers/variant_sets/plain.usda is as"
     assert unsure.startswith(said)
     assert not sums.exists()
     request = request_for(small_stage, renderer="raycast", frames="0:1", effort=Effort(samples=2), labels=("depth",))
-    assert render_dataset(request, dataset, RunOptions(workers=1), progress=ignore).made == 0
+    assert render_dataset(request, dataset, RunOptions(workers=1), progress=no_progress).made == 0
     assert "plain.usda" in sums.read_text()
     sums.unlink()
     record = json.loads((dataset / "records" / "nominal" / "img000001.json").read_text())
     used = {dataset / "stage" / layer for layer in record["provenance"]["stage"]["files"]}
     for layer in (path for path in (dataset / "stage").rglob("*") if path.is_file() and path not in used):
         layer.unlink()
-    assert repair(dataset, progress=ignore).repaired == ["stage/SHA256SUMS"]
+    assert repair(dataset, progress=no_progress).repaired == ["stage/SHA256SUMS"]
     assert "dataset.usda" in sums.read_text()
 
 
@@ -122,7 +122,7 @@ def test_nothing_is_made_again_of_an_altered_stage(dataset) -> None:
     for image in images:
         flip(image)
     before = contents(dataset)
-    report = repair(dataset, progress=ignore)
+    report = repair(dataset, progress=no_progress)
     assert report.repaired == []
     (said,) = report.unrepaired
     assert f"{layer.relative_to(dataset)} is not the layer that made them" in said
@@ -140,7 +140,7 @@ def test_a_link_keeps_its_own_pictures_alone_from_being_repaired(whole, dataset)
     linked.symlink_to(mine)
     flip(other)
     (dataset / "stage" / "SHA256SUMS").write_text("junk")
-    report = repair(dataset, progress=ignore)
+    report = repair(dataset, progress=no_progress)
     assert report.repaired == ["nominal/img000002"]
     of_link, of_list = report.unrepaired
     assert of_link.startswith("nominal/img000001: ")
@@ -164,11 +164,11 @@ def test_a_description_that_cannot_be_made_again_stays(dataset) -> None:
     """Here the stage that it would be read from is gone."""
     (dataset / "dataset.json").write_text("{")
     shutil.rmtree(dataset / "stage")
-    (said,) = repair(dataset, progress=ignore).unrepaired
+    (said,) = repair(dataset, progress=no_progress).unrepaired
     assert said.startswith("dataset.json: ")
     assert (dataset / "dataset.json").read_text() == "{"
 
 
 def test_what_is_not_a_dataset_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="is not a dataset"):
-        repair(tmp_path, progress=ignore)
+        repair(tmp_path, progress=no_progress)

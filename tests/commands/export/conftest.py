@@ -11,7 +11,7 @@ import pytest
 from spin_usd.commands.export.in_child import export_dataset
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.formats.arrays.image_file import read_image, write_image
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 
 PLAIN = {"fx": 640.0, "fy": 640.0, "cx": 120.0, "cy": 75.0, "distortion": [0.0] * 5}
 """A camera without distortion, of the rendered pictures' size."""
@@ -59,7 +59,7 @@ def place_in_stage(record, wanted, place) -> None:
 def write_export(dataset, to, out, **asked):
     """Export without progress; `asked` as ExportOptions has it."""
     asked |= {"option": [f"{name}={value}" for name, value in asked.pop("options", {}).items()]}
-    return export_dataset(ExportOptions(dataset, to=to, out=out, **asked), progress=ignore)
+    return export_dataset(ExportOptions(dataset, to=to, out=out, **asked), progress=no_progress)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

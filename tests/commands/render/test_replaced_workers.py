@@ -13,7 +13,7 @@ from spin_usd.errors import RenderError
 from spin_usd.options import RunOptions
 from spin_usd.planning.time_limit import TimeLimits
 from spin_usd.processes.deaths import TRIES, ChildDiedError, DeathCause, Retries
-from spin_usd.progress import ignore
+from spin_usd.progress import no_progress
 from spin_usd.scene.effort import Effort
 from tests.cases.requests import request_for
 
@@ -55,7 +55,7 @@ def killing(most):
 def test_a_planning_child_that_is_killed_is_replaced(small_stage) -> None:
     request = request_for(small_stage, renderer="raycast", effort=FEW)
     with killing(most=KILLED - 1) as killed:
-        planned = plan(request, progress=ignore)
+        planned = plan(request, progress=no_progress)
     assert len(killed) == KILLED - 1
     assert len(planned.pictures) == 8
 
@@ -63,7 +63,7 @@ def test_a_planning_child_that_is_killed_is_replaced(small_stage) -> None:
 def test_planning_children_that_are_killed_again_and_again_are_not_the_stages_fault(small_stage) -> None:
     request = request_for(small_stage, renderer="raycast", effort=FEW)
     with killing(most=100) as killed, pytest.raises(RenderError, match=f"killed|SIGKILL.*, {KILLED} times") as raised:
-        plan(request, progress=ignore)
+        plan(request, progress=no_progress)
     assert len(killed) == KILLED
     assert not isinstance(raised.value, ChildDiedError)
     assert "simplify" not in str(raised.value)
@@ -71,7 +71,7 @@ def test_planning_children_that_are_killed_again_and_again_are_not_the_stages_fa
 
 def rendered(stage, out, **options):
     request = request_for(stage, renderer="raycast", frames="0:2", effort=options.pop("effort", FEW))
-    return render_dataset(request, out, RunOptions(workers=1, **options), progress=ignore)
+    return render_dataset(request, out, RunOptions(workers=1, **options), progress=no_progress)
 
 
 def files(out):

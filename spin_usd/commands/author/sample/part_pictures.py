@@ -13,7 +13,7 @@ from spin_usd.commands.author.sample.sample_pictures import SampledPictures, sam
 from spin_usd.commands.author.sample.spec import SamplingPart, SamplingSpec
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.progress import Progress, ignore
+from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
@@ -76,7 +76,7 @@ def sample_poses(
     camera: Camera,
     hull: Float,
     source: str,
-    progress: Progress = ignore,
+    progress: Progress = no_progress,
 ) -> PoseList:
     """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
 

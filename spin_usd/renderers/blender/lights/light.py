@@ -60,7 +60,7 @@ class LampNodes(Nodes):
         self._tree.nodes.clear()
         self.values = {}
 
-    def shine(self, color: Value) -> None:
+    def set_light(self, color: Value) -> None:
         """Finish the light with `color` as the factor of its emission."""
         self.feed(
             self.add("ShaderNodeOutputLight").inputs["Surface"], self.add("ShaderNodeEmission", [color]).outputs[0]
@@ -208,7 +208,7 @@ class Lamp:
         assign(data, {"normalize": False, "energy": float(np.pi * brightest), "color": color, **_size(light)})
         place.move(self.object)
         nodes = LampNodes(data)
-        nodes.shine(shaped(nodes, light.shaping, place.axis, self._image(nodes, light)))
+        nodes.set_light(shaped(nodes, light.shaping, place.axis, self._image(nodes, light)))
 
     def casts_shadows(self, shadows: bool) -> None:
         assign(self.object.data, {"use_shadow": shadows})
@@ -294,7 +294,7 @@ class LightSetup:
         self.made = 0
         """How often its lights were made anew."""
 
-    def shine(
+    def set_light(
         self,
         lights: Sequence[Light],
         shining: Collection[int],

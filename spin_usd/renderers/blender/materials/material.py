@@ -60,7 +60,7 @@ class MaterialLibrary:
         self._shown: list[str] = []
         self._checked: dict[tuple[str, ...], set[Material]] = {}
 
-    def dress(
+    def set_materials(
         self,
         meshes: Sequence[Any],
         authored: Sequence[Material],
@@ -83,7 +83,7 @@ class MaterialLibrary:
         self._used["surface"] = dict(zip(keys, needed, strict=True))
         self._show(meshes, keys, make, again=again)
 
-    def number(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
+    def show_face_ids(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
         """Let every face of the Blender meshes of `mesh` emit its number, where it is not cut out."""
         self._check(materials, mesh, CUT, again=again)
         keys = [_label_key(material) for material in materials]

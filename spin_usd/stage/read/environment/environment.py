@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.scene.photometry.star_field import irradiance, random_stars
 from spin_usd.stage.composition.images import Images
@@ -49,7 +49,7 @@ class EnvironmentReader:
             raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
         self._plate = plates[0] if plates else None
         self._cache = CameraSpaceCache([*self._planets, *self._stars, *plates])
-        self._last = LastValue[Environment]()
+        self._last = IdentityMemo[Environment]()
 
     @property
     def still(self) -> bool:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from spin_usd.last_value import LastValue
+from spin_usd.identity_memo import IdentityMemo
 
 FIRST, SECOND = [1], [1]  # equal, and not the same
 
@@ -20,13 +20,13 @@ FIRST, SECOND = [1], [1]  # equal, and not the same
     ],
 )
 def test_a_value_is_made_again_for_other_objects(asked: list[tuple[object, ...]], made: int) -> None:
-    kept = LastValue[object]()
+    kept = IdentityMemo[object]()
     values = [kept.of(objects, object) for objects in asked]
     assert len(set(values)) == made
 
 
 def test_a_value_that_could_not_be_made_is_tried_again() -> None:
-    kept = LastValue[float]()
+    kept = IdentityMemo[float]()
     with pytest.raises(ZeroDivisionError):
         kept.of((FIRST,), lambda: 1 / 0)
     assert kept.of((FIRST,), lambda: 2.0) == 2.0

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class LastValue(Generic[T]):
+class IdentityMemo(Generic[T]):
     """A value that depends on some objects: it is kept as long as it is asked for of the same ones."""
 
     def __init__(self) -> None:
