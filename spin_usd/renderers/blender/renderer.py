@@ -252,6 +252,7 @@ class BodySetup:
         self._place(place, scene, view, primvars, split=split)
         for number, objects in enumerate(self._objects):
             objects.show_camera(number == place)
+        self._objects[place].hide(False)  # a picture of fewer bodies may have been before
 
     def show(self, scene: Scene, view: View, primvars: Sequence[frozenset[str]], *, split: bool) -> None:
         """Show all bodies of `scene`, as its shutter sees them; each has at least these of its mesh's `primvars`."""

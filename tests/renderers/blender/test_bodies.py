@@ -42,6 +42,14 @@ def test_labels_are_those_of_the_ray_caster(blender, away) -> None:
         assert (own.face != other.face).sum() <= EDGE_PIXELS
 
 
+def test_labels_of_several_bodies_after_a_picture_of_one(blender) -> None:
+    """What that picture hid of the bodies before it is there again."""
+    theirs = EmbreeCaster().visibility(SCENE)
+    blender.radiance(SCENE, Effort(samples=1), seed=0)
+    blender.radiance(replace(SCENE, others=()), Effort(samples=1), seed=0)
+    assert (blender.visibility(SCENE).face != theirs.face).sum() <= EDGE_PIXELS
+
+
 def test_bodies_shade_one_another_as_in_the_preview(blender) -> None:
     """A plate before a wall: where the preview has its hard shadow, and beside it, Cycles has the same light."""
     matt = Material(path="/m", diffuse_color=(0.5,) * 3, ior=1.0, roughness=1.0)
