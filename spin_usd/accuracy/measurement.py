@@ -6,20 +6,24 @@ each pixel's deviation over the root of its radiance squared plus the square of 
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal
 
+from msgspec import Meta
+
+from spin_usd.json_fields import Count, FrameName, Name, Positive, Sha256, Share, Size, VariantName
 from spin_usd.scene.effort import Effort
 
-FORMULAS = 3  # raise it, here and in the schema, when what a figure means changes
+FORMULAS: Final = 3  # raise it, here and in Measurement, when what a figure means changes
+AtLeastOne = Annotated[int, Meta(ge=1)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Configuration:
-    """A way to render: renderer and effort."""
+    """A way to render."""
 
-    renderer: str
-    effort: Effort
+    renderer: Name
+    effort: Annotated[Effort, Meta(description="As in a record's provenance (record-1).")]
 
     @property
     def text(self) -> str:
@@ -28,50 +32,65 @@ class Configuration:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredPicture:
-    """A picture that was measured, and its reference.
+    """A picture that was measured, and its reference."""
 
-    region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those that the target covers by half
-    or more in the reference · reference_samples: what the reference took a pixel · reference_error: its own error,
-    relative, as estimated from its parts · noise_dn: RMS of the detector's own noise and rounding over the target's
-    pixels, digital numbers · reference_capped: it took as many samples as it was allowed, before its error was as small
-    as wanted.
-    """
-
-    name: str
-    index: int
-    region: tuple[int, int, int, int]
-    target_pixels: int
-    reference_samples: int
-    reference_error: float
-    noise_dn: float
-    reference_capped: bool = False
+    name: FrameName
+    index: Annotated[Count, Meta(description="The picture's place in the stage, from 0.")]
+    region: Annotated[tuple[int, int, int, int], Meta(description="x0, y0, x1, y1 of the pixels rendered.")]
+    target_pixels: Annotated[Count, Meta(description="Those that the target covers by half or more in the reference.")]
+    reference_samples: Annotated[AtLeastOne, Meta(description="Rays through each of the reference's pixels.")]
+    reference_error: Annotated[
+        Size,
+        Meta(description="The reference's own, relative, root mean square, as estimated from the spread of its parts."),
+    ]
+    noise_dn: Annotated[
+        Size,
+        Meta(description="Root mean square of the detector's own noise and rounding, over the target's pixels, DN."),
+    ]
+    reference_capped: Annotated[
+        bool,
+        Meta(
+            description="Whether the reference took as many samples as it was allowed before its error was as small "
+            "as wanted."
+        ),
+    ] = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """Cost and error of a setting on a picture.
+    """Cost and error of a setting on a picture."""
 
-    seeds: so many renders with different seeds · cpu_s, wall_s: median seconds of a render; memory_bytes: the most that
-    its process held · variance, bias_squared: of the relative error, so that their sum is its mean square; uncertainty:
-    the standard error of that, over the seeds, and the reference's own mean square error where it was capped, for
-    smaller errors cannot be resolved; brightness: the target's light over the reference's, minus 1 · error_dn: RMS
-    difference after the detector, without its noise, digital numbers; error_dn_uncertainty: by how much more it is with
-    its square's uncertainty, of the same kind, added · structure: 1 - SSIM of the image around the target.
-    """
-
-    frame: str
+    frame: FrameName
     setting: Configuration
-    seeds: int
-    cpu_s: float
-    wall_s: float
-    memory_bytes: int
-    variance: float
-    bias_squared: float
-    uncertainty: float
-    brightness: float
-    error_dn: float
-    error_dn_uncertainty: float
-    structure: float
+    seeds: Annotated[int, Meta(ge=2, description="Renders, each with a seed of its own.")]
+    cpu_s: Annotated[Size, Meta(description="Seconds of one core, median.")]
+    wall_s: Annotated[Size, Meta(description="Seconds of wall clock, median.")]
+    memory_bytes: Annotated[Count, Meta(description="The most that the process held meanwhile.")]
+    variance: Annotated[Size, Meta(description="Of the relative error, over the seeds.")]
+    bias_squared: Annotated[
+        float,
+        Meta(description="Of the relative error; an unbiased estimate, so a little below 0 where there is none."),
+    ]
+    uncertainty: Annotated[
+        Size,
+        Meta(
+            description="Of the mean square error, variance + bias_squared: its standard error over the seeds, and the "
+            "reference's own mean square error where that was capped, for smaller errors cannot be resolved."
+        ),
+    ]
+    brightness: Annotated[float, Meta(description="The target's light over the reference's, minus 1.")]
+    error_dn: Annotated[
+        Size,
+        Meta(description="Root mean square difference from the reference after the detector, without its noise, DN."),
+    ]
+    error_dn_uncertainty: Annotated[
+        Size,
+        Meta(
+            description="By how much error_dn is greater with the uncertainty of its square, of the same kind, added; "
+            "DN."
+        ),
+    ]
+    structure: Annotated[Size, Meta(description="1 - SSIM around the target's pixels (Wang et al. 2004).")]
 
     @property
     def error(self) -> float:
@@ -100,95 +119,100 @@ class Figures:
 
 @dataclass(frozen=True, kw_only=True)
 class LabelFigures:
-    """Labels of a picture by a renderer's own pass against another pass: silhouette's intersection over union; of the
-    pixels both see, worst |difference| in depth, metres; worst reprojection of the dense pose, pixels; pixels whose
-    part differs."""
+    """The labels of a picture by a renderer's own pass, against another pass."""
 
-    frame: str
-    renderer: str
-    against: str
-    iou: float
-    depth_m: float
-    reprojection_px: float
-    part_pixels: int
+    frame: FrameName
+    renderer: Name
+    against: Name
+    iou: Annotated[Share, Meta(description="Of the silhouettes: intersection over union.")]
+    depth_m: Annotated[Size, Meta(description="Worst difference in depth, metres, where both see the target.")]
+    reprojection_px: Annotated[
+        Size, Meta(description="Farthest that the projection of a pixel's body point is from its centre.")
+    ]
+    part_pixels: Annotated[Count, Meta(description="Pixels that both see with different parts.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """The pictures made all together with so many processes of so many threads, with or without the crop to the
-    target's region: seconds of wall clock, and whether every pixel was the same as of the first."""
+    """The same renders made in one of several ways, which change no byte."""
 
-    processes: int
-    threads: int
-    crop: bool
-    wall_s: float
-    same: bool
+    processes: AtLeastOne
+    threads: Annotated[AtLeastOne, Meta(description="Of each process.")]
+    crop: Annotated[bool, Meta(description="Whether only the target's region was rendered.")]
+    wall_s: Annotated[Size, Meta(description="Seconds of wall clock for all of them.")]
+    same: Annotated[bool, Meta(description="Whether each pixel was that of the first way.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Saving:
     """Work that the scene does not need and that was skipped (see renderers.skipped.requirements), measured on a
-    picture: median CPU seconds of the same render without it and with it, made in turn; the least and the most, over
-    the seeds, of the ratio of those with it to those without; and the RMS difference between the two pictures,
-    relative, beside what another seed makes (`noise`)."""
+    picture by rendering it without that work and with it in turn."""
 
-    frame: str
-    what: str
-    cpu_s: float
-    cpu_s_with: float
-    ratio_least: float
-    ratio_most: float
-    difference: float
-    noise: float
+    frame: FrameName
+    what: Annotated[str, Meta(min_length=1)]
+    cpu_s: Annotated[Size, Meta(description="Seconds of one core without it, median.")]
+    cpu_s_with: Annotated[Size, Meta(description="Seconds of one core with it, median.")]
+    ratio_least: Annotated[
+        Size,
+        Meta(
+            description="Of the seconds with it to those without, of two renders of one seed made in turn: the least "
+            "of all seeds."
+        ),
+    ]
+    ratio_most: Annotated[Size, Meta(description="The most of all seeds.")]
+    difference: Annotated[Size, Meta(description="Between the two pictures, relative, root mean square.")]
+    noise: Annotated[Size, Meta(description="The same between pictures of two seeds.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """A measurement of a picture that failed: `what`, such as a setting's text, and the reason."""
+    """A measurement of a picture that failed."""
 
-    frame: str
-    what: str
-    reason: str
+    frame: FrameName
+    what: Annotated[str, Meta(min_length=1, description="Such as a setting.")]
+    reason: Annotated[str, Meta(min_length=1)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """All that `measure` found. stage: its hash; machine: what it ran on; versions: of the software; reference_share:
-    of the smallest mean square error compared, the most that the reference's own may be."""
+    """What settings of a render cost and how far they are off, measured on a few pictures of a stage.
 
-    stage: str
-    variant: str
-    machine: Mapping[str, Any]
-    versions: Mapping[str, str]
-    frames: tuple[MeasuredPicture, ...]
-    figures: tuple[Figures, ...]
-    labels: tuple[LabelFigures, ...] = ()
-    execution: tuple[Execution, ...] = ()
-    savings: tuple[Saving, ...] = ()
-    failures: tuple[Failure, ...] = ()
-    reference_share: float = 0.1
+    Seconds are of one render. Relative errors are of the target's pixels in linear light, of each pixel's deviation
+    over the root of its own radiance squared plus the square of 40 % of the target's mean. DN: digital numbers of the
+    image.
+    """
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the measurement as JSON by the schema measure-1."""
-        return {"schema": "measure-1", "formulas": FORMULAS, **asdict(self)}
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "Measurement":
-        """Make the measurement of the JSON that `as_json` makes, already checked by the schema."""
-        return cls(
-            stage=value["stage"],
-            variant=value["variant"],
-            machine=value["machine"],
-            versions=value["versions"],
-            frames=tuple(MeasuredPicture(**{**frame, "region": tuple(frame["region"])}) for frame in value["frames"]),
-            figures=tuple(Figures(**{**each, "setting": _setting(each["setting"])}) for each in value["figures"]),
-            labels=tuple(LabelFigures(**each) for each in value["labels"]),
-            execution=tuple(Execution(**each) for each in value["execution"]),
-            savings=tuple(Saving(**each) for each in value["savings"]),
-            failures=tuple(Failure(**each) for each in value["failures"]),
-            reference_share=value["reference_share"],
-        )
-
-
-def _setting(value: Mapping[str, Any]) -> Configuration:
-    return Configuration(renderer=value["renderer"], effort=Effort(**value["effort"]))
+    schema: Literal["measure-1"] = "measure-1"
+    formulas: Annotated[
+        Literal[3],
+        Meta(description="By which figures were made. Those of other formulas mean something else."),
+    ] = FORMULAS
+    stage: Annotated[Sha256, Meta(description="Hash of the composed content, as in a record's provenance.")]
+    variant: VariantName
+    machine: Annotated[
+        Mapping[str, str | int | float],
+        Meta(description="What it was measured on, such as how many processors (cores) it could use."),
+    ]
+    versions: Annotated[Mapping[str, str], Meta(description="Of the software.")]
+    frames: Annotated[tuple[MeasuredPicture, ...], Meta(min_length=1)]
+    figures: Annotated[tuple[Figures, ...], Meta(description="Each setting on each picture.")]
+    labels: Annotated[
+        tuple[LabelFigures, ...],
+        Meta(description="The labels that a renderer's own pass makes, against those of another pass."),
+    ] = ()
+    execution: Annotated[
+        tuple[Execution, ...], Meta(description="The same renders made in several ways, which change no byte.")
+    ] = ()
+    savings: Annotated[
+        tuple[Saving, ...], Meta(description="Work that the scene does not need, and that is skipped.")
+    ] = ()
+    failures: Annotated[
+        tuple[Failure, ...], Meta(description="What could not be measured; the next run tries it again.")
+    ] = ()
+    reference_share: Annotated[
+        Positive,
+        Meta(
+            description="Of the smallest mean square error compared on a picture: the most that its reference's own "
+            "may be."
+        ),
+    ] = 0.1

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from spin_usd.accuracy.measurement import Configuration
-from spin_usd.scene.effort import DEFAULT_QUALITY, DENOISERS, LOOKS_EVERY, QUALITIES, Effort
+from spin_usd.scene.effort import DEFAULT_QUALITY, DENOISERS, LOOKS_EVERY, QUALITIES, Effort, Reduction
 
 BASE_SAMPLES = 16  # the default of `render`; one setting at a time is changed around them
 STEP = 4  # from one number of samples to the next: half the noise
@@ -12,7 +12,7 @@ ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
 FILTERS = (0.1, 0.2, 1.0)  # densities, 1/sr: those of diffuse reflection are below 0.32
-REDUCTIONS = (2, 4)
+REDUCTIONS: tuple[Reduction, ...] = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 
 

@@ -1,7 +1,6 @@
 """Where a target's keypoints are in the picture, and whether they can be seen."""
 
 from collections.abc import Sequence
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,28 +10,10 @@ from spin_usd.geometry.bounds import NEAR
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import surface_points
 from spin_usd.scene.model import Scene
+from spin_usd.scene.source.keypoints import KeypointState
 
 SKIN = 5e-3  # of the longest edge of the target's bounding box
 ROUNDING = 1e-6  # of the same: of depths
-
-
-class KeypointState(StrEnum):
-    """What is to be seen of a keypoint.
-
-    visible: nothing stands between the camera and it · self-occluded, occluded: the first surface before it is its own
-    body's, or another body's · outside: it is outside the frame, or where the lens sees nothing · behind: it is behind
-    the camera.
-
-    A surface of its own body that is less than SKIN before the keypoint does not hide it, so that keypoints on a
-    surface or a little below it are visible, and the tip of a thin rod is so from all sides. A keypoint deep in the
-    body is self-occluded.
-    """
-
-    VISIBLE = "visible"
-    SELF_OCCLUDED = "self-occluded"
-    OCCLUDED = "occluded"
-    OUTSIDE = "outside"
-    BEHIND = "behind"
 
 
 def skin(size: Float) -> float:

@@ -7,9 +7,11 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 from numpy.typing import NDArray
 
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, PIXEL_LABELS
+from spin_usd.records.record import RecordedTones
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import LabelPass, Renderer
@@ -140,11 +142,11 @@ def _hidden(scene: Scene, radiance: Radiance) -> NDArray[np.bool_]:
     return hidden
 
 
-def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> dict[str, Any] | None:
+def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> RecordedTones | None:
     """Return what the record says of how bright the target is in the `image` that was made of its `radiance`; None
     where the target is not seen."""
     tones, end = target_tones(image, radiance, scene.sensor), exposure_end(scene.sensor, radiance)
-    return None if tones is None else asdict(tones) | ({"exposure_end": end} if end else {})
+    return None if tones is None else RecordedTones(**asdict(tones), exposure_end=end or UNSET)
 
 
 def image_channels(sensor: Sensor) -> Channels:

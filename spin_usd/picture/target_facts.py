@@ -3,18 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
-from spin_usd.picture.keypoint_states import KeypointState, keypoint_states
+from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.picture.shown_bodies import NOTHING, ShownBodies, shown_by_rays
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import cut_off, surface_box
 from spin_usd.scene.mesh import BOX
 from spin_usd.scene.model import Scene
+from spin_usd.scene.source.keypoints import KeypointState
 
 MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to so many, and sampled beyond
 
@@ -104,23 +104,6 @@ class TargetFacts:
     keypoints: Float
     states: tuple[KeypointState, ...]
 
-    def as_json(self) -> dict[str, Any]:
-        """Return what the record says of them, by schema record-1."""
-        return {
-            "pixels": {"visible": self.counts.visible, "amodal": self.counts.amodal},
-            "visible_fraction": self.counts.visible_fraction,
-            "box": {
-                "visible": self.box_visible,
-                "amodal": None if self.box_amodal is None else self.box_amodal.ravel().tolist(),
-                "truncated": self.truncated,
-            },
-            "box_3d": {"box": self.box.tolist(), "corners": [_pixel_or_null(uv) for uv in self.corners]},
-            "keypoints": [
-                [*(_pixel_or_null(uv) or (None, None)), state]
-                for uv, state in zip(self.keypoints, self.states, strict=True)
-            ],
-        }
-
 
 def target_facts(scene: Scene, shown: ShownBodies | None, caster: EmbreeCaster) -> list[TargetFacts]:
     """Return the facts of each of the scene's targets, in order of their ids. `shown`: what its labels show; None where
@@ -151,7 +134,3 @@ def corners_of_box(low: Float, high: Float) -> Float:
     """Return (8, 3) the corners of the box from `low` to `high` (3,): z changes first, then y, then x."""
     corners: Float = np.where(BOX, high, low)
     return corners
-
-
-def _pixel_or_null(uv: Float) -> list[float] | None:
-    return uv.tolist() if np.isfinite(uv).all() else None

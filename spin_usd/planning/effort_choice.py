@@ -2,17 +2,21 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import UNSET, Meta
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.lookup import expectation, outcome_of
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.errors import InputError
+from spin_usd.json_fields import Size
 from spin_usd.options import EffortOptions, refuse_together
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, default_effort, renderer_entry
+from spin_usd.records.record import EffortChoice
 from spin_usd.scene.effort import QUALITIES, Effort, parse_effort
 from spin_usd.sha256 import sha256_of
 from spin_usd.store.measurement_file import measurement_file, read_measurement
@@ -29,15 +33,13 @@ class Basis:
 
 @dataclass(frozen=True, kw_only=True)
 class Expected:
-    """The figures of a setting, as measured: the worst picture's relative error in linear light, and the most that it
-    may be; its error after the detector beside the detector's own noise, digital numbers; seconds of one core a
-    picture."""
+    """The figures of a setting, as measured, of the worst picture."""
 
-    error: float
-    error_at_most: float
-    error_dn: float
-    noise_dn: float
-    cpu_s: float
+    error: Annotated[Size, Meta(description="Relative, in linear light.")]
+    error_at_most: Annotated[Size, Meta(description="The most that it may be.")]
+    error_dn: Annotated[Size, Meta(description="After the detector, digital numbers of the image.")]
+    noise_dn: Annotated[Size, Meta(description="The detector's own noise, digital numbers.")]
+    cpu_s: Annotated[Size, Meta(description="Seconds of one core a picture.")]
 
     @classmethod
     def of(cls, outcome: Outcome) -> "Expected":
@@ -63,28 +65,15 @@ class Chosen:
     note: str = ""
 
     @property
-    def recorded(self) -> dict[str, str]:
+    def recorded(self) -> EffortChoice:
         """The choice as schema record-1 has it."""
-        said = {"by": self.by, "asked": self.asked, "reason": self.reason}
-        return said | ({"measurement": self.basis.sha256} if self.basis and self.by == "error" else {})
-
-    def as_json(self, stages: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return it as recorded, with what is expected; of a quality only where one of the `stages` is that
-        measured."""
-        applies = self.by == "error" or self.is_of(stages)
-        return self.recorded | ({"expected": asdict(self.expected)} if self.expected and applies else {})
+        measurement = self.basis.sha256 if self.basis and self.by == "error" else UNSET
+        return EffortChoice(by=self.by, asked=self.asked, reason=self.reason, measurement=measurement)
 
     def is_of(self, stages: Mapping[str, Mapping[str, Any]]) -> bool:
         """Return whether the measurement is of one of the `stages`: by variant, what records say of it."""
         basis = self.basis
         return basis is not None and basis.variant in stages and stages[basis.variant]["hash"] == basis.stage
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "Chosen":
-        """Make a choice again of what `dataclasses.asdict` made of it."""
-        basis, expected = value["basis"], value["expected"]
-        made = {"basis": basis and Basis(**basis), "expected": expected and Expected(**expected)}
-        return cls(**{**value, **made})
 
 
 def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import convert, to_builtins
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
@@ -132,7 +133,7 @@ def plan_pictures(
     `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
     where image files cannot hold a sensor's numbers.
     """
-    pictures, rendering = range(*chosen), RenderSettings.from_json(settings)
+    pictures, rendering = range(*chosen), convert(settings, RenderSettings)
     counter = SkippedWorkCounter(rendering) if explain else None
     planner = _Planner(rendering, image_suffix, labels, counter, renders=renders, keep_poses=len(variants) > 1)
     answer = []
@@ -149,7 +150,7 @@ def plan_pictures(
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
-        said = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
+        said = {"skipped": skipped, "notes": notes, "views": to_builtins(seen)}
         columns = {name: None if column == before.get(name) else column for name, column in planned.items()}
         answer.append({"variant": variant, "stage": stage, **said, **columns})
         before = planned

@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.columns import COLUMNS, PLANNING
@@ -120,7 +122,7 @@ def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequen
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
-        views=merged([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
+        views=merged([convert(part["views"], Views) for part in parts_in_order if part["views"]]),
         skipped=skipped_counts((part["variant"], part["skipped"]) for part in parts_in_order),
     )
 

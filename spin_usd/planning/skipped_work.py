@@ -3,8 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
+from msgspec import Meta
+
+from spin_usd.json_fields import Count, one_of
 from spin_usd.planning.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.skipped.facts import Facts
@@ -33,13 +36,13 @@ Item = tuple[str, str, str, str]
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedCount:
-    """Something skipped of `part` of the work (see SkippedWork); pictures: in how many of each variant that has any."""
+    """Something that is skipped (see SkippedWork)."""
 
-    part: str
+    part: Annotated[str, one_of(RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS), Meta(description="Of the work.")]
     what: str
     why: str
-    same: str
-    pictures: Mapping[str, int]
+    same: Annotated[str, Meta(description="How surely nothing changes.")]
+    pictures: Annotated[Mapping[str, Count], Meta(description="How many pictures of each variant that has any.")]
 
 
 class SkippedWorkCounter:

@@ -1,7 +1,7 @@
 """A table of a plan: what each variant adds in passes and pictures, and about what that costs."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -63,15 +63,6 @@ class VariantTable:
             workers=workers,
             cores=cores,
         )
-
-    def as_json(self) -> dict[str, Any]:
-        total = {name: value for name, value in _json(self.total).items() if name != "name"}
-        return {**total, "finished": self.finished, "rows": [_json(row) for row in self.rows]}
-
-
-def _json(row: VariantRow) -> dict[str, Any]:
-    values = {name: value for name, value in asdict(row).items() if name not in ("seconds", "variants")}
-    return {**values, "bytes": round(row.bytes), "core_seconds": row.seconds}
 
 
 def variant_table(
@@ -171,4 +162,4 @@ def _sum(name: str, rows: Sequence[VariantRow]) -> VariantRow:
         return sum(getattr(row, field) for row in rows)
 
     empty = VariantRow(name=name, pictures=0, label_passes=0, renders=0, exposures=0, seconds=0.0, bytes=0.0)
-    return replace(empty, **{field: of(field) for field in asdict(empty) if field != "name"})
+    return replace(empty, **{field: of(field) for field in vars(empty) if field != "name"})

@@ -65,6 +65,4 @@ class ChildCalls:
         if isinstance(found, type):
             self._opened[name] = result
             return getattr(result, "opened", None)
-        if hasattr(result, "as_json"):
-            return result.as_json()
         return asdict(result) if is_dataclass(result) and not isinstance(result, type) else result

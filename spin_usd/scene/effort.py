@@ -3,45 +3,80 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any, Literal, TypeAlias, get_args
+
+from msgspec import Meta
 
 from spin_usd.errors import InputError
 
 CPU = "cpu"  # the device that renders light where no other is asked for
-DENOISERS = ("none", "fast", "balanced", "high")
+Denoiser: TypeAlias = Literal["none", "fast", "balanced", "high"]
+DENOISERS: tuple[Denoiser, ...] = get_args(Denoiser)
 MAX_SAMPLES = 1 << 20
 MAX_BOUNCES = 1024  # as many as Cycles takes
 MAX_FILTER_GLOSSY = 10  # as much as Blender takes
-REDUCTIONS = (1, 2, 4, 8)
+Reduction: TypeAlias = Literal[1, 2, 4, 8]
+REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
 LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, and so the least that it takes
 
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """The settings that decide a render's cost and accuracy. The defaults are those of an effort's text, which names
-    what differs from plain path tracing; what `render` does by itself is DEFAULT_QUALITY.
+    """The settings that decide a render's cost and accuracy.
 
-    samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, 0.01 to 0.1 as usual;
-    it is looked at after every 16th, as Cycles measures it in unit light; 0: every pixel takes all · denoiser: quality
-    of Open Image Denoise, or "none" · bounces: how often light may go from part to part of the target on its way from
-    its source, lamp or emissive part, to the camera, 1 for each part but the first · clamp: the most that one indirect
-    contribution, light by way of another part, may add to a sample's radiance, mean of red, green and blue, in unit
-    light: there the strongest light's irradiance is 1 W/m2 (beside emissive parts, the power of 16 nearest to its own),
-    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · filter_glossy: Cycles'
-    Filter Glossy, against glints: where light comes to the camera by way of two surfaces, and the second spreads it at
-    densities below this, 1/sr, the first counts as rougher than it is; 0: all are as rough as they are · light_tree:
-    choose among several lights by their effect at the shaded point, else by their power · reduction: each rendered
-    pixel stands for a square of so many, a side.
+    The defaults are those of an effort's text, which names what differs from plain path tracing; what `render` does by
+    itself is DEFAULT_QUALITY. Unit light, in which some are given: the strongest light's irradiance is 1 W/m2 (beside
+    emissive parts, the power of 16 nearest to its own), so that a white diffuse surface that faces it has the radiance
+    1/pi.
     """
 
-    samples: int = 16
-    adaptive: float = 0.0
-    denoiser: str = "none"
-    bounces: int = 4
-    clamp: float = 0.0
-    filter_glossy: float = 0.0
-    light_tree: bool = True
-    reduction: int = 1
+    samples: Annotated[int, Meta(ge=1, description="Rays through each pixel.")] = 16
+    adaptive: Annotated[
+        float,
+        Meta(
+            ge=0,
+            lt=1,
+            description="The noise at which a pixel takes no more of them, 0.01 to 0.1 as usual; it is looked at after "
+            "every 16th, as Cycles measures it in unit light. 0: every pixel takes all.",
+        ),
+    ] = 0.0
+    denoiser: Annotated[Denoiser, Meta(description="Quality of Open Image Denoise.")] = "none"
+    bounces: Annotated[
+        int,
+        Meta(
+            ge=0,
+            description="How often light may go from part to part of the target at most, on its way from its source, "
+            "lamp or emissive part, to the camera: 1 for each part but the first.",
+        ),
+    ] = 4
+    clamp: Annotated[
+        float,
+        Meta(
+            ge=0,
+            description="The most that one indirect contribution, light by way of another part, may add to a sample's "
+            "radiance, mean of red, green and blue, in unit light; 0: any.",
+        ),
+    ] = 0.0
+    filter_glossy: Annotated[
+        float,
+        Meta(
+            ge=0,
+            le=MAX_FILTER_GLOSSY,
+            description="Cycles' Filter Glossy, against glints: where light of a small source comes to the camera by "
+            "way of two surfaces, and the second spreads it at densities below this, 1/sr, the first counts as rougher "
+            "than it is. 0, or absent: all are as rough as they are.",
+        ),
+    ] = 0.0
+    light_tree: Annotated[
+        bool,
+        Meta(
+            description="Whether several lights are chosen among by what they do at the shaded point, else by their "
+            "power."
+        ),
+    ] = True
+    reduction: Annotated[
+        Reduction, Meta(description="Pixels, a side, of the square that each rendered pixel stands for.")
+    ] = 1
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -2,6 +2,11 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
+
+from spin_usd.json_fields import one_of
 
 ERROR, WARNING = "error", "warning"
 MAX_SENTENCES = 3  # sentences by one rule
@@ -9,13 +14,12 @@ MAX_SENTENCES = 3  # sentences by one rule
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """code names the rule · where is a prim path or a file · severity is "error", or "warning" for what fails
-    nothing."""
+    """What is wrong with a stage or a dataset, and where."""
 
-    code: str
-    where: str
-    message: str
-    severity: str = ERROR
+    code: Annotated[str, Meta(pattern="^[a-z0-9-]+$", description="The rule.")]
+    where: Annotated[str, Meta(description="A prim's path or a file.")]
+    message: Annotated[str, Meta(description="What is wrong there, and after a semicolon what to do about it.")]
+    severity: Annotated[str, one_of(ERROR, WARNING), Meta(description="A warning fails nothing.")] = ERROR
 
 
 def in_sentences(findings: Iterable[Finding]) -> list[str]:

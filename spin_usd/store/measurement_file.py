@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from msgspec import convert
+
 from spin_usd.accuracy.measurement import Measurement
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
@@ -32,7 +34,7 @@ def read_measurement(file: Path) -> Measurement:
     """Read a measurement. Raises InputError for a file that does not hold one, or holds one of other formulas, or
     figures of pictures that it lacks."""
     try:
-        found = Measurement.from_json(valid(read_bytes(file, MAX_DOCUMENT), "measure-1", file))
+        found = convert(valid(read_bytes(file, MAX_DOCUMENT), "measure-1", file), Measurement)
         if strange := {each.frame for each in found.figures} - {frame.name for frame in found.frames}:
             raise InputError(f"has figures of {min(strange)}, which is not among its pictures")
         return found

@@ -1,12 +1,16 @@
 """Reports for programs: one JSON object on standard output, whose schema travels with spin_usd."""
 
 import json
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from spin_usd.terminal.lines import print_out
 
+if TYPE_CHECKING:
+    from msgspec import Struct
 
-def show_report(command: str, report: Mapping[str, Any]) -> None:
+
+def show_report(report: "Struct") -> None:
     """Print the `report` of a command in one line, by schemas/COMMAND-report-1.schema.json."""
-    print_out(json.dumps({"schema": f"{command}-report-1", **report}))
+    from msgspec import to_builtins  # not above: most commands print no report
+
+    print_out(json.dumps(to_builtins(report)))

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from msgspec import convert, to_builtins
 
 from spin_usd.accuracy.measurement import (
     Configuration,
@@ -83,14 +84,14 @@ MEASUREMENT = Measurement(
 
 def test_it_survives_its_file(tmp_path) -> None:
     path = tmp_path / "measure.json"
-    path.write_text(json.dumps(MEASUREMENT.as_json()))
-    assert Measurement.from_json(valid(path.read_bytes(), "measure-1", path)) == MEASUREMENT
+    path.write_text(json.dumps(to_builtins(MEASUREMENT)))
+    assert convert(valid(path.read_bytes(), "measure-1", path), Measurement) == MEASUREMENT
 
 
 @pytest.mark.parametrize("spoil", [{"seeds": 1}, {"cpu_s": -1.0}, {"frame": "../x"}, {"memory_bytes": 0.5}])
 def test_the_schema_refuses_what_cannot_be(tmp_path, spoil) -> None:
     path = tmp_path / "measure.json"
-    path.write_text(json.dumps(replace(MEASUREMENT, figures=(replace(FIGURES, **spoil),)).as_json()))
+    path.write_text(json.dumps(to_builtins(replace(MEASUREMENT, figures=(replace(FIGURES, **spoil),)))))
     with pytest.raises(InputError, match="measure-1"):
         valid(path.read_bytes(), "measure-1", path)
 

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import to_builtins
 
+from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
@@ -19,6 +21,11 @@ from tests.cases.scenes import SMALL, box, pose, scene, target
 
 CASTER = EmbreeCaster()
 CUBE = target(*box())
+
+
+def recorded_of(s, facts):
+    """What a record says of the targets of a scene."""
+    return [to_builtins(recorded_target(body, each)) for body, each in zip(s.targets, facts, strict=True)]
 
 
 def silhouette(s):
@@ -84,7 +91,7 @@ def test_labels_of_several_bodies_show_what_rays_meet() -> None:
     by_instance = shown_by_label(s, "instance", INSTANCE.make(s, surface))
     assert np.array_equal(by_instance.ids, np.maximum(rays.ids, 0))
     assert shown_by_label(s, "depth", DEPTH.make(s, surface)) is None
-    found, expected = ([facts.as_json() for facts in target_facts(s, shown, CASTER)] for shown in (by_instance, rays))
+    found, expected = (recorded_of(s, target_facts(s, shown, CASTER)) for shown in (by_instance, rays))
     assert found == expected
 
 
@@ -124,8 +131,8 @@ def test_what_stands_before_a_target_hides_it() -> None:
 
 
 def test_nothing_is_known_of_a_target_that_is_not_seen() -> None:
-    (facts,) = target_facts(scene(CUBE, T_cam_body=pose(t=(0, 0, -4))), None, CASTER)
-    found = facts.as_json()
+    unseen = scene(CUBE, T_cam_body=pose(t=(0, 0, -4)))
+    (found,) = recorded_of(unseen, target_facts(unseen, None, CASTER))
     assert found["pixels"] == {"visible": 0, "amodal": 0}
     assert found["visible_fraction"] is None
     assert found["box"] == {"visible": None, "amodal": None, "truncated": True}

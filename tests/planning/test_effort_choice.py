@@ -6,12 +6,15 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
+from msgspec import UNSET, to_builtins
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
+from spin_usd.commands.plan.report import planned_choice
 from spin_usd.errors import InputError
 from spin_usd.options import EffortOptions
 from spin_usd.planning.effort_choice import doubts, setting_of
+from spin_usd.records.record import EffortChoice
 from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.sha256 import sha256_of
 from spin_usd.store.measurement_file import FILE, folder_of, read_measurement
@@ -24,7 +27,7 @@ OF_EFFORT = ("samples", "effort", "quality")
 def written(folder, found):
     """The path of its measure.json."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / FILE).write_text(json.dumps(found.as_json()))
+    (folder / FILE).write_text(json.dumps(to_builtins(found)))
     return folder / FILE
 
 
@@ -55,7 +58,7 @@ def test_figures_of_other_formulas_are_refused(tmp_path) -> None:
 
 def spoilt(old, new):
     """The text of a measure.json in which `old`, which it has, is `new`."""
-    text = json.dumps(usual().as_json())
+    text = json.dumps(to_builtins(usual()))
     assert old in text
     return text.replace(old, new, 1)
 
@@ -111,7 +114,9 @@ def test_an_effort_that_was_given_was_not_chosen(ways, effort) -> None:
 def test_a_quality_is_the_effort_of_its_name_and_says_so(name) -> None:
     setting, chosen = asked(quality=name)
     assert setting.effort == QUALITIES[name]
-    assert chosen.recorded == {"by": "quality", "asked": name, "reason": f"the quality {name} is {setting.effort.text}"}
+    assert chosen.recorded == EffortChoice(
+        by="quality", asked=name, reason=f"the quality {name} is {setting.effort.text}"
+    )
 
 
 def test_an_error_is_looked_up_beside_the_stage(measured_stage) -> None:
@@ -119,7 +124,7 @@ def test_an_error_is_looked_up_beside_the_stage(measured_stage) -> None:
     choice = choose(usual(), error=0.1)
     assert setting == choice.setting
     digest = sha256_of(folder_of(measured_stage) / FILE)
-    assert chosen.recorded == {"by": "error", "asked": "0.1", "reason": choice.reason, "measurement": digest}
+    assert chosen.recorded == EffortChoice(by="error", asked="0.1", reason=choice.reason, measurement=digest)
 
 
 def test_auto_is_the_detectors_noise(measured_stage) -> None:
@@ -136,9 +141,9 @@ def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured
     _, chosen = asked(measured_stage, quality="reference")
     (said,) = doubts(chosen, {"nominal": {"hash": usual().stage}})
     assert said.startswith("the quality reference: expected error 2.4 %, for 22.4 CPU s a picture, as measured on this")
-    assert chosen.as_json({"nominal": {"hash": usual().stage}})["expected"]["error"] == pytest.approx(0.024)
-    assert chosen.as_json({"nominal": {"hash": "6" * 64}}) == chosen.recorded
-    assert "measurement" not in chosen.recorded
+    assert planned_choice(chosen, {"nominal": {"hash": usual().stage}}).expected.error == pytest.approx(0.024)
+    assert to_builtins(planned_choice(chosen, {"nominal": {"hash": "6" * 64}})) == to_builtins(chosen.recorded)
+    assert chosen.recorded.measurement is UNSET
     assert doubts(chosen, {"nominal": {"hash": "6" * 64}}) == []
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.command_line import COMMANDS
 
-LIGHT = {"annotated_doc", "click", "shellingham", "spin_usd", "typer", "typing_extensions"}
+LIGHT = {"annotated_doc", "click", "msgspec", "shellingham", "spin_usd", "typer", "typing_extensions"}
 ALL_HELP = """
 import contextlib, io, sys
 from spin_usd.command_line import COMMANDS, app

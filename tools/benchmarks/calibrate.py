@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import three_stages
 from benchmarks.command import asked
+from msgspec import to_builtins
 from scipy.optimize import nnls
 
 from spin_usd.commands.render.worker_options import WorkerOptions
@@ -131,7 +132,7 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     method = CommonWork(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
     options = WorkerOptions(root=str(out), work=str(out / "work"), stage=str(root), settings=settings)
-    worker = Worker(options=options.as_json())
+    worker = Worker(options=to_builtins(options))
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)
         taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]

@@ -5,6 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from spin_usd.commands.render.worker_options import WorkerOptions
@@ -28,7 +29,7 @@ class OwnWorker:
         options = WorkerOptions(root=str(root), work=str(root / "work"), stage=str(stage), settings=settings)
         self._root, self._kinds = root, request.kinds
         self._child = stack.enter_context(Child())
-        self._child.call("open_worker", options=options.as_json())
+        self._child.call("open_worker", options=to_builtins(options))
         self.pid = self._child.process.pid
 
     def picture(self, scene: Scene) -> None:

@@ -20,6 +20,7 @@ from typing import Any
 
 import three_stages
 from benchmarks.spread import shown, spread
+from msgspec import to_builtins
 
 from spin_usd.commands.render.request import plan
 from spin_usd.commands.render.worker_options import WorkerOptions
@@ -137,7 +138,7 @@ class Maker:
             stage=str(stage),
             settings=settings,
         )
-        child.call("open_worker", options=options.as_json(), cpus=cpus)
+        child.call("open_worker", options=to_builtins(options), cpus=cpus)
         self._child, self._out, self._kinds = child, out, request.kinds
 
     def seconds(self, index: int) -> dict[str, float]:

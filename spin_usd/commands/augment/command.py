@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
+from msgspec import to_builtins
 
 import spin_usd
 from spin_usd.commands.augment.options import AugmentOptions
@@ -40,7 +41,7 @@ def augment(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.augment(**options.arguments(on_progress=progress))
     if as_json:
-        print_out(json.dumps(report.as_json()))
+        print_out(json.dumps(to_builtins(report)))
         return
     names = report.augmentations
     listed = ", ".join(names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]])

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
 from spin_usd.commands.augment.options import AugmentOptions
 from spin_usd.commands.author.reports import AugmentReport
 from spin_usd.options import takes
@@ -21,7 +23,7 @@ def augment(options: AugmentOptions) -> AugmentReport:
     out = None if options.out is None else str(options.out)
     reads = f"{root} or {spec}"
     report = ask_child("augment", reads=reads, progress=options.progress, stage=str(root), spec=spec, out=out)
-    return AugmentReport.from_json(report)
+    return convert(report, AugmentReport)
 
 
 def parameters() -> list[dict[str, Any]]:

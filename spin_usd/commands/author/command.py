@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec import to_builtins
 
 import spin_usd
 from spin_usd.commands.author.options import AuthorOptions
@@ -34,7 +35,7 @@ def author(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.author(**options.arguments(on_progress=progress))
     if as_json:
-        print_out(json.dumps(report.as_json()))
+        print_out(json.dumps(to_builtins(report)))
         return
     show_notes(report.notes)
     print_out(f"{report.root}   ({pluralise(report.frames, 'frame')})")

@@ -1,8 +1,6 @@
 """Reports of what `author` and `augment` made, sent from the child process to the caller."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from spin_usd.scene.derived.views import Views
 
@@ -24,13 +22,6 @@ class AuthorReport:
     views: Views
     notes: tuple[str, ...]
 
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, Any]) -> "AuthorReport":
-        return cls(**{**fields, "views": Views.from_json(fields["views"]), "notes": tuple(fields["notes"])})
-
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentReport:
@@ -42,10 +33,3 @@ class AugmentReport:
     root: str
     augmentations: tuple[str, ...]
     spec: str
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, Any]) -> "AugmentReport":
-        return cls(**{**fields, "augmentations": tuple(fields["augmentations"])})

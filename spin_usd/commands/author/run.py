@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec import convert
+
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.errors import InputError
@@ -34,7 +36,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     with nothing_left_of(Path(options.out)):
         reads = f"{options.poses or options.sample} or {options.target}"
         report = ask_child(call, reads=reads, progress=options.progress, within_s=AUTHOR_PATIENCE_S, **choices)
-    return AuthorReport.from_json(report)
+    return convert(report, AuthorReport)
 
 
 def _source(options: AuthorOptions) -> tuple[str, tuple[str, ...]]:

@@ -32,7 +32,7 @@ def check(
     with shown(context.obj["quiet"]) as progress:
         checked = spin_usd.check(**options.arguments(on_progress=progress, on_note=show_note))
     if as_json:
-        show_report("check", checked.as_json())
+        show_report(checked)
     else:
         _show(checked, Path(options.path), unfolded=unfolded)
     if checked.errors:
@@ -41,13 +41,11 @@ def check(
 
 def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
     """Print the report for people."""
-    from spin_usd.commands.check.repair import RepairReport
     from spin_usd.scene.derived.view_text import summary
     from spin_usd.terminal.findings import show_findings
 
-    if isinstance(checked, RepairReport):
-        print_out(*(f"repaired: {what}" for what in checked.repaired))
-        print_out(*(f"unrepaired: {what}" for what in checked.unrepaired))
+    print_out(*(f"repaired: {what}" for what in checked.repaired or ()))
+    print_out(*(f"unrepaired: {what}" for what in checked.unrepaired or ()))
     if checked.views:
         print_out(*summary(checked.views).split("\n"))
     show_findings(checked.findings, unfolded=unfolded)

@@ -3,7 +3,7 @@
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -40,18 +40,7 @@ Records = Mapping[str, Mapping[str, Any]]
 """Valid records (record-1) by their pictures' names, "variant/frame"."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RepairReport(CheckReport):
-    """The findings after a repair. repaired: what was made again · unrepaired: what could not be, and why."""
-
-    repaired: list[str] = field(default_factory=list)
-    unrepaired: list[str] = field(default_factory=list)
-
-    def as_json(self) -> dict[str, Any]:
-        return super().as_json() | {"repaired": self.repaired, "unrepaired": self.unrepaired}
-
-
-def repair(root: Path, *, progress: Progress, note: Note = no_note) -> RepairReport:
+def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckReport:
     """Make again what is missing or damaged in the dataset `root`, and check it then.
 
     Renders each damaged picture as its record says, and where that is lost as most others were. What is not the
@@ -67,7 +56,7 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> RepairRep
     repairing.run()
     findings = list(dataset_findings(store.root, progress=progress))
     made, failed = repairing.repaired, repairing.unrepaired
-    return RepairReport(kind="dataset", findings=findings, repaired=made, unrepaired=failed)
+    return CheckReport(kind="dataset", findings=findings, repaired=made, unrepaired=failed)
 
 
 class _Repair:
@@ -155,7 +144,8 @@ class _Repair:
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
         """Make the pictures of these names; yield those that are there then."""
         variants = tuple(sorted({name.partition("/")[0] for name in names}))
-        failed = dict(self._render(_of_variants(request, variants), frozenset(names)).failed)
+        report = self._render(_of_variants(request, variants), frozenset(names))
+        failed = {each.picture: each.reason for each in report.failed}
         self.unrepaired.extend(f"{name}: {reason}" for name, reason in failed.items())
         for name in sorted(names - failed.keys()):
             variant, _, frame = name.partition("/")

@@ -1,32 +1,28 @@
 """The report that `check` returns."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Literal
 
+from msgspec import Meta
+
+from spin_usd.json_fields import Count, JsonStruct
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import ERROR, Finding
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckReport:
-    """The findings of a check.
+class CheckReport(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="check-report-1"):
+    """What spin-usd check --json prints. The exit code is 1 where a finding is an error, 0 otherwise."""
 
-    kind: "stage" or "dataset" · findings: what is wrong with it · views: what a stage's own pictures show, where they
-    can be read · compared: how many pictures' labels were compared with those that Cycles casts, None where that was
-    not asked for.
-    """
-
-    kind: str
+    kind: Literal["stage", "dataset"]
     findings: list[Finding]
-    views: Views | None = None
-    compared: int | None = None
+    views: Annotated[Views | None, Meta(description="Of a stage's own pictures, where they can be read.")] = None
+    compared: Annotated[
+        Count | None,
+        Meta(description="Pictures whose labels were compared with those that Cycles casts; only with --cross."),
+    ] = None
+    repaired: Annotated[list[str] | None, Meta(description="What was made again; only with --repair.")] = None
+    unrepaired: Annotated[list[str] | None, Meta(description="What could not be, and why; only with --repair.")] = None
 
     @property
     def errors(self) -> int:
         """The number of findings that are errors: the others are warnings."""
         return sum(finding.severity == ERROR for finding in self.findings)
-
-    def as_json(self) -> dict[str, Any]:
-        more: dict[str, Any] = {"views": self.views.as_json()} if self.views else {}
-        more |= {} if self.compared is None else {"compared": self.compared}
-        return {"kind": self.kind, "findings": [asdict(finding) for finding in self.findings], **more}

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
 from spin_usd.errors import SpinError
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call
@@ -33,5 +35,5 @@ class StageAnswer:
             return cls(findings=[Finding(code="unreadable", where=str(root), message=message)])
         if isinstance(result, SpinError):
             raise result
-        views = Views.from_json(result["views"]) if result["views"] else None
+        views = convert(result["views"], Views | None)
         return cls(findings=[Finding(**each) for each in result["findings"]], views=views)

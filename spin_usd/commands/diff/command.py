@@ -1,9 +1,9 @@
 """`spin-usd diff`: what differs between two variants, for people and for programs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Pain
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 from spin_usd.terminal.report import show_report
+
+if TYPE_CHECKING:
+    from spin_usd.records.difference import DiffReport, TriedDifference
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
 VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same. Each line shows A's value -> B's.")]
@@ -41,15 +44,15 @@ def diff(
     with shown(context.obj["quiet"]) as progress:
         answer = compare(existing_stage(Path(stage)), variant_a, variant_b, frames=frames, progress=progress)
     if as_json:
-        show_report("diff", answer)
+        show_report(answer)
         return
-    print_out(*_listed(answer["differences"]), *_summary(answer))
+    print_out(*_listed(answer.differences), *_summary(answer))
 
 
-def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
+def _listed(differences: "Sequence[TriedDifference]") -> Iterator[Line]:
     """Yield a paragraph for each prim, and one for the files."""
     for where, here in groupby(
-        differences, key=lambda each: each["where"].partition(".")[0] if each["kind"] != "file" else ""
+        differences, key=lambda each: each.where.partition(".")[0] if each.kind != "file" else ""
     ):
         yield (Painted(where or "files", bold=True),)
         for each in here:
@@ -57,61 +60,60 @@ def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
         yield ""
 
 
-def _difference(each: Mapping[str, Any]) -> Iterator[Line]:
-    subject = each["where"] if each["kind"] == "file" else _subject(each)
-    effect = f"   [{EFFECTS[each['effect']]}]" if each["effect"] else ""
-    before, after = Painted(_text(each["before"]), BAD), Painted(_text(each["after"]), GOOD)
+def _difference(each: "TriedDifference") -> Iterator[Line]:
+    subject = each.where if each.kind == "file" else _subject(each)
+    effect = f"   [{EFFECTS[each.effect]}]" if each.effect else ""
+    before, after = Painted(_text(each.before), BAD), Painted(_text(each.after), GOOD)
     samples = ""
-    if each["samples"]:
-        which = "the only time sample" if each["samples"] == 1 else f"the first of {each['samples']} time samples"
-        samples = f"   (at {each['time_code']:g}, {which} that differ{'s' * (each['samples'] == 1)})"
+    if each.samples:
+        which = "the only time sample" if each.samples == 1 else f"the first of {each.samples} time samples"
+        samples = f"   (at {each.time_code:g}, {which} that differ{'s' * (each.samples == 1)})"
     yield "  ", Painted(subject, NAME), "   ", before, " -> ", after, samples, Painted(effect, DOUBTFUL)
-    if each["before_from"] or each["after_from"]:
-        origin = f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
+    if each.before_from or each.after_from:
+        origin = f"      {each.before_from or 'not authored'} -> {each.after_from or 'not authored'}"
         yield (Painted(origin, QUIET),)
 
 
-def _subject(each: Mapping[str, Any]) -> str:
-    name = each["where"].partition(".")[2]
-    match each["kind"]:
+def _subject(each: "TriedDifference") -> str:
+    name = each.where.partition(".")[2]
+    match each.kind:
         case "selection":
-            return f"variant set {each['name']}"
+            return f"variant set {each.name}"
         case "schemas":
             return "applied schemas"
         case "metadata":
-            return f"{each['name']} of {name}" if name else str(each["name"])
+            return f"{each.name} of {name}" if name else each.name
         case "connection":
             return f"{name} connected to"
-    return name or str(each["kind"])
+    return name or each.kind
 
 
 def _text(value: str | None) -> str:
     return "none" if value is None else value
 
 
-def _summary(answer: Mapping[str, Any]) -> Iterator[str]:
-    pictures, count = answer["pictures"], len(answer["differences"])
-    before, after = answer["before"], answer["after"]
-    places, total = pluralise(count, "place"), pluralise(pictures["compared"], "picture")
+def _summary(answer: "DiffReport") -> Iterator[str]:
+    pictures, count = answer.pictures, len(answer.differences)
+    before, after = answer.before, answer.after
+    places, total = pluralise(count, "place"), pluralise(pictures.compared, "picture")
     yield f"{after} differs from {before} in {places}" if count else f"{after} is composed as {before} is"
-    labels, renders, images = (pictures[key] for key in ("geometry", "radiance", "exposure"))
+    labels, renders, images = pictures.geometry, pictures.radiance, pictures.exposure
     yield f"of {total}: labels differ in {labels}, renders in {renders}, images in {images}"
-    for key, name in (("only_before", before), ("only_after", after)):
-        if pictures[key]:
-            yield f"{pluralise(pictures[key], 'picture')} only in {name}"
+    for count, name in ((pictures.only_before, before), (pictures.only_after, after)):
+        if count:
+            yield f"{pluralise(count, 'picture')} only in {name}"
     yield _cost(answer)
 
 
-def _cost(answer: Mapping[str, Any]) -> str:
-    labels, renders, images, total = (
-        answer["pictures"][key] for key in ("geometry", "radiance", "exposure", "compared")
-    )
-    if not images and not answer["redrawn"]:
+def _cost(answer: "DiffReport") -> str:
+    pictures = answer.pictures
+    labels, renders, images = pictures.geometry, pictures.radiance, pictures.exposure
+    if not images and not answer.redrawn:
         return "nothing differs in any picture"
     if not images:
         return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
     if not renders:
-        developed = pluralise(total if answer["redrawn"] else images, "image")
+        developed = pluralise(pictures.compared if answer.redrawn else images, "image")
         return f"nothing is rendered again: {developed} developed from the same renders"
-    again = f"{renders} of {pluralise(total, 'picture')} rendered again"
+    again = f"{renders} of {pluralise(pictures.compared, 'picture')} rendered again"
     return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

@@ -1,15 +1,17 @@
 """Compare two variants of a stage: what differs, and which work that makes."""
 
 from pathlib import Path
-from typing import Any
+
+from msgspec import convert
 
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.progress import Progress
+from spin_usd.records.difference import DiffReport
 
 
-def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> dict[str, Any]:
-    """Return what `in_child.compare` answers, from a child process of its own. Raises StageError, InputError."""
-    answer: dict[str, Any] = ask_child(
+def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> DiffReport:
+    """Return what differs, as a child process of its own finds. Raises StageError, InputError."""
+    answer = ask_child(
         "diff",
         reads=stage,
         progress=progress,
@@ -18,4 +20,4 @@ def diff(stage: Path, before: str, after: str, *, frames: str | None = None, pro
         after=after,
         frames=frames,
     )
-    return answer
+    return convert(answer, DiffReport)

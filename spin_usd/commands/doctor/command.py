@@ -1,6 +1,5 @@
 """`spin-usd doctor`: prints what this machine has, and what it lacks."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -19,7 +18,7 @@ def doctor(
     as_json: Json = False,
 ) -> None:
     """Say what this machine has and lacks, each line with its remedy."""
-    from spin_usd.commands.doctor.run import examine
+    from spin_usd.commands.doctor.run import DoctorReport, examine
 
     lines = []
     for line in examine(folder):
@@ -30,6 +29,6 @@ def doctor(
                 print_out(("    ", " " * 26, Painted(f" -> {line.remedy}", DOUBTFUL)))
     well = all(line.well for line in lines)
     if as_json:
-        show_report("doctor", {"well": well, "lines": [asdict(line) for line in lines]})
+        show_report(DoctorReport(well=well, lines=lines))
     if not well:
         raise typer.Exit(FINDINGS)

@@ -8,12 +8,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Annotated
 
 import psutil
+from msgspec import Meta
 
 import spin_usd
 from spin_usd.commands.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import SpinError
+from spin_usd.json_fields import JsonStruct
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import rendering_memory
@@ -28,15 +31,22 @@ DISK_WANTED = 5 << 30
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One thing that was examined. `remedy` is empty when it is well."""
+    """One thing that was examined."""
 
-    subject: str
+    subject: Annotated[str, Meta(min_length=1, description="What was examined, such as memory or numpy.")]
     found: str
-    remedy: str = ""
+    remedy: Annotated[str, Meta(description="What to do; empty where it is well.")] = ""
 
     @property
     def well(self) -> bool:
         return not self.remedy
+
+
+class DoctorReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="doctor-report-1"):
+    """What spin-usd doctor --json prints. The exit code is 0 where all is well, 1 otherwise."""
+
+    well: Annotated[bool, Meta(description="Whether no line has a remedy.")]
+    lines: Annotated[list[Line], Meta(min_length=1)]
 
 
 def examine(folder: Path) -> Iterator[Line]:

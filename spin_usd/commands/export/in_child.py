@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.export.card import card_files
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.pictures import LIST, all_indexes, made_by_children, made_here
@@ -16,6 +18,7 @@ from spin_usd.commands.export.writer import Counts, Writer
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.progress import Progress
+from spin_usd.records.descriptions import ExportDescription
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Lease, Store, refuse_dataset
 from spin_usd.store.json_schema import read_json
@@ -133,4 +136,4 @@ def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
 
 def describe(out: Path, described: Mapping[str, Any], *, complete: bool, work: Path) -> None:
     """Write export.json."""
-    write_json(Folder(out), SELF, {"schema": SCHEMA, **described, "complete": complete}, work=work)
+    write_json(Folder(out), SELF, to_builtins(ExportDescription(**described, complete=complete)), work=work)

@@ -12,11 +12,11 @@ from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
-from spin_usd.picture.keypoint_states import KeypointState, keypoint_states
+from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.processes.lasting_child import LastingChild
 from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Sensor
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.source.keypoints import Keypoints, KeypointState
 from spin_usd.store.read.dataset import Dataset
 from spin_usd.store.read.picture import Picture
 

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import typer
+from msgspec import to_builtins
 
 import spin_usd
 from spin_usd.commands.measure.options import MeasureOptions
@@ -28,7 +29,7 @@ def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = 
         found = spin_usd.measure(**options.arguments(on_progress=progress, on_note=show_note))
     folder = options.out or folder_of(existing_stage(Path(options.stage)))
     if as_json:
-        print_out(json.dumps(found.as_json()))
+        print_out(json.dumps(to_builtins(found)))
     else:
         print_out(
             *in_short(found).split("\n"),

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.accuracy.measurement import Configuration, Failure, Figures, LabelFigures, MeasuredPicture, Measurement
 from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.commands.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
@@ -53,7 +55,7 @@ class PictureTask:
         except InputError:
             found = self._made(processes)
             if not found.failures:
-                runs.write_result(self.key, found.as_json())
+                runs.write_result(self.key, to_builtins(found))
         if not found.failures:
             renders = self.keys - {self.key}
             self._campaign.percent_done.did(renders)

@@ -9,6 +9,8 @@ from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
 
+from msgspec import to_builtins
+
 from spin_usd.accuracy.measurement import Measurement
 from spin_usd.accuracy.report import in_full
 from spin_usd.accuracy.sweep import STEP, representative
@@ -203,7 +205,7 @@ def _write(folder: Folder, measurement: Measurement, work: Path) -> None:
     """Write the measurement as JSON, which is checked before it is there."""
 
     def write(temporary: Path) -> None:
-        text = json.dumps(measurement.as_json(), indent=1, allow_nan=False) + "\n"
+        text = json.dumps(to_builtins(measurement), indent=1, allow_nan=False) + "\n"
         temporary.write_text(text, encoding="utf-8")
         read_measurement(temporary)
 

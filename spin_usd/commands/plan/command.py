@@ -31,7 +31,7 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
         report = spin_usd.plan(**options.arguments(on_progress=progress))
     show_notes(report.notes)
     if as_json:
-        show_report("plan", report.as_json())
+        show_report(report.document)
         return
     _print_cost(report.cost)
     _print_views(report)

@@ -2,22 +2,27 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import UNSET, Meta, UnsetType
+from msgspec.structs import asdict
 
 from spin_usd.commands.render.orphans import orphaned_pictures
 from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.same_stage import other_origin
 from spin_usd.commands.render.workers import default_workers
-from spin_usd.planning.effort_choice import Chosen, doubts
+from spin_usd.json_fields import Count, JsonStruct, Sha256, Size
+from spin_usd.planning.effort_choice import Chosen, Expected, doubts
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.measured_cost import measured_beside
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.skipped_work import SkippedCount
-from spin_usd.planning.variant_table import VariantTable, variant_table
+from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
 from spin_usd.processes.devices import AUTO
 from spin_usd.processes.processors import usable_cpus
+from spin_usd.records.record import EffortChoice
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.effort import CPU, Effort
@@ -52,26 +57,102 @@ class PlanReport:
     orphans: tuple[str, ...]
     other_stage: tuple[str, ...]
 
-    def as_json(self) -> dict[str, Any]:
-        report = {
-            **self.cost.as_json(),
-            "workers": self.workers,
-            "wall_seconds": self.seconds,
-            "orphans": len(self.orphans),
-            "other_stage": self.other_stage,
-            "renderer": self.renderer,
-            "device": self.device,
-            "effort": asdict(self.effort),
-            "chosen": self.chosen.as_json(self.stages) if self.chosen else None,
-            "notes": self.notes,
-            "variants": tuple(self.pictures),
-            "hashes": {name: stage["hash"] for name, stage in self.stages.items()},
-        }
-        if self.views:
-            report["views"] = self.views.as_json()
-        if self.skipped is not None:
-            report["skipped"] = [asdict(each) for each in self.skipped]
-        return report
+    @property
+    def document(self) -> "PlanDocument":
+        """What `plan --json` prints."""
+        total = self.cost.total
+        return PlanDocument(
+            pictures=total.pictures,
+            label_passes=total.label_passes,
+            renders=total.renders,
+            exposures=total.exposures,
+            bytes=round(total.bytes),
+            core_seconds=total.seconds,
+            finished=self.cost.finished,
+            rows=[_row(row) for row in self.cost.rows],
+            workers=self.workers,
+            wall_seconds=self.seconds,
+            orphans=len(self.orphans),
+            other_stage=self.other_stage,
+            renderer=self.renderer,
+            device=self.device,
+            effort=self.effort,
+            chosen=planned_choice(self.chosen, self.stages) if self.chosen else None,
+            notes=self.notes,
+            variants=tuple(self.pictures),
+            hashes={name: stage["hash"] for name, stage in self.stages.items()},
+            views=self.views,
+            skipped=self.skipped,
+        )
+
+
+class PlannedVariant(JsonStruct, frozen=True, kw_only=True):
+    """What a render would make of a variant, and about what it costs."""
+
+    name: Annotated[str, Meta(description="The variant.")]
+    pictures: Count
+    label_passes: Count
+    renders: Count
+    exposures: Count
+    bytes: Count
+    core_seconds: Size
+
+
+class PlannedChoice(EffortChoice, frozen=True, kw_only=True):
+    """Why the effort is this."""
+
+    expected: Annotated[Expected | UnsetType, Meta(description="Figures of the settings, as measured.")] = UNSET
+
+
+class PlanDocument(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="plan-report-1"):
+    """What spin-usd plan --json prints."""
+
+    pictures: Annotated[Count, Meta(description="How many a render would make.")]
+    label_passes: Count
+    renders: Count
+    exposures: Count
+    bytes: Annotated[Count, Meta(description="About what they take on disk.")]
+    core_seconds: Annotated[Size, Meta(description="About the seconds of one core.")]
+    finished: Annotated[Count, Meta(description="Pictures that the dataset of --out has already.")]
+    rows: Annotated[list[PlannedVariant], Meta(description="The same for each variant.")]
+    workers: Annotated[int, Meta(ge=1, description="Processes that a render would start.")]
+    wall_seconds: Annotated[Size, Meta(description="About the wall-clock time with them.")]
+    orphans: Annotated[Count, Meta(description="Records in the dataset of pictures that the stage does not have.")]
+    other_stage: Annotated[
+        tuple[str, ...], Meta(description="In what the stage of the dataset's pictures differs from this one.")
+    ]
+    renderer: str
+    device: str
+    effort: Annotated[Effort, Meta(description="Settings of the renderer, as in a record.")]
+    chosen: Annotated[PlannedChoice | None, Meta(description="Null where they were given, or are the default.")]
+    notes: Annotated[tuple[str, ...], Meta(description="What a user should know.")]
+    variants: tuple[str, ...]
+    hashes: Annotated[dict[str, Sha256], Meta(description="Composed content, by variant, as in a record's provenance.")]
+    views: Views | None = None
+    skipped: Annotated[
+        tuple[SkippedCount, ...] | None,
+        Meta(description="Work that is skipped because no picture needs it; only with --explain."),
+    ] = None
+
+
+def _row(row: VariantRow) -> PlannedVariant:
+    return PlannedVariant(
+        name=row.name,
+        pictures=row.pictures,
+        label_passes=row.label_passes,
+        renders=row.renders,
+        exposures=row.exposures,
+        bytes=round(row.bytes),
+        core_seconds=row.seconds,
+    )
+
+
+def planned_choice(chosen: Chosen, stages: Mapping[str, Mapping[str, Any]]) -> PlannedChoice:
+    """Return the choice as recorded, with what is expected; of a quality only where one of the `stages`, by variant
+    what a record says of it, is that measured."""
+    applies = chosen.by == "error" or chosen.is_of(stages)
+    expected = chosen.expected if applies and chosen.expected else UNSET
+    return PlannedChoice(**asdict(chosen.recorded), expected=expected)
 
 
 def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:

@@ -26,7 +26,7 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
         report = spin_usd.render(**options.arguments(on_progress=progress, on_note=show_note))
     show_notes(report.doubts)
     if as_json:
-        show_report("render", report.as_json())
+        show_report(report)
     else:
         print_out(_sentence(report, options))
         warn_of_faults(report, options.out)

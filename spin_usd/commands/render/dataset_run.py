@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.render import orphans, same_stage
 from spin_usd.commands.render.destination import Destination
 from spin_usd.commands.render.report import RenderReport, RunListener
@@ -40,6 +42,7 @@ from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Note, Progress
+from spin_usd.records.descriptions import DatasetDescription, StageEntry, StageOrigin
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.effort import CPU
@@ -286,16 +289,17 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
     hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
     hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
     classes = class_ids(part["class"] for part in plan.description["parts"].values())
-    return {
-        "schema": "dataset-1",
-        "stage": {"root": root, "origin": dict(plan.origin), "hashes": hashes},
-        "targets": plan.description["targets"],
-        "parts": plan.description["parts"],
-        "classes": {str(number): name for name, number in classes.items()},
-        "variants": list(hashes),
-        "frames": len(plan.names),
-        "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
-    }
+    description = DatasetDescription(
+        stage=StageEntry(root=root, origin=StageOrigin(**plan.origin), hashes=hashes),
+        targets=plan.description["targets"],
+        parts=plan.description["parts"],
+        classes={str(number): name for name, number in classes.items()},
+        variants=list(hashes),
+        frames=len(plan.names),
+        files={kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
+    )
+    described: dict[str, Any] = to_builtins(description)
+    return described
 
 
 def unfinished_tasks(

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec import to_builtins
+
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import is_url
@@ -49,7 +51,7 @@ class Destination:
         from spin_usd.processes.cluster.remote_child import RemoteChild
         from spin_usd.processes.cluster.worker_actor import WorkerOpening
 
-        output, versions, for_worker = self._output(lease), library_versions(), options.as_json()
+        output, versions, for_worker = self._output(lease), library_versions(), to_builtins(options)
 
         def opening(number: int, of: int | None) -> WorkerOpening:
             return WorkerOpening(output=output, options=for_worker, versions=versions, number=number, of=of)

@@ -22,7 +22,7 @@ def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
 
 def exit_if_failed(report: "RenderReport") -> None:
     """Name the pictures that failed on standard error, and end the command where there are any."""
-    for name, reason in report.failed:
-        print_err((Painted("failed:", BAD), f" {name}: {reason}"))
+    for each in report.failed:
+        print_err((Painted("failed:", BAD), f" {each.picture}: {each.reason}"))
     if report.failed:
         raise typer.Exit(FINDINGS)

@@ -1,11 +1,13 @@
 """The record of a picture, made by its worker once the picture's files are written."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET, to_builtins
 
+from spin_usd.arrays import Float
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
@@ -14,10 +16,31 @@ from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.picture.make_picture import RENDERED, Stopwatch
 from spin_usd.picture.shown_bodies import ShownBodies
 from spin_usd.picture.target_facts import TargetFacts
+from spin_usd.records.record import (
+    NextFrame,
+    NextTarget,
+    Provenance,
+    Record,
+    RecordedBox,
+    RecordedBox3d,
+    RecordedCamera,
+    RecordedFile,
+    RecordedLidar,
+    RecordedPixels,
+    RecordedPose,
+    RecordedRender,
+    RecordedSeeds,
+    RecordedSun,
+    RecordedTarget,
+    RecordedTones,
+    StageProvenance,
+)
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
+from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
+from spin_usd.scene.source.keypoints import KeypointState
 
 OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on where the Sun is."""
@@ -43,107 +66,127 @@ class CurrentPicture:
     shown: ShownBodies | None = None
     facts: Sequence[TargetFacts] = ()
     notes: dict[str, float] = field(default_factory=dict)
-    tones: dict[str, Any] | None = None
+    tones: RecordedTones | None = None
 
 
 def make_record(
     stage: Mapping[str, Any],
     picture: CurrentPicture,
     options: WorkerOptions,
-    files: dict[str, Any],
+    files: Mapping[str, Mapping[str, Any]],
     versions: dict[str, str],
 ) -> dict[str, Any]:
     """Return the picture's record, by schema record-1. `stage`: what in_child.stage_provenance says of it."""
     scene = picture.scene
-    of_the_sun = files.keys() & OF_THE_SUN  # other labels stay when it moves
-    sun = sunlight(scene.lights, scene.T_cam_body) if of_the_sun else None
-    return {
-        "schema": "record-1",
-        "frame": scene.frame.name,
-        "index": scene.frame.index,
-        "variant": scene.frame.variant,
-        **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
-        "camera": recorded_camera(scene.camera),
-        "pose": recorded_pose(scene.T_cam_body),
-        "targets": [recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
-        **({"sun": recorded_sun(sun)} if sun else {}),
-        **({"next": recorded_next(scene.next_frame)} if scene.next_frame else {}),
-        **({"tones": picture.tones} if picture.tones else {}),
-        **({"lidar": scene.lidar.as_json()} if scene.lidar and files.keys() & CLOUD_LABELS.keys() else {}),
-        "files": files,
-        "provenance": {
-            "stage": {"root": options.stage, **stage},
-            "keys": {name: key for name, key in picture.keys.items() if key},
-            **_recorded_settings(scene, options),
-            **({"options": dict(options.options)} if options.options else {}),
-            "versions": versions,
-            **picture.notes,
-        },
-    }
+    sun = sunlight(scene.lights, scene.T_cam_body) if files.keys() & OF_THE_SUN else None  # others stay when it moves
+    measured = scene.lidar if files.keys() & CLOUD_LABELS.keys() else None
+    record = Record(
+        frame=scene.frame.name,
+        index=scene.frame.index,
+        variant=scene.frame.variant,
+        source_file=scene.frame.source_file or UNSET,
+        camera=recorded_camera(scene.camera),
+        pose=recorded_pose(scene.T_cam_body),
+        targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
+        sun=recorded_sun(sun) if sun else UNSET,
+        next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,
+        tones=picture.tones or UNSET,
+        lidar=recorded_lidar(measured) if measured else UNSET,
+        files={kind: RecordedFile(**entry) for kind, entry in files.items()},
+        provenance=_provenance(stage, picture, options, versions),
+    )
+    made: dict[str, Any] = to_builtins(record)
+    return made
 
 
-def _recorded_settings(scene: Scene, options: WorkerOptions) -> dict[str, Any]:
-    """Return what the record says of how the picture was rendered, when, and from which seeds."""
-    settings, region = options.settings, scene.picture_region
-    return {
-        "render": {
-            "renderer": settings.renderer,
-            "device": settings.device,
-            "effort": asdict(settings.effort),
-            "region": [region.x0, region.y0, region.x1, region.y1],
-            **({"chosen": options.chosen.recorded} if options.chosen else {}),
-        },
-        "time_code": scene.frame.time_code,
-        "seed": {
-            "dataset": settings.seed,
-            "render": render_seed(scene, settings),
-            "picture": picture_seed(scene, settings),
-        },
-    }
+def _provenance(
+    stage: Mapping[str, Any], picture: CurrentPicture, options: WorkerOptions, versions: dict[str, str]
+) -> Provenance:
+    scene, settings, region = picture.scene, options.settings, picture.scene.picture_region
+    return Provenance(
+        stage=StageProvenance(root=options.stage, **stage),
+        keys={name: key for name, key in picture.keys.items() if key},
+        render=RecordedRender(
+            renderer=settings.renderer,
+            device=settings.device,
+            effort=settings.effort,
+            region=[region.x0, region.y0, region.x1, region.y1],
+            chosen=options.chosen.recorded if options.chosen else UNSET,
+        ),
+        time_code=scene.frame.time_code,
+        seed=RecordedSeeds(
+            dataset=settings.seed, render=render_seed(scene, settings), picture=picture_seed(scene, settings)
+        ),
+        options=dict(options.options) or UNSET,
+        versions=versions,
+        auto_exposure=picture.notes.get("auto_exposure", UNSET),
+    )
 
 
-def recorded_camera(camera: Camera) -> dict[str, Any]:
+def recorded_camera(camera: Camera) -> RecordedCamera:
     """Return what the record says of a camera."""
-    return {
-        "width": camera.width,
-        "height": camera.height,
-        "fx": camera.fx,
-        "fy": camera.fy,
-        "cx": camera.cx,
-        "cy": camera.cy,
-        "distortion": list(camera.distortion),
-    }
+    return RecordedCamera(
+        width=camera.width,
+        height=camera.height,
+        fx=camera.fx,
+        fy=camera.fy,
+        cx=camera.cx,
+        cy=camera.cy,
+        distortion=list(camera.distortion),
+    )
 
 
-def recorded_target(body: Body, facts: TargetFacts) -> dict[str, Any]:
+def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
     """Return what the record says of a target."""
-    return {
-        "id": body.id,
-        "name": body.target.name,
-        "pose": recorded_pose(body.T_cam_body),
-        "range": float(np.linalg.norm(body.T_cam_body.translation)),
-        **facts.as_json(),
-    }
+    return RecordedTarget(
+        id=body.id,
+        name=body.target.name,
+        pose=recorded_pose(body.T_cam_body),
+        range=float(np.linalg.norm(body.T_cam_body.translation)),
+        pixels=RecordedPixels(visible=facts.counts.visible, amodal=facts.counts.amodal),
+        visible_fraction=facts.counts.visible_fraction,
+        box=RecordedBox(
+            visible=facts.box_visible,
+            amodal=None if facts.box_amodal is None else facts.box_amodal.ravel().tolist(),
+            truncated=facts.truncated,
+        ),
+        box_3d=RecordedBox3d(box=facts.box.tolist(), corners=[_pixel_or_null(uv) for uv in facts.corners]),
+        keypoints=[_keypoint(uv, state) for uv, state in zip(facts.keypoints, facts.states, strict=True)],
+    )
 
 
-def recorded_pose(T_cam_body: Transform) -> dict[str, Any]:
+def _pixel_or_null(uv: Float) -> list[float] | None:
+    return uv.tolist() if np.isfinite(uv).all() else None
+
+
+def _keypoint(uv: Float, state: KeypointState) -> tuple[float | None, float | None, KeypointState]:
+    u, v = _pixel_or_null(uv) or (None, None)
+    return u, v, state
+
+
+def recorded_pose(T_cam_body: Transform) -> RecordedPose:
     """Return what the record says of a pose."""
-    return {"q_cam_body": T_cam_body.quaternion.tolist(), "t_cam_body": T_cam_body.translation.tolist()}
+    return RecordedPose(q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist())
 
 
-def recorded_next(following: Scene) -> dict[str, Any]:
+def recorded_next(following: Scene) -> NextFrame:
     """Return what the record says of the next frame."""
-    return {
-        "frame": following.frame.name,
-        "camera": recorded_camera(following.camera),
-        "targets": [{"id": body.id, "pose": recorded_pose(body.T_cam_body)} for body in following.targets],
-    }
+    return NextFrame(
+        frame=following.frame.name,
+        camera=recorded_camera(following.camera),
+        targets=[NextTarget(id=body.id, pose=recorded_pose(body.T_cam_body)) for body in following.targets],
+    )
 
 
-def recorded_sun(sun: Sunlight) -> dict[str, Any]:
+def recorded_sun(sun: Sunlight) -> RecordedSun:
     """Return what the record says of the Sun."""
-    return {
-        "towards_cam": sun.towards_cam.tolist(),
-        "towards_body": sun.towards_body.tolist(),
-        "obscured": sun.obscured,
-    }
+    return RecordedSun(
+        towards_cam=sun.towards_cam.tolist(), towards_body=sun.towards_body.tolist(), obscured=sun.obscured
+    )
+
+
+def recorded_lidar(lidar: Lidar) -> RecordedLidar:
+    """Return what the record says of a LiDAR: its fields, with T_cam_lidar as quaternion and translation."""
+    rest = {field.name: getattr(lidar, field.name) for field in fields(lidar) if field.name != "T_cam_lidar"}
+    pose = lidar.T_cam_lidar
+    return RecordedLidar(q_cam_lidar=pose.quaternion.tolist(), t_cam_lidar=pose.translation.tolist(), **rest)

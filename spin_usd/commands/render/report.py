@@ -1,9 +1,11 @@
 """The report of a run, and the listener that counts for it while the run goes on."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
+from msgspec import Meta, Struct, field
+
+from spin_usd.json_fields import Count, JsonStruct, Size, one_of
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
@@ -12,39 +14,43 @@ from spin_usd.pluralise import pluralise
 from spin_usd.progress import Note, Progress
 
 
-@dataclass(kw_only=True)
-class RenderReport:
-    """The report of what a run did.
+class FailedPicture(JsonStruct, frozen=True, kw_only=True):
+    """A picture that was not made."""
 
-    pictures: how many were asked for · made, reused: of those, how many were made and how many were there already ·
-    pruned: pictures removed, which the stage does not have or which were another stage's · label_passes, renders: how
-    many of the pictures made took one of their own · labels_shared, renders_shared: how many took another picture's
-    from the cache · failed: names and reasons · seconds: wall-clock · work: seconds by kind of work, over all workers ·
-    doubts: about the choice of the effort · faults: how many pictures, made or there already, have each fault that
-    picture.brightness finds.
-    """
+    picture: Annotated[str, Meta(description="Its variant and frame, such as nominal/img000001.")]
+    reason: Annotated[str, Meta(description="Ends with the command that makes it again.")]
 
-    pictures: int
-    made: int = 0
-    reused: int = 0
-    pruned: int = 0
-    label_passes: int = 0
-    labels_shared: int = 0
-    renders: int = 0
-    renders_shared: int = 0
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    seconds: float = 0.0
-    work: dict[str, float] = field(default_factory=dict)
-    doubts: list[str] = field(default_factory=list)
-    faults: dict[str, int] = field(default_factory=lambda: dict.fromkeys(WORDS, 0))
+
+class RenderReport(Struct, kw_only=True, tag_field="schema", tag="render-report-1"):
+    """What spin-usd render --json prints. The exit code is 1 where a picture failed, 0 otherwise."""
+
+    pictures: Annotated[Count, Meta(description="How many were asked for.")]
+    made: Annotated[Count, Meta(description="How many of those were made.")] = 0
+    reused: Annotated[Count, Meta(description="How many were there already.")] = 0
+    pruned: Annotated[
+        Count,
+        Meta(description="Pictures removed: the stage does not have them, or they were another stage's."),
+    ] = 0
+    label_passes: Annotated[Count, Meta(description="How many of those made took a label pass of their own.")] = 0
+    labels_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
+    renders: Annotated[Count, Meta(description="How many of those made took a render of their own.")] = 0
+    renders_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
+    failed: list[FailedPicture] = []
+    seconds: Annotated[Size, Meta(description="Wall-clock.")] = 0.0
+    work: Annotated[dict[str, Size], Meta(description="Seconds by kind of work, over all workers.")] = {}
+    doubts: Annotated[list[str], Meta(description="About the choice of the effort.")] = []
+    faults: Annotated[
+        dict[Annotated[str, one_of(*WORDS)], Count],
+        Meta(
+            description="How many pictures, made or there already, are dark, bright, or exposed as far as the camera "
+            "can (picture.brightness)."
+        ),
+    ] = field(default_factory=lambda: dict.fromkeys(WORDS, 0))
 
     def add(self, faults: Iterable[str]) -> None:
         """Count the faults of one more picture."""
         for fault in faults:
             self.faults[fault] += 1
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self) | {"failed": [{"picture": name, "reason": reason} for name, reason in self.failed]}
 
 
 class RunListener:
@@ -91,7 +97,8 @@ class RunListener:
         self._report_progress()
 
     def failed(self, picture: PlannedPicture, reason: str) -> None:
-        self.report.failed.append((picture.name, f"{reason}; to see it again: {self.again(picture)}"))
+        reason = f"{reason}; to see it again: {self.again(picture)}"
+        self.report.failed.append(FailedPicture(picture=picture.name, reason=reason))
         self._report_progress()
 
     def stopping(self, pictures: int) -> None:

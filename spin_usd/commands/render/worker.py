@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+from msgspec import convert
 from numpy.typing import NDArray
 
 from spin_usd.commands.render.record import CurrentPicture, make_record
@@ -69,7 +70,7 @@ class Worker:
         if cpus:
             hold_to(cpus)
         self._on_open = progress
-        self.options = WorkerOptions.from_json(options)
+        self.options = convert(options, WorkerOptions)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
         self.caster = EmbreeCaster()
         self.renderer = self._open_renderer() if self.options.renders else None

@@ -1,7 +1,7 @@
 """The options of the run that a worker is given when it is started."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from spin_usd.planning.effort_choice import Chosen
@@ -30,11 +30,3 @@ class WorkerOptions:
     @property
     def image_suffix(self) -> str:
         return f".{self.options.get('image_format', 'png')}"
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "WorkerOptions":
-        settings, chosen = RenderSettings.from_json(value["settings"]), value["chosen"]
-        return cls(**{**value, "settings": settings, "chosen": Chosen.from_json(chosen) if chosen else None})

@@ -5,6 +5,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 
 import psutil
+from msgspec import to_builtins
 
 from spin_usd.commands.render.destination import Destination, StartWorker
 from spin_usd.commands.render.report import RunListener
@@ -65,7 +66,7 @@ class WorkerProcesses:
     def _start(self, options: WorkerOptions, workers: int, number: int) -> Child:
         child, self._ahead = self._ahead or self._process(), None
         with suppress(ChildDiedError):  # the end of its answers says so too
-            child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
+            child.send("open_worker", options=to_builtins(options), cpus=share_of(number, workers))
         return child
 
     def _process(self) -> Child:

@@ -4,6 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.render.worker import Worker
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
@@ -29,7 +31,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str, device: str
         settings=replace(recorded_settings(record), device=device),
         renders=not RENDERED.isdisjoint(kinds),
     )
-    worker = Worker(options=options.as_json())
+    worker = Worker(options=to_builtins(options))
     reader = worker.reader(record["variant"])
     if record["index"] >= len(reader.frames) or reader.frames[record["index"]].name != record["frame"]:
         raise InputError(

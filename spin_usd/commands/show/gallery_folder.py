@@ -4,6 +4,8 @@ from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 
+from msgspec import to_builtins
+
 from spin_usd import __version__
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.gallery_file import BY_KEY, DATA, INDEX, OWN_NAME, PAGE, PROGRAM, SELF, file_of
@@ -12,6 +14,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.records.descriptions import GalleryDescription
 from spin_usd.resources import PACKAGE
 from spin_usd.store.atomic import write_atomically, write_json
 from spin_usd.store.dataset_folder import Store, refuse_strange
@@ -43,8 +46,8 @@ class GalleryFolder:
 
     def describe(self, dataset: Path) -> None:
         """Write the file that says whose folder it is."""
-        found = {"schema": SCHEMA, "dataset": dataset.resolve().name, "spin_usd": __version__}
-        write_json(self.out, SELF, found, work=self.work)
+        description = GalleryDescription(dataset=dataset.resolve().name, spin_usd=__version__)
+        write_json(self.out, SELF, to_builtins(description), work=self.work)
 
     def add(self, data: DataFile) -> str:
         """Write a data file called after its key, unless it is there, and return its name."""

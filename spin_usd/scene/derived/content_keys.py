@@ -6,7 +6,6 @@ inputs that change nothing, and bounces of a convex target's light.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -35,11 +34,6 @@ class RenderSettings:
     effort: Effort
     seed: int
     device: str = CPU
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "RenderSettings":
-        """Make the settings of the JSON that `dataclasses.asdict` makes of them."""
-        return cls(**{**value, "effort": Effort(**value["effort"])})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,17 +1,19 @@
 """Views: the target's size and distance in the pictures, and which have it out of sight or in the dark."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Self
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framings
 from spin_usd.identity_memo import IdentityMemo
+from spin_usd.json_fields import Count
 from spin_usd.scene.derived.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
@@ -46,42 +48,40 @@ class ViewKind(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PicturesOfKind:
-    """The pictures of a kind: their `count` among the `among` that were looked at, and the names of the first of
-    them."""
+    """The pictures of a kind."""
 
-    count: int
-    among: int
-    names: tuple[str, ...]
+    count: Count
+    among: Annotated[Count, Meta(description="How many were looked at.")]
+    names: Annotated[tuple[str, ...], Meta(description="The first of them.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """The target in `pictures` pictures. size (3,): edges of the target's bounding box along the body's axes, metres,
-    where it is largest · distance: from the camera to the middle of that box, metres · pixels: across the ball around
-    the target, where it is in the frame (None where it never is) · of: the pictures of each kind that there is."""
+    """What the pictures show of the target."""
 
-    pictures: int
-    size: tuple[float, float, float]
-    distance: Span
-    pixels: Span | None
-    of: Mapping[ViewKind, PicturesOfKind] = field(default_factory=dict)
+    pictures: Count
+    size: Annotated[
+        tuple[float, float, float],
+        Meta(description="Edges of the target's bounding box along the body's axes, metres, where it is largest."),
+    ]
+    distance: Annotated[
+        Span, Meta(description="From the camera to the middle of that box, metres: the least and the most.")
+    ]
+    pixels: Annotated[
+        Span | None,
+        Meta(
+            description="Across the ball around the target, where it is in the frame, the least and the most; null "
+            "where it never is."
+        ),
+    ]
+    of: Annotated[
+        Mapping[ViewKind, PicturesOfKind],
+        Meta(description="The pictures of each kind that a user may not have meant."),
+    ] = field(default_factory=dict)
 
     def count(self, *kinds: ViewKind) -> int:
         """Return the number of pictures of one of the `kinds`, which exclude one another."""
         return sum(self.of[kind].count for kind in kinds if kind in self.of)
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Make the views that `as_json` gave, also after they went through JSON."""
-        of = {
-            ViewKind(kind): PicturesOfKind(**{**found, "names": tuple(found["names"])})
-            for kind, found in fields["of"].items()
-        }
-        spans = {name: fields[name] and tuple(fields[name]) for name in ("size", "distance", "pixels")}
-        return cls(pictures=fields["pictures"], of=of, **spans)
 
 
 def views_of(

@@ -7,9 +7,8 @@ processor.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -101,23 +100,6 @@ class Lidar:
     def sigma(self, ranges: Float) -> Float:
         """Return the standard deviations (N,) of the measured `ranges` (N,), metres."""
         return self.noise_constant + self.noise_proportional * ranges
-
-    def as_json(self) -> dict[str, Any]:
-        """Return what a record says of it: the fields, with T_cam_lidar as quaternion and translation."""
-        rest = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "T_cam_lidar"}
-        pose = self.T_cam_lidar
-        return {
-            "q_cam_lidar": pose.quaternion.tolist(),
-            "t_cam_lidar": pose.translation.tolist(),
-            **{name: list(value) if isinstance(value, tuple) else value for name, value in rest.items()},
-        }
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "Lidar":
-        """Make the LiDAR that a record describes. Raises GeometryError."""
-        rest: dict[str, Any] = {name: tuple(it) if isinstance(it, list) else it for name, it in value.items()}
-        q, t = rest.pop("q_cam_lidar"), rest.pop("t_cam_lidar")
-        return cls(T_cam_lidar=Transform.from_quaternion(to="cam", of="lidar", q=q, t=t), **rest)
 
 
 def raster(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:

@@ -5,8 +5,7 @@ from typing import TypeAlias
 from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import StageError
-from spin_usd.stage.composition.open_layer import stage_on
-from spin_usd.stage.diff.differences import (
+from spin_usd.records.difference import (
     ACTIVE,
     FILE,
     METADATA,
@@ -16,6 +15,7 @@ from spin_usd.stage.diff.differences import (
     SELECTION,
     Difference,
 )
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd.parser_faults import reason
 
 Stage: TypeAlias = Usd.Stage

@@ -4,18 +4,27 @@ Documentation, comments and custom data only describe, and are skipped.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Usd
 
+from spin_usd.records.difference import (
+    ACTIVE,
+    ATTRIBUTE,
+    CONNECTION,
+    FILE,
+    METADATA,
+    PRIM,
+    RELATIONSHIP,
+    SCHEMAS,
+    SELECTION,
+    Difference,
+)
 from spin_usd.stage.composition.opinions import origin, strongest
 from spin_usd.stage.composition.stage_hash import asset_sha256, used_files
 from spin_usd.stage.usd.visibility import PROXIES
 
-FILE, PRIM, ACTIVE, SELECTION, SCHEMAS, METADATA = "file", "prim", "active", "selection", "schemas", "metadata"
-ATTRIBUTE, CONNECTION, RELATIONSHIP = "attribute", "connection", "relationship"
 ALL_PRIMS = Usd.TraverseInstanceProxies(Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
 """All prims, also those that are not active."""
 # fmt: off
@@ -31,26 +40,6 @@ DIGITS = 12  # of a digest
 
 
 # fmt: on
-
-
-@dataclass(frozen=True, kw_only=True)
-class Difference:
-    """One thing that differs from a first composition, `before`, to a second, `after`, or None.
-
-    kind: one of the words above · where: a prim's or property's path, or a file · name: of the variant set or the
-    metadata · before_from, after_from: layer and variants of the strongest opinion · samples: how many time samples
-    differ, the first of them, that of `time_code`, being what before and after show; 0 for what does not vary.
-    """
-
-    kind: str
-    where: str
-    name: str = ""
-    before: str | None = None
-    after: str | None = None
-    before_from: str | None = None
-    after_from: str | None = None
-    samples: int = 0
-    time_code: float | None = None
 
 
 def differences(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:

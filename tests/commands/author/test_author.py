@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from msgspec import to_builtins
 from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 
 from spin_usd.commands.author.in_child import author_stage
@@ -68,7 +69,7 @@ def span(report: AuthorReport) -> list[float]:
 def test_a_mesh_becomes_a_stage_without_findings(inputs: dict[str, Any]) -> None:
     report = author_stage(**inputs)
     assert (report.frames, report.target, report.meshes) == (4, "box", 1)
-    assert json.loads(json.dumps(report.as_json()))["root"] == str(inputs["out"] / "dataset.usda")
+    assert json.loads(json.dumps(to_builtins(report)))["root"] == str(inputs["out"] / "dataset.usda")
     assert check_stage(report.root) == ()
     assert span(report) == pytest.approx([0.2, 0.3, 0.4], abs=FLOAT32_METRES)
     names = set(tree(inputs["out"]))

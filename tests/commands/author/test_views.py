@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import trimesh
+from msgspec import to_builtins
 
 from spin_usd.commands.author.in_child import author_sample, author_stage
 from spin_usd.commands.author.reports import AuthorReport
@@ -181,7 +182,7 @@ def test_plan_tells_the_same_of_all_variants(craft: Path, spin_usd: Any) -> None
     assert "in 2 of 4 pictures the target is behind the camera (nominal/p1, bright/p1)" in done.stderr
     views = json.loads(spin_usd(*command[:4], "--json").stdout)["views"]
     assert report.views
-    assert views == json.loads(json.dumps(report.views.as_json()))
+    assert views == json.loads(json.dumps(to_builtins(report.views)))
 
 
 def test_what_a_camera_file_lacks_is_told(tmp_path: Path) -> None:

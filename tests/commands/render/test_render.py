@@ -14,6 +14,7 @@ from typing import Never
 
 import psutil
 import pytest
+from msgspec import to_builtins
 
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.commands.render.worker import Worker
@@ -240,7 +241,7 @@ def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tm
     """Its labels are made before its image fails; the pictures beside it keep all that they have."""
     settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
     options = WorkerOptions(root=str(dataset), work=str(tmp_path), stage="stage/dataset.usda", settings=settings)
-    worker = Worker(options=options.as_json())
+    worker = Worker(options=to_builtins(options))
 
     def fail(*_, **__) -> Never:
         raise RenderError("no light")

@@ -7,6 +7,7 @@ import subprocess
 
 import psutil
 import pytest
+from msgspec import to_builtins
 
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
@@ -30,7 +31,7 @@ def opening(tmp_path):
     settings = RenderSettings(renderer="raycast", effort=Effort(), seed=0)
     options = WorkerOptions(root="", work="", stage="none.usda", settings=settings)
     output = SharedFolder(root=str(tmp_path), work=str(tmp_path), seen=SEEN, token=TOKEN)
-    return WorkerOpening(output=output, options=options.as_json(), versions=library_versions(), number=0)
+    return WorkerOpening(output=output, options=to_builtins(options), versions=library_versions(), number=0)
 
 
 def first_event(opening):

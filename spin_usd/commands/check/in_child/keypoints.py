@@ -10,8 +10,9 @@ from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.geometry.bounds import NEAR
-from spin_usd.picture.keypoint_states import KeypointState, skin
+from spin_usd.picture.keypoint_states import skin
 from spin_usd.scene.finding import Finding
+from spin_usd.scene.source.keypoints import KeypointState
 
 AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's quaternion is rounded
 BORDER_PX = 1e-6  # within which either side of the frame's edge is right

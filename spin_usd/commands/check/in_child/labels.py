@@ -47,12 +47,19 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
         towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
         next_camera=_camera(following["camera"]) if following else None,
         next_poses=_poses(following["targets"]) if following else {},
-        lidar=Lidar.from_json(lidar) if lidar else None,
+        lidar=lidar_of_record(lidar) if lidar else None,
     )
 
 
 def _camera(recorded: Mapping[str, Any]) -> Camera:
     return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
+
+
+def lidar_of_record(recorded: Mapping[str, Any]) -> Lidar:
+    """Return the LiDAR that a record describes. Raises GeometryError."""
+    rest: dict[str, Any] = {name: tuple(it) if isinstance(it, list) else it for name, it in recorded.items()}
+    pose = Transform.from_quaternion(to="cam", of="lidar", q=rest.pop("q_cam_lidar"), t=rest.pop("t_cam_lidar"))
+    return Lidar(T_cam_lidar=pose, **rest)
 
 
 def _poses(recorded: Sequence[Mapping[str, Any]]) -> dict[int, Transform]:

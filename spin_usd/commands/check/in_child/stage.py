@@ -3,6 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.check.in_child.coincident_faces import face_findings
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
@@ -21,5 +23,5 @@ def stage_findings(*, stage: str, progress: Progress) -> dict[str, Any]:
     )
     return {
         "findings": [asdict(finding) for finding in found],
-        "views": views[0].as_json() if views else None,
+        "views": to_builtins(views[0]) if views else None,
     }

@@ -3,10 +3,13 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.diff.in_child.effect import ComparedVariant, NeutralKeys, Trials, changed
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
+from spin_usd.records.difference import ComparedPictures, DiffReport, TriedDifference
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.composition.open_stage import open_stage
@@ -51,11 +54,14 @@ def compare(*, stage: str, before: str, after: str, frames: str | None, progress
     listed = []
     for done, each in enumerate(found):
         progress("trying alone: difference", done, len(found))
-        listed.append({**asdict(each), "effect": trials.effect(each)})
+        listed.append(TriedDifference(**asdict(each), effect=trials.effect(each)))
     if found:
         progress("trying alone: difference", len(found), len(found))
     redrawn = selections[0].variant != selections[1].variant
-    return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
+    counts = ComparedPictures(**pictures)
+    report = DiffReport(before=before, after=after, differences=listed, pictures=counts, redrawn=redrawn)
+    answer: dict[str, Any] = to_builtins(report)
+    return answer
 
 
 def _pairs(

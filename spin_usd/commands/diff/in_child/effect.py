@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
+from spin_usd.records.difference import PRIM, Difference
 from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff.apply_difference import Stage, add_schemas, apply_difference, can_apply
-from spin_usd.stage.diff.differences import PRIM, Difference
 from spin_usd.stage.read.stage_reader import StageReader
 
 NOTHING = "nothing"

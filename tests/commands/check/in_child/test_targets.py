@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import to_builtins
 
 from spin_usd.commands.check.in_child.boxes import box_findings
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
@@ -56,8 +57,8 @@ def picture_of(s, tmp_path):
     """The picture of a scene as `check` sees it."""
     surface = visible_surface(s, CASTER.visibility(s))
     facts = target_facts(s, None, CASTER)
-    targets = [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)]
-    record = {"camera": recorded_camera(s.camera), "pose": targets[0]["pose"], "targets": targets}
+    targets = [to_builtins(recorded_target(body, each)) for body, each in zip(s.targets, facts, strict=True)]
+    record = {"camera": to_builtins(recorded_camera(s.camera)), "pose": targets[0]["pose"], "targets": targets}
     bodies = [(body.id, before, body.target.parts) for body, before in zip(s.bodies, s.parts_before, strict=True)]
     parts = dict(described_parts(bodies))
     description = {"targets": [described_target(body) for body in s.targets], "parts": parts}

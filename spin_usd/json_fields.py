@@ -1,0 +1,32 @@
+"""The fields that JSON documents share."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+Count = Annotated[int, Meta(ge=0)]
+Size = Annotated[float, Meta(ge=0)]
+Share = Annotated[float, Meta(ge=0, le=1)]
+Positive = Annotated[float, Meta(gt=0)]
+Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+Id = Annotated[int, Meta(ge=1, le=65535)]
+Pixel = Annotated[list[float], Meta(min_length=2, max_length=2)]
+Span = Annotated[list[float], Meta(min_length=2, max_length=2)]
+Vector = Annotated[list[float], Meta(min_length=3, max_length=3)]
+Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
+FrameName = Annotated[str, Meta(pattern="^[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
+VariantName = Annotated[str, Meta(pattern="^[a-z0-9_]+$")]
+Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]*$")]
+Number = Annotated[str, Meta(pattern="^[1-9][0-9]*$")]
+FileName = Annotated[str, Meta(pattern=r"^(?!\.{0,2}(/|$))(?![\s\S]*/\.{0,2}(/|$))[^\u0000]{1,4000}$")]
+"""Of a file below a folder: parts with slashes between them, none of them empty, . or .., so that it never leads
+out."""
+
+
+def one_of(*values: str) -> Meta:
+    """Return what a schema says of a text that is one of `values`."""
+    return Meta(extra_json_schema={"enum": list(values)})
+
+
+class JsonStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An object of a JSON document. A field that is UNSET is not in it."""

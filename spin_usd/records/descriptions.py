@@ -1,0 +1,117 @@
+"""What the folders that we write say of themselves: dataset.json, export.json and gallery.json."""
+
+from typing import Annotated, Any
+
+from msgspec import UNSET, Meta, UnsetType, field
+
+from spin_usd.json_fields import FileName, Id, JsonStruct, Number, Sha256, Vector
+
+AtLeastOne = Annotated[int, Meta(ge=1)]
+
+
+class OriginFile(JsonStruct, frozen=True, kw_only=True):
+    """A file that a stage was authored from."""
+
+    name: str
+    sha256: str
+
+
+class StageOrigin(JsonStruct, frozen=True, kw_only=True):
+    """What author made the stage from; of another stage its root layer's name alone."""
+
+    inputs: Annotated[dict[str, OriginFile] | UnsetType, Meta(description="Files, by what they are.")] = UNSET
+    options: Annotated[
+        dict[str, str | float | list[float]] | UnsetType,
+        Meta(
+            description="Those of author that decide pictures: seed, units_per_metre, prim, channels, sun_direction, "
+            "sun_from_target."
+        ),
+    ] = UNSET
+    root: str | UnsetType = UNSET
+
+
+class StageEntry(JsonStruct, frozen=True, kw_only=True):
+    """The stage that a dataset shows."""
+
+    root: Annotated[FileName, Meta(description="The root layer, relative to the dataset.")]
+    origin: Annotated[
+        StageOrigin | UnsetType,
+        Meta(
+            description="A stage of another origin, by files' sha256 and options, is not rendered into the dataset "
+            "unless asked for."
+        ),
+    ] = UNSET
+    hashes: Annotated[dict[str, Sha256], Meta(description="Composed content, by variant.")]
+
+
+class TargetEntry(JsonStruct, frozen=True, kw_only=True):
+    """A target, as all pictures share it."""
+
+    id: Id
+    name: str
+    path: Annotated[str, Meta(description="Its prim.")]
+    size: Annotated[Vector, Meta(description="Edges of its bounding box along its own axes, metres.")]
+    box: Annotated[
+        list[Vector],
+        Meta(min_length=2, max_length=2, description="Its least and largest coordinates in its own axes, metres."),
+    ]
+    keypoints: Annotated[dict[str, Vector], Meta(description="Its named points in its own axes, metres.")]
+
+
+class PartEntry(JsonStruct, frozen=True, kw_only=True):
+    """A part of a body."""
+
+    path: str
+    class_: str = field(name="class")
+    name: str
+    target: Annotated[
+        int,
+        Meta(ge=0, description="The id of the target that it is a part of; 0 of geometry that is no target."),
+    ]
+
+
+class DatasetDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="dataset-1"):
+    """A spin_usd dataset."""
+
+    stage: StageEntry
+    targets: Annotated[
+        list[TargetEntry],
+        Meta(
+            min_length=1,
+            description="The targets in order of their ids, which are the numbers in the label instance.",
+        ),
+    ]
+    parts: Annotated[dict[Number, PartEntry], Meta(description="Segmentation ids of all bodies; 0 is nothing.")]
+    classes: Annotated[
+        dict[Number, str] | UnsetType,
+        Meta(description="Ids of the parts' classes, from 1 in alphabetic order; 0 is nothing."),
+    ] = UNSET
+    variants: Annotated[list[str], Meta(min_length=1)]
+    frames: Annotated[AtLeastOne, Meta(description="Frames of the stage: so many pictures has each variant.")]
+    files: Annotated[dict[str, str], Meta(description="What each kind of file holds.")]
+
+
+class ExportDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="export-1"):
+    """What an export of a spin_usd dataset is of."""
+
+    format: Annotated[str, Meta(description="The format's name.")]
+    options: Annotated[dict[str, Any], Meta(description="Those of the format, by name.")]
+    dataset: Annotated[
+        Sha256,
+        Meta(description="Digest of the dataset's parts and keypoints and of the records of the pictures, in order."),
+    ]
+    target: Annotated[str, Meta(description="The target's name, where the format holds one.")]
+    splits: Annotated[dict[str, float], Meta(description="The share of each split, by the format's name for it.")]
+    seed: Annotated[int, Meta(description="What decides which poses go into which split.")]
+    pictures: AtLeastOne
+    spin_usd: Annotated[str, Meta(description="Version.")]
+    complete: Annotated[
+        bool, Meta(description="Whether all files are there; an export that was ended half-way says no.")
+    ]
+
+
+class GalleryDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="gallery-1"):
+    """The folder of a page that spin-usd show wrote."""
+
+    dataset: Annotated[str, Meta(description="The name of the dataset's folder.")]
+    spin_usd: Annotated[str, Meta(description="Version.")]

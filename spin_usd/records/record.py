@@ -1,0 +1,391 @@
+"""The record of a picture: records/VARIANT/FRAME.json of a dataset."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import UNSET, Meta, UnsetType
+
+from spin_usd.json_fields import (
+    Count,
+    FileName,
+    FrameName,
+    Id,
+    JsonStruct,
+    Name,
+    Pixel,
+    Positive,
+    Quaternion,
+    Sha256,
+    Share,
+    Size,
+    Span,
+    VariantName,
+    Vector,
+    one_of,
+)
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.source.keypoints import KeypointState
+
+NumberType: TypeAlias = Literal["uint8", "uint16", "uint32", "float32"]
+AtLeastOne = Annotated[int, Meta(ge=1)]
+
+
+class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
+    """Intrinsics in pixels; (0, 0) is the corner of the image. Distortion k1, k2, p1, p2, k3 as OpenCV orders them."""
+
+    width: AtLeastOne
+    height: AtLeastOne
+    fx: Positive
+    fy: Positive
+    cx: float
+    cy: float
+    distortion: Annotated[list[float], Meta(min_length=5, max_length=5)]
+
+
+class RecordedPose(JsonStruct, frozen=True, kw_only=True):
+    """p_cam = R(q_cam_body) p_body + t_cam_body: scalar-first unit quaternion, metres, OpenCV camera axes."""
+
+    q_cam_body: Quaternion
+    t_cam_body: Vector
+
+
+class RecordedPixels(JsonStruct, frozen=True, kw_only=True):
+    """How many pixel centres in the frame the target covers."""
+
+    visible: Annotated[Count, Meta(description="Those that show it.")]
+    amodal: Annotated[Count, Meta(description="Those that would show it if nothing else were there.")]
+
+
+class RecordedBox(JsonStruct, frozen=True, kw_only=True):
+    """Boxes x0, y0, x1, y1 in pixels; (0, 0) is the corner of the image."""
+
+    visible: Annotated[
+        Annotated[list[Count], Meta(min_length=4, max_length=4)] | None,
+        Meta(description="Tight around the pixels that show it, x1 and y1 past the last; null where none does."),
+    ]
+    amodal: Annotated[
+        Annotated[list[float], Meta(min_length=4, max_length=4)] | None,
+        Meta(
+            description="Of its projected surface, all that the lens sees of it, as if nothing else were there, in the "
+            "frame or not, at most 65536 px outside; null where the lens sees none."
+        ),
+    ]
+    truncated: Annotated[
+        bool,
+        Meta(description="Whether some of it is outside the frame, behind the camera, or where the lens sees nothing."),
+    ]
+
+
+class RecordedBox3d(JsonStruct, frozen=True, kw_only=True):
+    """The target's bounding box along its own axes."""
+
+    box: Annotated[
+        list[Vector],
+        Meta(
+            min_length=2,
+            max_length=2,
+            description="The target's least and largest coordinates in its own axes, metres: those of dataset.json, "
+            "unless it changes its shape.",
+        ),
+    ]
+    corners: Annotated[
+        list[Pixel | None],
+        Meta(
+            min_length=8,
+            max_length=8,
+            description="The corners of that box in pixels: the first is the one of least x, y and z, then z grows, "
+            "then y, then x. null where the lens sees none.",
+        ),
+    ]
+
+
+class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
+    """A target in the picture."""
+
+    id: Id
+    name: str
+    pose: RecordedPose
+    range: Annotated[Size, Meta(description="From the camera to the origin of the target's axes, metres.")]
+    pixels: RecordedPixels
+    visible_fraction: Annotated[
+        Share | None,
+        Meta(
+            description="Visible pixels over all that it covers, those outside the frame too, as if nothing else were "
+            "there; null where it covers no pixel's centre."
+        ),
+    ]
+    box: RecordedBox
+    box_3d: RecordedBox3d
+    keypoints: Annotated[
+        list[
+            tuple[
+                float | None,
+                float | None,
+                Annotated[
+                    KeypointState,
+                    Meta(
+                        description="visible: nothing stands before it · self-occluded, occluded: the first surface "
+                        "before it is its own body's, or another's; of its own what is less than 0.5 % of the longest "
+                        "edge of the target's box before it does not hide it · outside: of the frame, or where the "
+                        "lens sees nothing · behind the camera."
+                    ),
+                ],
+            ]
+        ],
+        Meta(
+            description="Each of the target's keypoints, as dataset.json orders them: u and v in pixels, null where "
+            "the lens sees none, and what is to be seen of it."
+        ),
+    ]
+
+
+class RecordedSun(JsonStruct, frozen=True, kw_only=True):
+    """The brightest distant light, behind a planet or not."""
+
+    towards_cam: Annotated[Vector, Meta(description="Unit vector towards it in the camera's axes.")]
+    towards_body: Annotated[Vector, Meta(description="The same in the first target's axes.")]
+    obscured: Annotated[Share, Meta(description="Share of it that planets hide from the target.")]
+
+
+class NextTarget(JsonStruct, frozen=True, kw_only=True):
+    """A target in the next frame."""
+
+    id: Id
+    pose: RecordedPose
+
+
+class NextFrame(JsonStruct, frozen=True, kw_only=True):
+    """The next frame of the stage, to which flow goes."""
+
+    frame: Annotated[str, Meta(description="Its name.")]
+    camera: RecordedCamera
+    targets: list[NextTarget]
+
+
+class RecordedTones(JsonStruct, frozen=True, kw_only=True):
+    """How bright the target is in the image, all bodies counted, of the pixels of which they cover at least half."""
+
+    pixels: Annotated[AtLeastOne, Meta(description="How many those are.")]
+    mean: Annotated[Share, Meta(description="Of their numbers, as a share of the highest number.")]
+    dark: Annotated[
+        Share,
+        Meta(
+            description="Share of them that does not show: in every channel no further above black than 1/64 of full "
+            "scale, or than three standard deviations of the noise in the dark; above 0.75 the picture is nearly black."
+        ),
+    ]
+    saturated: Annotated[
+        Share,
+        Meta(
+            description="Share of them that is at full scale in every channel; above 0.75 the picture is nearly white."
+        ),
+    ]
+    exposure_end: Annotated[
+        Annotated[str, one_of("shortest", "longest")] | UnsetType,
+        Meta(
+            description="The end of its range that auto-exposure stopped at, more than a stop short of its level; "
+            "absent where it did not."
+        ),
+    ] = UNSET
+
+
+class RecordedLidar(JsonStruct, frozen=True, kw_only=True):
+    """The LiDAR that measured the points in the files lidar and lidar_ply. Its axes are x forward, y left, z up;
+    azimuth turns to the left, elevation upwards."""
+
+    q_cam_lidar: Annotated[
+        Quaternion,
+        Meta(description="p_cam = R(q_cam_lidar) p_lidar + t_cam_lidar: scalar-first unit quaternion, metres."),
+    ]
+    t_cam_lidar: Vector
+    pattern: Literal["raster", "spinning", "rosette"]
+    rows: AtLeastOne
+    columns: Annotated[AtLeastOne, Meta(description="Beam i is in row i / columns and column i % columns.")]
+    azimuth_deg: Span
+    elevation_deg: Span
+    range_limits: Annotated[Span, Meta(description="Metres.")]
+    noise_constant: Annotated[
+        Size,
+        Meta(description="Metres: the standard deviation of a range is this and noise_proportional times the range."),
+    ]
+    noise_proportional: Size
+    drop_out: Annotated[float, Meta(ge=0, lt=1, description="Share of the returns that are lost by chance.")]
+    max_incidence_deg: Annotated[
+        float, Meta(gt=0, le=90, description="From the surface's normal: at larger angles nothing comes back.")
+    ]
+
+
+class RecordedFile(JsonStruct, frozen=True, kw_only=True):
+    """A file of the picture: where it is, and what its numbers are."""
+
+    path: Annotated[
+        str,
+        Meta(
+            pattern="^[a-z][a-z0-9_]*/[a-z0-9_]+/[A-Za-z0-9][A-Za-z0-9._-]*$",
+            description="KIND/VARIANT/FRAME.SUFFIX, relative to the dataset.",
+        ),
+    ]
+    sha256: Sha256
+    dtype: Annotated[
+        NumberType | Annotated[dict[str, NumberType], Meta(min_length=1)],
+        Meta(description="Type and bits of its numbers, as numpy names them; of a table each column's, by its name."),
+    ]
+    channels: Annotated[
+        dict[str, str],
+        Meta(
+            min_length=1,
+            description="What each channel, or column of a table, holds, by the name that it has in the file (Y, or R, "
+            "G, B and A, for some readers know no others); OpenCV gives them as B, G, R. Labels are 0 where nothing "
+            "is; dataset.json says in a sentence what each kind of file holds.",
+        ),
+    ]
+    unit: Annotated[
+        Annotated[str, Meta(min_length=1)] | UnsetType,
+        Meta(description="Of the numbers, such as m or W/m2/sr; absent where they have none."),
+    ] = UNSET
+    frame: Annotated[
+        Annotated[str, Meta(min_length=1)] | UnsetType,
+        Meta(
+            description="The axes of coordinates: cam (x right, y down, z forward), body, the target's, or lidar (x "
+            "forward, y left, z up); absent where there are none."
+        ),
+    ] = UNSET
+    encoding: Annotated[
+        Literal["linear", "srgb", "gamma"] | UnsetType,
+        Meta(description="The transfer curve of light to the file's numbers; absent of labels."),
+    ] = UNSET
+    gamma: Annotated[
+        Positive | UnsetType, Meta(description="What the encoding gamma takes the root of; absent of others.")
+    ] = UNSET
+
+
+class StageProvenance(JsonStruct, frozen=True, kw_only=True):
+    """The stage that the picture shows."""
+
+    root: Annotated[FileName, Meta(description="The root layer, relative to the dataset.")]
+    hash: Annotated[Sha256, Meta(description="Of the composed content, wherever it lies.")]
+    files: Annotated[
+        dict[FileName, Sha256],
+        Meta(description="Layers and assets used, relative to the root layer's folder."),
+    ]
+    variants: Annotated[
+        dict[str, str],
+        Meta(
+            description="The variant selected of every variant set that has a selection: NAME of the default prim's, "
+            "PRIM_PATH{NAME} of other prims'."
+        ),
+    ]
+
+
+class EffortChoice(JsonStruct, frozen=True, kw_only=True):
+    """Why the effort was this."""
+
+    by: Annotated[str, one_of("error", "quality")]
+    asked: Annotated[str, Meta(description="The most that the relative error may be, or auto; or the quality's name.")]
+    reason: str
+    measurement: Annotated[
+        Sha256 | UnsetType, Meta(description="Of the measure.json that the choice was made from.")
+    ] = UNSET
+
+
+class RecordedRender(JsonStruct, frozen=True, kw_only=True):
+    """How the picture's light was rendered."""
+
+    renderer: Annotated[Name, Meta(description="Its name: blender, raycast, or another that was added.")]
+    device: Annotated[
+        Annotated[str, one_of("cpu", "optix", "cuda", "hip", "metal", "oneapi")] | UnsetType,
+        Meta(description="What rendered the light; absent before there was a choice: cpu. Labels are the CPU's."),
+    ] = UNSET
+    effort: Annotated[
+        Effort,
+        Meta(
+            description="What the picture's light cost: all that trades speed for accuracy.",
+            extra_json_schema={
+                "required": ["samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"]
+            },
+        ),
+    ]
+    region: Annotated[list[int], Meta(min_length=4, max_length=4, description="x0, y0, x1, y1 of the pixels rendered.")]
+    chosen: Annotated[
+        EffortChoice | UnsetType, Meta(description="Absent where the effort was given, or is the usual one.")
+    ] = UNSET
+
+
+class RecordedSeeds(JsonStruct, frozen=True, kw_only=True):
+    """The seeds of the picture."""
+
+    dataset: int
+    render: Annotated[int, Meta(description="Of the rays: of the frame, the same in all variants.")]
+    picture: Annotated[int, Meta(description="Of the noise and whatever else is sampled for this picture alone.")]
+
+
+class Provenance(JsonStruct, frozen=True, kw_only=True):
+    """All that the picture was made from."""
+
+    stage: StageProvenance
+    keys: Annotated[
+        dict[str, Annotated[Sha256, Meta(description="Of all that decides what the key is of.")]],
+        Meta(
+            description="geometry: of all that decides the labels, but those that have keys of their own, by their "
+            "names · radiance: of all that decides the linear radiance · exposure: of all that decides the image · "
+            "targets: of all that decides what this record says of the targets, but their names.",
+            extra_json_schema={"required": ["geometry", "radiance", "exposure", "targets"]},
+        ),
+    ]
+    render: RecordedRender
+    time_code: float
+    seed: RecordedSeeds
+    options: Annotated[
+        dict[Name, str | float | bool] | UnsetType,
+        Meta(
+            description="Options of the command that decide pictures and stand nowhere else here, by name, where they "
+            "were not as usual.",
+            extra_json_schema={"minProperties": 1},
+        ),
+    ] = UNSET
+    versions: dict[str, str]
+    auto_exposure: Annotated[
+        Positive | UnsetType,
+        Meta(
+            description="The factor on the camera's exposure time that metering on the target chose; absent without "
+            "auto-exposure."
+        ),
+    ] = UNSET
+
+
+class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="record-1"):
+    """One picture of a spin_usd dataset."""
+
+    frame: Annotated[FrameName, Meta(description="The frame's name: the stem of its files.")]
+    index: Annotated[Count, Meta(description="The frame's place in the stage, from 0.")]
+    variant: VariantName
+    source_file: Annotated[
+        Annotated[str, Meta(min_length=1)] | UnsetType,
+        Meta(
+            description="The file that the pose was given for in its list, such as img000001.jpg; absent where it "
+            "comes from none."
+        ),
+    ] = UNSET
+    camera: RecordedCamera
+    pose: Annotated[RecordedPose, Meta(description="The first target's.")]
+    targets: Annotated[
+        list[RecordedTarget],
+        Meta(
+            min_length=1,
+            description="The targets in order of their ids, which are the numbers in the label instance.",
+        ),
+    ]
+    sun: Annotated[
+        RecordedSun | UnsetType,
+        Meta(description="Absent where there is none, and of labels alone but lit."),
+    ] = UNSET
+    next: Annotated[
+        NextFrame | UnsetType,
+        Meta(description="Absent of the last frame, and of pictures without flow."),
+    ] = UNSET
+    tones: Annotated[RecordedTones | UnsetType, Meta(description="Absent without an image or such pixels.")] = UNSET
+    lidar: Annotated[RecordedLidar | UnsetType, Meta(description="Absent without those files.")] = UNSET
+    files: Annotated[
+        dict[Name, RecordedFile],
+        Meta(min_length=1, description="Each file of the picture, by its kind."),
+    ]
+    provenance: Provenance
