@@ -52,7 +52,7 @@ def _same_body(one: Scene, following: Scene) -> Scene | None:
     """Return the scene of the next frame with the body alone that is alone in `one`, with as many faces; None where
     that frame has none."""
     path, count = one.target.path, one.target.mesh.count
-    same = (each for each in following.apart if (each.target.path, each.target.mesh.count) == (path, count))
+    same = (each for each in following.one_body_scenes if (each.target.path, each.target.mesh.count) == (path, count))
     return next(same, None)
 
 

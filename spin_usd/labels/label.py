@@ -91,5 +91,5 @@ class CloudLabel(LabelFile):
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
         if scene.lidar is None:
             return ""
-        bodies = [[*placed(body), before] for body, before in zip(scene.bodies, scene.parts_before, strict=True)]
+        bodies = [[*placed(body), before] for body, before in zip(scene.bodies, scene.part_offsets, strict=True)]
         return digest(content([scene.lidar, seed if scene.lidar.by_chance else None]), bodies)

@@ -77,7 +77,7 @@ def decided_by(scene: Scene) -> Any:
         return None
     linked = sun.lights is not None or sun.shadowed_by is not None
     groups = [body.target.mesh.shading_key for body in scene.bodies] if linked else None
-    others = [placed(body) for body in scene.bodies] if scene.others else None
+    others = [placed(body) for body in scene.bodies] if scene.several else None
     return [sun.direction_cam, sun.shadows, sun.lights, sun.shadowed_by, groups, others]
 
 

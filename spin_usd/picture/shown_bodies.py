@@ -48,7 +48,7 @@ def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies 
     values, several = array[scene.region.slices], len(scene.bodies) > 1
     if kind == SEGMENTATION.name:
         bodies = np.array([NOTHING, *(body.id for body in scene.bodies)], np.int32)
-        return ShownBodies(region=scene.region, ids=bodies[np.searchsorted(scene.parts_before, values)])
+        return ShownBodies(region=scene.region, ids=bodies[np.searchsorted(scene.part_offsets, values)])
     if kind == INSTANCE.name and several:
         return ShownBodies(region=scene.region, ids=values.astype(np.int32))
     if kind in SUPPORTS and not several:

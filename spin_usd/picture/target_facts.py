@@ -114,10 +114,10 @@ def target_facts(scene: Scene, shown: ShownBodies | None, caster: EmbreeCaster) 
 
 def _facts(scene: Scene, place: int, shown: ShownBodies, caster: EmbreeCaster) -> TargetFacts:
     """Return the facts of the target with that place among the scene's bodies."""
-    alone, body = scene.apart[place], scene.bodies[place].id
+    alone, body = scene.one_body_scenes[place], scene.bodies[place].id
     box = surface_box(alone, partial(caster.meets, alone))
     low, high = alone.target.mesh.box
-    keypoints, states = keypoint_states(scene.apart, place, caster)
+    keypoints, states = keypoint_states(scene.one_body_scenes, place, caster)
     return TargetFacts(
         counts=count_pixels(alone, body, shown, box, caster),
         box_visible=shown.box(body),

@@ -351,7 +351,7 @@ class Coverage:
 
     def target_pixels(self, scene: Scene) -> float:
         """Return about how many pixels of the picture of `scene` its bodies cover."""
-        return min(sum(map(self._pixels, scene.apart)), scene.outline_pixels)
+        return min(sum(map(self._pixels, scene.one_body_scenes)), scene.outline_pixels)
 
     def _pixels(self, scene: Scene) -> float:
         """Return about how many the target of `scene` covers alone."""
@@ -377,6 +377,7 @@ def filled(scene: Scene, side: Float, caster: EmbreeCaster) -> float:
     pose = Transform(to=scene.T_cam_body.to, of=scene.T_cam_body.of, rotation=rotation, translation=place)
     middle = SIDE_PX / 2
     camera = Camera(width=SIDE_PX, height=SIDE_PX, fx=middle * FAR, fy=middle * FAR, cx=middle, cy=middle)
-    seen = replace(scene, camera=camera, T_cam_body=pose, thin_lens=None, shutter=None)
+    body = replace(scene.bodies[0].still, T_cam_body=pose)
+    seen = replace(scene, camera=camera, bodies=(body,), thin_lens=None, shutter=None)
     pixels = np.count_nonzero(caster.meets(seen, camera.centres(seen.region).reshape(-1, 2)))
     return min(pixels / outline, 1.0) if (outline := seen.outline_pixels) else 1.0

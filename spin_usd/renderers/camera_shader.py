@@ -55,8 +55,8 @@ class View:
     @classmethod
     def blurred(cls, scene: Scene) -> "View":
         """Return the view of the picture: through the thin lens, for as long as the shutter is open."""
-        if scene.others:
-            return _around([cls.blurred(one) for one in scene.apart])
+        if scene.several:
+            return _around([cls.blurred(one) for one in scene.one_body_scenes])
         still, mesh = cls.sharp(scene), scene.target.mesh
         way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
         return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)

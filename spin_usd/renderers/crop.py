@@ -29,7 +29,7 @@ def label_bands(scene: Scene) -> list[Region]:
 def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
     """Boxes that hold every pixel of `scene.picture_region` that a body, blurred or not, can touch."""
     region = scene.picture_region
-    found = [_blurred_outline(one) for one in scene.apart if not one.picture_region.empty]
+    found = [_blurred_outline(one) for one in scene.one_body_scenes if not one.picture_region.empty]
     outlines = [outline for outline in found if outline is not None]
     if len(outlines) < len(found):
         return [region]

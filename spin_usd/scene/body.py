@@ -13,22 +13,29 @@ OCCLUDER = 0  # the id of all geometry that is no target, and of nothing in the 
 class Body:
     """A target, or an occluder: geometry that only occludes, shades and reflects.
 
-    id: of a target, from 1 in the stage's order; 0 of an occluder · target: its shape, parts and materials; those of an
-    occluder too · T_cam_body: its pose, in the middle of the exposure · poses: T_cam_body while the shutter is open, at
-    the times of Shutter.poses; none where nothing is blurred · parts_before: so much higher are its part ids in labels
-    than the numbers of its own parts; None for as many as the bodies before it in the scene have.
+    id: of a target, from 1 in the stage's order; 0 of an occluder
+    target: its shape, parts and materials; those of an occluder too
+    T_cam_body: its pose, in the middle of the exposure
+    poses: T_cam_body at 3, 5, 9, 17, ... equally spaced times while the shutter is open; none where nothing is blurred
+    part_offset: so much higher are its part ids in labels than the numbers of its own parts; None for as many as the
+    bodies before it in the scene have
     """
 
     id: int
     target: Target
     T_cam_body: Transform
     poses: tuple[Transform, ...] = ()
-    parts_before: int | None = None
+    part_offset: int | None = None
 
     def __post_init__(self) -> None:
         if self.id < OCCLUDER:
             raise GeometryError(f"{self.target.path} is the target {self.id}, expected 1 or more, or 0 of an occluder")
-        if self.poses and self.poses[len(self.poses) // 2].matrix.tobytes() != self.T_cam_body.matrix.tobytes():
+        steps = len(self.poses) - 1
+        if self.poses and (steps < 2 or steps & (steps - 1)):
+            raise GeometryError(
+                f"{self.target.path} has {len(self.poses)} poses, expected 3, 5, 9 or another power of two, plus 1"
+            )
+        if self.poses and self.poses[steps // 2].matrix.tobytes() != self.T_cam_body.matrix.tobytes():
             raise GeometryError(f"the pose of {self.target.path} is not that of the shutter's middle")
 
     @property

@@ -54,32 +54,21 @@ class ThinLens:
                 raise GeometryError(f"thin lens {name} is {getattr(self, name)} m, expected above zero")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class Shutter:
-    """Motion blur. poses: T_cam_body at 3, 5, 9, 17, ... equally spaced times from the first row's opening to the last
-    row's closing; the picture's own pose is the one in the middle. Between them the target's centre moves straight and
-    its attitude turns steadily. `readout`: share of that time between the first row's opening and the last row's; 0 is
-    a global shutter, 1 exposes each row for an instant; the picture's `first_row` and `last_row` lie there between the
-    detector's, 0 and 1, where a row stands for several. Only this motion is blurred: light, background, lens and the
-    target's shape are those of the middle."""
+    """Motion blur: the bodies have poses at equally spaced times from the first row's opening to the last row's
+    closing. Between them a body's centre moves straight and its attitude turns steadily. `readout`: share of that time
+    between the first row's opening and the last row's; 0 is a global shutter, 1 exposes each row for an instant; the
+    picture's `first_row` and `last_row` lie there between the detector's, 0 and 1, where a row stands for several. Only
+    this motion is blurred: light, background, lens and the bodies' shapes are those of the middle."""
 
-    poses: tuple[Transform, ...]
     readout: float = 0.0
     first_row: float = 0.0
     last_row: float = 1.0
 
     def __post_init__(self) -> None:
-        steps = len(self.poses) - 1
-        if steps < 2 or steps & (steps - 1):
-            raise GeometryError(
-                f"shutter has {len(self.poses)} poses, expected 3, 5, 9 or another power of two, plus 1"
-            )
         if not 0 <= self.readout <= 1:
             raise GeometryError(f"shutter readout is {self.readout}, expected a share from 0 to 1")
-
-    @property
-    def middle(self) -> Transform:
-        return self.poses[len(self.poses) // 2]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,39 +76,45 @@ class Scene:
     """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code, and the LiDAR,
     where there is one.
 
-    `target` and `T_cam_body` are the first target's, whose id is 1; `others` are the other bodies: targets in order of
-    their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`. `next_frame`: the
-    scene of the stage's next frame, where a label asks for it. `classes`: the class names of all parts of the stage, by
-    their ids in labels from 1; none where only the parts of these bodies are known.
+    bodies: targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
+    `one_body_scenes` · next_frame: the scene of the stage's next frame, where a label asks for it · classes: the class
+    names of all parts of the stage, by their ids in labels from 1; none where only the parts of these bodies are known.
     """
 
     frame: FrameId
     camera: Camera
-    T_cam_body: Transform
-    target: Target
+    bodies: tuple[Body, ...]
     lights: tuple[Light, ...]
     sensor: Sensor
     environment: Environment = field(default_factory=Environment)
     optics: Optics = field(default_factory=Optics)
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
-    others: tuple[Body, ...] = ()
     next_frame: "Scene | None" = None
     lidar: Lidar | None = None
     classes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():
-            raise GeometryError("the scene's pose is not that of the shutter's middle")
-        if self.shutter and any(len(other.poses) != len(self.shutter.poses) for other in self.others):
-            raise GeometryError("the scene's other bodies have not as many poses as its shutter")
+        if not self.bodies:
+            raise GeometryError("the scene has no body")
+        counts = {len(body.poses) for body in self.bodies}
+        if len(counts) > 1 or bool(self.shutter) != bool(max(counts)):
+            raise GeometryError("the scene's bodies have not all one pose, or not as many poses as its shutter")
 
-    @cached_property
-    def bodies(self) -> tuple[Body, ...]:
-        """All bodies, the first target before the others."""
-        poses = self.shutter.poses if self.shutter else ()
-        first = Body(id=1, target=self.target, T_cam_body=self.T_cam_body, poses=poses)
-        return first, *(self.others if self.shutter else (other.still for other in self.others))
+    @property
+    def target(self) -> Target:
+        """What the first body is: in a scene of one body, that one."""
+        return self.bodies[0].target
+
+    @property
+    def T_cam_body(self) -> Transform:
+        """Where the first body is: in a scene of one body, that one."""
+        return self.bodies[0].T_cam_body
+
+    @property
+    def several(self) -> bool:
+        """Whether there is more than one body."""
+        return len(self.bodies) > 1
 
     @property
     def targets(self) -> tuple[Body, ...]:
@@ -127,26 +122,26 @@ class Scene:
         return tuple(body for body in self.bodies if body.is_target)
 
     @cached_property
-    def parts_before(self) -> tuple[int, ...]:
+    def part_offsets(self) -> tuple[int, ...]:
         """How many parts the bodies before each of `bodies` have, those that are hidden here included: so much higher
         are its part ids in labels."""
         counts = (len(body.target.parts) for body in self.bodies)
         shown = tuple(accumulate(counts, initial=0))[:-1]
         return tuple(
-            before if body.parts_before is None else body.parts_before
+            before if body.part_offset is None else body.part_offset
             for body, before in zip(self.bodies, shown, strict=True)
         )
 
     @property
-    def apart(self) -> "tuple[Scene, ...]":
-        """The same scene with each of `bodies` alone, as its target; this scene itself where there is but one."""
-        return self._apart if self.others else (self,)
+    def one_body_scenes(self) -> "tuple[Scene, ...]":
+        """The same scene with each of `bodies` alone, as target 1; this scene itself where there is but one."""
+        return self._one_body_scenes if self.several else (self,)
 
     @cached_property
     def region(self) -> Region:
         """The pixels that a body can cover in the labels."""
-        if self.others:
-            return union(one.region for one in self.apart)
+        if self.several:
+            return union(one.region for one in self.one_body_scenes)
         if not self.blurred:
             return self.picture_region
         return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
@@ -154,8 +149,8 @@ class Scene:
     @cached_property
     def picture_region(self) -> Region:
         """The pixels that a body can cover in the picture: those of `region`, and those to which it is blurred."""
-        if self.others:
-            return union(one.picture_region for one in self.apart)
+        if self.several:
+            return union(one.picture_region for one in self.one_body_scenes)
         outline = self._picture_outline
         return self.camera.frame if outline is None else region_around(self.camera, outline)
 
@@ -164,8 +159,8 @@ class Scene:
         """The area, pixels, of the outlines of the bodies' convex hulls in the picture: at least what they cover."""
         region = self.picture_region
         box = float(region.width * region.height)
-        if self.others:
-            return min(sum(one.outline_pixels for one in self.apart), box)
+        if self.several:
+            return min(sum(one.outline_pixels for one in self.one_body_scenes), box)
         outline = self._picture_outline
         return box if outline is None else min(polygon_area(outline), box)
 
@@ -181,21 +176,19 @@ class Scene:
         return other
 
     def with_blur(self, *, thin_lens: ThinLens | None, shutter: Shutter | None) -> "Scene":
-        """Return the same scene with another lens and shutter. Its `picture_region` stays, in which pictures are
-        exchanged."""
+        """Return the same scene with another lens and shutter, without one with bodies at rest. Its `picture_region`
+        stays, in which pictures are exchanged."""
         if thin_lens is self.thin_lens and shutter is self.shutter:
             return self
-        other = replace(self, thin_lens=thin_lens, shutter=shutter)
+        bodies = self.bodies if shutter else tuple(body.still for body in self.bodies)
+        other = replace(self, thin_lens=thin_lens, shutter=shutter, bodies=bodies)
         object.__setattr__(other, "picture_region", self.picture_region)
         return other
 
     @cached_property
-    def _apart(self) -> "tuple[Scene, ...]":
-        return tuple(self._alone(body) for body in self.bodies)
-
-    def _alone(self, body: Body) -> "Scene":
-        shutter = self.shutter and replace(self.shutter, poses=body.poses)
-        return replace(self, target=body.target, T_cam_body=body.T_cam_body, shutter=shutter, others=())
+    def _one_body_scenes(self) -> "tuple[Scene, ...]":
+        alone = (replace(body, id=1, part_offset=None) for body in self.bodies)
+        return tuple(replace(self, bodies=(body,)) for body in alone)
 
     @property
     def blurred(self) -> bool:
@@ -204,12 +197,12 @@ class Scene:
 
     @property
     def poses(self) -> tuple[Transform, ...]:
-        """The first target's poses while the shutter is open; its one pose where there is no motion."""
-        return self.shutter.poses if self.shutter else (self.T_cam_body,)
+        """The first body's poses while the shutter is open; its one pose where there is no motion."""
+        return self.bodies[0].poses or (self.T_cam_body,)
 
     def blur_radius(self, points_cam: Float) -> Float:
         """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the first
-        target's points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
+        body's points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
         radius = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             radius += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)

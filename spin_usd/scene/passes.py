@@ -30,8 +30,8 @@ class Visibility:
             raise GeometryError(f"visibility is {self.face.dtype}{self.face.shape}, expected int32{self.region.shape}")
 
     @property
-    def apart(self) -> "tuple[Visibility, ...]":
-        """What is seen of each body as if it were alone, in the order of Scene.apart."""
+    def of_each_body(self) -> "tuple[Visibility, ...]":
+        """What is seen of each body as if it were alone, in the order of Scene.one_body_scenes."""
         return self.bodies or (self,)
 
 

@@ -23,10 +23,10 @@ def three_bodies(camera=scenes.SMALL, **fields):
 
 def without(scene, place):
     """The same scene without the body at `place`, which is not the first."""
-    return replace(scene, others=tuple(body for i, body in enumerate(scene.others, 1) if i != place))
+    return replace(scene, bodies=tuple(body for i, body in enumerate(scene.bodies) if i != place))
 
 
 def moved(scene, place, T_cam_body):
     """The same scene with another pose of the body at `place`, which is not the first."""
-    others = [replace(b, T_cam_body=T_cam_body) if i == place else b for i, b in enumerate(scene.others, 1)]
-    return replace(scene, others=tuple(others))
+    bodies = [replace(b, T_cam_body=T_cam_body) if i == place else b for i, b in enumerate(scene.bodies)]
+    return replace(scene, bodies=tuple(bodies))

@@ -9,7 +9,7 @@ from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Part, Target
-from tests.cases.scenes import box, target
+from tests.cases.scenes import box, target, with_first
 
 
 def shape():
@@ -87,4 +87,4 @@ def placed(*, materials, count=5):
 
 def expanded(scene):
     """`scene` with all instances made out."""
-    return replace(scene, target=replace(scene.target, mesh=made_out(scene.target.mesh)))
+    return with_first(scene, target=replace(scene.target, mesh=made_out(scene.target.mesh)))

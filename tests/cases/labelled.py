@@ -11,6 +11,7 @@ from spin_usd.scene.derived.part_classes import class_of_parts
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.photometry.sunlight import sunlight
+from tests.cases.scenes import with_first
 
 CASTER = EmbreeCaster()
 
@@ -21,7 +22,8 @@ def sun(direction=(0.0, 0.0, 1.0), **fields):
 
 def followed(scene, T_cam_body, *, camera=None, target=None):
     """`scene`, and after it a frame with that pose."""
-    later = replace(scene, T_cam_body=T_cam_body, camera=camera or scene.camera, target=target or scene.target)
+    later = with_first(scene, T_cam_body=T_cam_body, target=target or scene.target)
+    later = replace(later, camera=camera or scene.camera)
     return replace(scene, next_frame=later)
 
 

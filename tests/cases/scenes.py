@@ -1,13 +1,16 @@
 """Cameras, meshes, poses and scenes that several test files build on."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId, Scene
+from spin_usd.scene.model import FrameId, Scene, Shutter
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
 
@@ -51,16 +54,28 @@ def pose(q=(1, 0, 0, 0), t=(0, 0, 4)):
     return Transform.from_quaternion(to="cam", of="body", q=np.array(q) / np.linalg.norm(q), t=t)
 
 
-def scene(target, *, camera=SMALL, T_cam_body=None, lights=(), sensor=None, name="frame", **fields):
+def scene(target, *, camera=SMALL, T_cam_body=None, others=(), lights=(), sensor=None, name="frame", **fields):
+    """A scene of the target, and of `others`, which are bodies."""
     return Scene(
         frame=FrameId(index=0, name=name, time_code=0.0),
         camera=camera,
-        T_cam_body=T_cam_body or pose(),
-        target=target,
+        bodies=(Body(id=1, target=target, T_cam_body=T_cam_body or pose()), *others),
         lights=tuple(lights),
         sensor=sensor or Sensor(),
         **fields,
     )
+
+
+def with_first(scene, *, others=None, **fields):
+    """The same scene with another first body: another target, T_cam_body or poses; and with `others` beside it."""
+    first, *before = scene.bodies
+    return replace(scene, bodies=(replace(first, **fields), *(before if others is None else others)))
+
+
+def in_motion(scene, poses, **fields):
+    """The same scene with its first body in motion; `fields` are the shutter's."""
+    first = replace(scene.bodies[0], poses=tuple(poses))
+    return replace(scene, bodies=(first, *scene.bodies[1:]), shutter=Shutter(**fields))
 
 
 def soup(seed, count=40, size=1.0):

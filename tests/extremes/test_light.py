@@ -15,7 +15,7 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.sensor.develop import develop
 from spin_usd.stage.check.check_stage import check_stage
-from tests.cases.scenes import scene, target
+from tests.cases.scenes import scene, target, with_first
 from tests.extremes.cases import camera, plate
 
 SUN = 1361.0  # W/m2 at the Earth
@@ -119,7 +119,7 @@ def test_coincident_faces_lose_their_light_in_blender(blender) -> None:
     """What the finding on coincident faces says of the picture, and why it is one."""
     single = lit(8.0, sun(SUN))
     points, faces = plate(half=float(np.abs(single.target.mesh.points).max()))
-    doubled = replace(single, target=target(points, np.concatenate([faces, faces]), materials=(WHITE,)))
+    doubled = with_first(single, target=target(points, np.concatenate([faces, faces]), materials=(WHITE,)))
     bright, dark = (in_its_light(blender, s).rgb.sum() for s in (single, doubled))
     assert dark < 0.9 * bright
 

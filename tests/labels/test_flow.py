@@ -10,7 +10,7 @@ from spin_usd.labels.flow import NextState, faults
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.derived.surface import surface_points
 from tests.cases.labelled import CASTER, followed, labels_of, picture_of
-from tests.cases.scenes import BARREL, PINCUSHION, boxes, pose, scene, target
+from tests.cases.scenes import BARREL, PINCUSHION, boxes, pose, scene, target, with_first
 
 OFF_PX = 1e-3  # float32 of the dense pose at two metres, and of flow
 SAME_M = 1e-5  # between the point and what the next frame's own ray meets there
@@ -47,7 +47,7 @@ def test_seen_points_are_what_the_next_frames_rays_meet_and_hidden_ones_are_not(
     there, body, state = ends(labels)
     counts = np.bincount(state.astype(int), minlength=5)
     assert (counts[[NextState.SEEN, NextState.HIDDEN, NextState.OUTSIDE]] > 200).all()
-    later = replace(made, camera=PINCUSHION, T_cam_body=NEXT, next_frame=None)
+    later = with_first(replace(made, camera=PINCUSHION, next_frame=None), T_cam_body=NEXT)
     inside = (state == NextState.SEEN) | (state == NextState.HIDDEN)
     xy = PINCUSHION.normalised(there[inside])
     face = CASTER.cast(later, xy)
@@ -64,7 +64,7 @@ def test_warped_labels_of_the_next_frame_are_those_of_this_one(labelled) -> None
     """The dense pose of the next frame's pixel that a seen point falls into is within that pixel of it."""
     made, labels = labelled
     there, body, state = ends(labels)
-    later = labels_of(replace(made, camera=PINCUSHION, T_cam_body=NEXT, next_frame=None))
+    later = labels_of(with_first(replace(made, camera=PINCUSHION, next_frame=None), T_cam_body=NEXT))
     columns, rows = np.floor(there[state == NextState.SEEN]).astype(int).T
     shown = later["depth"][rows, columns] > 0
     found, wanted = (points.astype(np.float64)[shown] for points in (later["dense_pose"][rows, columns], body[state == NextState.SEEN]))  # fmt: skip  # noqa: E501

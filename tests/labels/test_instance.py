@@ -70,15 +70,19 @@ def test_labels_beside_an_occluder_are_those_without_it(scene, labels) -> None:
 
 def test_what_each_body_shows_alone_is_known(scene) -> None:
     found = EmbreeCaster().visibility(scene)
-    for one, visibility in zip(scene.apart, found.apart, strict=True):
+    for one, visibility in zip(scene.one_body_scenes, found.of_each_body, strict=True):
         np.testing.assert_array_equal(visibility.face, EmbreeCaster().visibility(one).face)
-    assert sum((each.face >= 0).sum() for each in found.apart) > (found.face >= 0).sum() > 0
+    assert sum((each.face >= 0).sum() for each in found.of_each_body) > (found.face >= 0).sum() > 0
 
 
 def test_a_body_far_away_and_one_close_by_are_both_exact(scene) -> None:
     """1,000 km apart, which float32 resolves to 0.1 m; the far one is a station of 200 km."""
-    station = replace(scene.others[0], target=target(*box((-1e5,) * 3, (1e5,) * 3)))
-    far = moved(replace(scene, others=(station, *scene.others[1:])), 1, pose((0.7, -0.2, 0.5, 0.1), (3e5, 1e5, 1e6)))
+    station = replace(scene.bodies[1], target=target(*box((-1e5,) * 3, (1e5,) * 3)))
+    far = moved(
+        replace(scene, bodies=(scene.bodies[0], station, *scene.bodies[2:])),
+        1,
+        pose((0.7, -0.2, 0.5, 0.1), (3e5, 1e5, 1e6)),
+    )
     labels, near = labels_of(far), labels_of(without(far, 1))
     first = labels["instance"] == 1
     assert first.sum() > 1000

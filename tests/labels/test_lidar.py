@@ -13,7 +13,7 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.ranging.echoes import echoes
 from tests.cases.labelled import picture_of
-from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
+from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target, with_first
 from tests.scene.ranging.test_echoes import mounted
 
 FLOAT32 = 6e-8  # half a step of float32, relative
@@ -141,7 +141,7 @@ def test_the_key_covers_what_decides_the_points_and_not_the_camera(pictured) -> 
 
     quiet = replace(made, lidar=replace(made.lidar, noise_constant=0.0, noise_proportional=0.0))
     assert key(made) == key(replace(made, camera=SMALL))
-    others = [replace(made, T_cam_body=pose(t=(0, 0, 5))), replace(made, lidar=replace(made.lidar, rows=99)), quiet]
+    others = [with_first(made, T_cam_body=pose(t=(0, 0, 5))), replace(made, lidar=replace(made.lidar, rows=99)), quiet]
     assert len({key(made), key(made, seed=2), *map(key, others)}) == 5
     assert key(quiet, seed=2) == key(quiet)  # where nothing is left to chance, its seed does not count
     assert key(replace(made, lidar=None)) == ""

@@ -11,8 +11,9 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.effort import Effort
+from tests.cases.bodies import without
 from tests.cases.labelled import labels_of, picture_of, sun
-from tests.cases.scenes import BARREL, box, pose, scene, target
+from tests.cases.scenes import BARREL, box, pose, scene, target, with_first
 
 CUBE = target(*box())
 POSES = (pose((0.9, 0.3, -0.2, 0.1), (-0.3, 0, 4)), pose((0.7, -0.3, 0.2, 0.4), (0.4, 0.2, 5)))
@@ -36,7 +37,7 @@ def made():
     """A cube that hides part of another, behind an arm, and all of it moved in the next frame."""
     now = scene(CUBE, camera=BARREL, lights=[sun((0.6, 0.36, np.sqrt(0.5104)))], **bodies())
     moved = bodies(pose((0.9, 0.3, -0.2, 0.1), (-0.1, 0.1, 4)), pose((0.7, -0.3, 0.2, 0.5), (0.3, 0.2, 5)))
-    return replace(now, next_frame=replace(now, **moved))
+    return replace(now, next_frame=with_first(now, **moved))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def labels(made):
 
 def alone(made, place):
     """Where body number `place` is if nothing else is there."""
-    one = made.apart[place]
+    one = made.one_body_scenes[place]
     return labels_of(replace(one, next_frame=None))["depth"] > 0
 
 
@@ -75,7 +76,7 @@ def test_bodies_shade_one_another(made, labels) -> None:
     light = RaycastRenderer().radiance(made, Effort(samples=1), seed=0)
     states = labels["lit"][light.region.slices]
     np.testing.assert_array_equal(light.rgb[..., 0] > DARK, states == SunState.LIT)
-    by_themselves = labels_of(replace(made.apart[1], next_frame=None))["lit"]
+    by_themselves = labels_of(replace(made.one_body_scenes[1], next_frame=None))["lit"]
     fallen = (labels["lit"] == SunState.SHADOWED) & (by_themselves == SunState.LIT)
     assert (fallen & (labels["instance"] == 2)).sum() > 50
 
@@ -83,7 +84,7 @@ def test_bodies_shade_one_another(made, labels) -> None:
 def test_a_body_outside_the_frame_decides_what_is_lit(made) -> None:
     """Its shadow may fall into it."""
     keys = {
-        PIXEL_LABELS["lit"].key(replace(made, **bodies(arm=pose(t=(0, aside, 3)))), "geometry", 0)
+        PIXEL_LABELS["lit"].key(with_first(made, **bodies(arm=pose(t=(0, aside, 3)))), "geometry", 0)
         for aside in (-30, -30, -31)
     }
     assert len(keys) == 2
@@ -92,14 +93,14 @@ def test_a_body_outside_the_frame_decides_what_is_lit(made) -> None:
 def test_flow_of_each_body_is_its_own_pose(made, labels) -> None:
     rows, columns = np.nonzero(labels["instance"] == 2)
     flow = labels["flow"][rows, columns].astype(np.float64)
-    there = made.next_frame.others[0].T_cam_body.points(labels["dense_pose"][rows, columns])
+    there = made.next_frame.bodies[1].T_cam_body.points(labels["dense_pose"][rows, columns])
     ends = np.stack([columns + 0.5, rows + 0.5], -1) + flow[:, :2]
     assert np.abs(ends - BARREL.project(there)).max() < 1e-3
     assert (flow[:, 2] == NextState.HIDDEN).sum() > 50
 
 
 def test_flow_of_a_body_that_is_gone_is_nothing(made) -> None:
-    gone = replace(made, next_frame=replace(made.next_frame, others=made.next_frame.others[1:]))
+    gone = replace(made, next_frame=without(made.next_frame, 1))
     found = labels_of(gone)
     assert not found["flow"][found["instance"] == 2].any()
     assert found["flow"][found["instance"] == 1].any()

@@ -23,7 +23,7 @@ def with_keypoints(keypoints, points, faces, **fields):
 
 
 def states_of(s, own=0):
-    uv, states = keypoint_states(s.apart, own, CASTER)
+    uv, states = keypoint_states(s.one_body_scenes, own, CASTER)
     return uv, [str(state) for state in states]
 
 

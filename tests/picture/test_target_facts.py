@@ -121,7 +121,7 @@ def test_what_stands_before_a_target_hides_it() -> None:
     s = scene(CUBE, others=(other, arm))
     shown = shown_by_rays(s, CASTER)
     first, second = target_facts(s, shown, CASTER)
-    for facts, alone, body in ((first, s.apart[0], 1), (second, s.apart[1], 2)):
+    for facts, alone, body in ((first, s.one_body_scenes[0], 1), (second, s.one_body_scenes[1], 2)):
         pixels = silhouette(alone)
         assert facts.counts.amodal == pixels.sum()
         assert facts.counts.visible == (shown.ids == body).sum() < pixels.sum()

@@ -6,11 +6,11 @@ import pytest
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.planning.in_child import chosen_device
-from tests.cases.scenes import SMALL, box, pose, scene, target
+from tests.cases.scenes import SMALL, box, pose, scene, target, with_first
 
 PINHOLE = scene(target(*box()), camera=replace(SMALL, distortion=(0.0,) * 5))
 DISTORTED = scene(target(*box()))
-FAR = replace(PINHOLE, T_cam_body=pose(t=(0, 0, 400)))
+FAR = with_first(PINHOLE, T_cam_body=pose(t=(0, 0, 400)))
 
 
 @pytest.mark.parametrize(

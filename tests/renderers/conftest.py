@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId, Scene
@@ -63,11 +64,12 @@ def build_scene(
     }
     mesh = Mesh(points=points, faces=faces, **{**fields, **mesh_fields})
     part = Part(id=1, path="/T/part", name="part", class_name="unknown")
+    pose = Transform.from_quaternion(to="cam", of="body", q=np.array(q) / np.linalg.norm(q), t=t)
+    target = Target(path="/T", name="T", mesh=mesh, parts=(part,), materials=tuple(materials))
     return Scene(
         frame=FrameId(index=0, name="frame", time_code=0.0),
         camera=camera,
-        T_cam_body=Transform.from_quaternion(to="cam", of="body", q=np.array(q) / np.linalg.norm(q), t=t),
-        target=Target(path="/T", name="T", mesh=mesh, parts=(part,), materials=tuple(materials)),
+        bodies=(Body(id=1, target=target, T_cam_body=pose),),
         lights=tuple(lights),
         sensor=Sensor(),
     )

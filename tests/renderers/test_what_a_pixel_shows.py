@@ -17,7 +17,7 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.texture import Image, Texture
-from tests.cases.scenes import box, pose, scene, target
+from tests.cases.scenes import box, pose, scene, target, with_first
 from tests.conftest import REPOSITORY
 
 CAMERA = Camera(width=9, height=9, fx=30, fy=30, cx=4.5, cy=4.5, distortion=(0.0,) * 5)
@@ -76,7 +76,7 @@ def behind_an_arm():
     arm = Body(
         id=OCCLUDER, target=target(*box((-1, -1, 0), (1, 1, 0.1)), materials=[ARM]), T_cam_body=pose(t=(0, 0, 2))
     )
-    return replace(two(FRONT), others=(arm,))
+    return with_first(two(FRONT), others=(arm,))
 
 
 def one_in_another():

@@ -26,14 +26,14 @@ def test_a_scene_knows_the_pixels_of_its_target() -> None:
 
 def test_one_target_is_a_scene_of_its_own() -> None:
     s = scene(BOX)
-    assert s.apart == (s,)
+    assert s.one_body_scenes == (s,)
     assert [body.id for body in s.targets] == [1]
 
 
 def test_regions_of_several_bodies_are_those_of_each_together() -> None:
     s = two()
     alone = [scene(body.target, T_cam_body=body.T_cam_body) for body in s.bodies]
-    assert [one.region for one in s.apart] == [one.region for one in alone]
+    assert [one.region for one in s.one_body_scenes] == [one.region for one in alone]
     assert s.region == s.picture_region == union(one.region for one in alone)
     assert s.outline_pixels == sum(one.outline_pixels for one in alone)
 
@@ -41,8 +41,8 @@ def test_regions_of_several_bodies_are_those_of_each_together() -> None:
 def test_ids_of_parts_count_on_from_body_to_body() -> None:
     occluder = Body(id=0, target=BOX, T_cam_body=pose(t=(0, 1, 5)))
     s = two()
-    s = scene(BOX, others=(*s.others, occluder))
-    assert s.parts_before == (0, 1, 3)
+    s = scene(BOX, others=(*s.bodies[1:], occluder))
+    assert s.part_offsets == (0, 1, 3)
     assert [body.id for body in s.targets] == [1, 2]
 
 

@@ -14,6 +14,7 @@ from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.scene.body import Body
 from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.source.keypoints import Keypoints, KeypointState
@@ -98,8 +99,7 @@ class Pictures:
         return Scene(
             frame=FrameId(index=picture.index, name=picture.frame, time_code=picture.index, variant=picture.variant),
             camera=picture.camera,
-            T_cam_body=pose,
-            target=self._target.with_keypoints(keypoints),
+            bodies=(Body(id=1, target=self._target.with_keypoints(keypoints), T_cam_body=pose),),
             lights=(),
             sensor=Sensor(),
         )

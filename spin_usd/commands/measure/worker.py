@@ -98,7 +98,7 @@ class MeasuringWorker:
     def labels(self, *, index: int) -> dict[str, Any]:
         """Compare the labels of picture `index`, of its first target alone, by this renderer's own label pass with
         those that datasets hold; return LabelFigures as JSON."""
-        scene, own, usual = self._scene(index).apart[0], self.renderer, EmbreeCaster()
+        scene, own, usual = self._scene(index).one_body_scenes[0], self.renderer, EmbreeCaster()
         assert isinstance(own, LabelPass), f"{own.name} makes images alone"
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
         names = {"frame": scene.frame.name, "renderer": own.name, "against": usual.name}

@@ -99,8 +99,7 @@ class Viewer:
         known = {key: self._targets.get(key, target) for key, target in shapes.items()}
         by_new = {id(target): known[key] for key, target in shapes.items()}
         self._targets = known
-        others = tuple(replace(body, target=by_new.get(id(body.target), body.target)) for body in scene.others)
-        return replace(scene, target=by_new[id(scene.target)], others=others)
+        return replace(scene, bodies=tuple(replace(body, target=by_new[id(body.target)]) for body in scene.bodies))
 
     def _labels(self, scene: Scene) -> Iterator[tuple[str, str]]:
         for name, array, _ in make_labels(scene, self._caster, DEFAULT_LABELS, Stopwatch(), self._caster):

@@ -46,7 +46,7 @@ class MotionSetup:
         if scene.shutter is None:
             return
         timing = Timing.of(scene.shutter, scene.camera.height)
-        steps = len(scene.shutter.poses) - 1
+        steps = len(scene.poses) - 1
         self._open_shutter(timing, steps)
         action, slot = self._action(relative_poses(scene, np.linspace(timing.start, timing.end, steps + 1)))
         for shown in objects:
@@ -101,9 +101,7 @@ class Timing:
 def relative_poses(scene: Scene, times: Float) -> Float:
     """Return (N, 7) location, metres, and quaternion, scalar first, of the target's centre and axes at the `times`
     (N,), from 0 to 1 of the shutter's, as seen from its own centre and axes at the middle."""
-    shutter, centre = scene.shutter, scene.target.mesh.centre
-    assert shutter
-    poses, middle = shutter.poses, shutter.middle
+    poses, middle, centre = scene.poses, scene.T_cam_body, scene.target.mesh.centre
     found = np.empty((len(times), 7))
     for row, place in zip(found, times * (len(poses) - 1), strict=True):
         i = min(max(int(place), 0), len(poses) - 2)

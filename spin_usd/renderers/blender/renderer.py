@@ -77,7 +77,7 @@ class BlenderRenderer:
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`: an independent check of the labels, which are
         not made of it. Raises RenderError, UnsupportedError."""
-        return nearest(scene, [self._visibility(place, one) for place, one in enumerate(scene.apart)])
+        return nearest(scene, [self._visibility(place, one) for place, one in enumerate(scene.one_body_scenes)])
 
     def _visibility(self, place: int, scene: Scene) -> Visibility:
         """Return the face of the body at `place`, which `scene` has alone. Rays start at each body itself, so that its
@@ -256,9 +256,9 @@ class BodySetup:
 
     def show(self, scene: Scene, view: View, primvars: Sequence[frozenset[str]], *, split: bool) -> None:
         """Show all bodies of `scene`, as its shutter sees them; each has at least these of its mesh's `primvars`."""
-        self.count = len(scene.apart)
+        self.count = len(scene.one_body_scenes)
         self._make(self.count)
-        for place, (one, names) in enumerate(zip(scene.apart, primvars, strict=True)):
+        for place, (one, names) in enumerate(zip(scene.one_body_scenes, primvars, strict=True)):
             self._place(place, one, view, names, split=split)
             self._motions[place].move(self._objects[place].axes, self._objects[place].objects, one)
             self._objects[place].show_camera(True)

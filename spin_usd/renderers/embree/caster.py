@@ -123,7 +123,7 @@ class EmbreeCaster:
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`."""
-        return nearest(scene, [self._visibility(one) for one in scene.apart])
+        return nearest(scene, [self._visibility(one) for one in scene.one_body_scenes])
 
     def _visibility(self, scene: Scene) -> Visibility:
         """Return the face of the scene's target alone."""
@@ -137,12 +137,12 @@ class EmbreeCaster:
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2), numbered as a
         Visibility's; -1 for none."""
-        return nearest_faces(scene, [self._cast(one, xy) for one in scene.apart], xy)
+        return nearest_faces(scene, [self._cast(one, xy) for one in scene.one_body_scenes], xy)
 
     def meets(self, scene: Scene, xy: Float) -> NDArray[np.bool_]:
         """Return (N,) whether the camera's rays (x, y, 1) of `xy` (N, 2) meet a body that is there."""
         met = np.zeros(len(xy), bool)
-        for one in scene.apart:
+        for one in scene.one_body_scenes:
             met |= self._met(one.target, *rays_in_target_units(one, xy)) >= 0
         return met
 

@@ -69,7 +69,7 @@ class Facts:
     def alone(self) -> bool:
         """True where light that leaves the visible surface never meets a body again: there is but one, and it is
         convex."""
-        if self.scene.others:
+        if self.scene.several:
             return False
         scene, mesh = self.scene, self.scene.target.mesh
         nearest = min(float(np.linalg.norm(pose.points(mesh.centre))) for pose in scene.poses) - mesh.radius
@@ -93,13 +93,13 @@ class Facts:
             return np.inf if self.scene.shutter else 0.0
         xy = places[..., :2] / places[..., 2:]
         way = np.linalg.norm(xy - xy[len(xy) // 2], axis=-1).max()
-        aside = max(arc_height(one.target.mesh.radius, one.poses) for one in self.scene.apart)
+        aside = max(arc_height(one.target.mesh.radius, one.poses) for one in self.scene.one_body_scenes)
         return float(way + offset_blur_radius(places.reshape(-1, 3), aside).max()) * magnification(self.scene.camera)
 
     @cached_property
     def _places(self) -> Float:
         """(poses, N, 3) of points that span each body, camera frame, metres."""
-        each = [[pose.points(one.target.mesh.hull) for pose in one.poses] for one in self.scene.apart]
+        each = [[pose.points(one.target.mesh.hull) for pose in one.poses] for one in self.scene.one_body_scenes]
         return np.concatenate([np.stack(places) for places in each], axis=1)
 
 

@@ -23,9 +23,9 @@ class BodyFaces:
 def by_body(scene: Scene, face: NDArray[np.int32]) -> Iterator[BodyFaces]:
     """Yield for each body that has some its faces among `face` (N,), numbered through all bodies, -1 for none."""
     first = 0
-    for place, one in enumerate(scene.apart):
+    for place, one in enumerate(scene.one_body_scenes):
         count = one.target.mesh.count
-        rows = np.flatnonzero((face >= first) & (face < first + count) if scene.others else face >= 0)
+        rows = np.flatnonzero((face >= first) & (face < first + count) if scene.several else face >= 0)
         if len(rows):
             yield BodyFaces(place=place, alone=one, rows=rows, face=face[rows] - np.int32(first))
         first += count

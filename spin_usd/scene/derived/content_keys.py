@@ -68,9 +68,10 @@ class KeyMaker:
         """Return the keys of `scene`; they do not depend on the scenes before."""
         settings, frame = self.settings, scene.frame
         geometry, targets = self._of_pose(scene)
-        blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
+        motion = scene.shutter and [scene.shutter, scene.poses]
+        blur = content([scene.thin_lens, motion]) if scene.blurred else None
         shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
-        if scene.others:  # those that do not show are seen in reflections, and cast shadows
+        if scene.several:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
         how = [settings.renderer, self._effort, settings.seed, *elsewhere]
@@ -82,7 +83,7 @@ class KeyMaker:
 
     def _of_pose(self, scene: Scene) -> tuple[str, str]:
         """Return the keys that poses, shapes and camera decide: of the geometry, and of the targets."""
-        if scene.others or not self._keep_poses:
+        if scene.several or not self._keep_poses:
             return geometry_key(scene), self._targets(scene)
         target = scene.target
         of = (scene.T_cam_body, target.mesh.key, target.cut_out_key, self._keypoints(target), scene.camera.key)
@@ -123,12 +124,12 @@ class KeyMaker:
 def geometry_key(scene: Scene) -> str:
     """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and what finds the faces, which is the same
     for all renderers. Of several bodies those count that lie in the frame."""
-    if not scene.others:
+    if not scene.several:
         target, pose = scene.target, scene.T_cam_body
         return digest(
             VISIBILITY, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key
         )
-    each = zip(scene.bodies, scene.parts_before, scene.apart, strict=True)
+    each = zip(scene.bodies, scene.part_offsets, scene.one_body_scenes, strict=True)
     shown = [[*placed(body), before] for body, before, one in each if not one.region.empty]
     return digest(VISIBILITY, shown, scene.camera.key)
 

@@ -17,11 +17,11 @@ from spin_usd.scene.passes import Visibility
 
 def nearest_faces(scene: Scene, alone: Sequence[NDArray[np.int32]], xy: Float) -> NDArray[np.int32]:
     """Return (N,) the faces seen along the rays (x, y, 1) of `xy` (N, 2), numbered through all bodies, -1 for none.
-    alone: the face (N,) of each of `scene.apart`. Of faces at the same depth the first body's is seen."""
+    alone: the face (N,) of each of `scene.one_body_scenes`. Of faces at the same depth the first body's is seen."""
     if len(alone) == 1:
         return alone[0]
     seen, depth, first = np.full(len(xy), -1, np.int32), np.full(len(xy), np.inf), 0
-    for one, face in zip(scene.apart, alone, strict=True):
+    for one, face in zip(scene.one_body_scenes, alone, strict=True):
         rows = np.flatnonzero(face >= 0)
         z, _ = surface_points(one, face[rows], xy[rows])
         nearer = z < depth[rows]
@@ -31,7 +31,7 @@ def nearest_faces(scene: Scene, alone: Sequence[NDArray[np.int32]], xy: Float) -
 
 
 def nearest(scene: Scene, alone: Sequence[Visibility]) -> Visibility:
-    """Return what is seen of all bodies, of what is seen of each of `scene.apart`."""
+    """Return what is seen of all bodies, of what is seen of each of `scene.one_body_scenes`."""
     if len(alone) == 1:
         return alone[0]
     region = scene.region

@@ -48,7 +48,7 @@ def in_shadow(
     """Return (N,) True where any body of the scene stands between the points `body` (N, 3) of the body alone in `one`
     and a light, as RayCaster.shadowed has it of one."""
     dark = caster.shadowed(one.target, body, to_light, distance, blockers)
-    for other in scene.apart:
+    for other in scene.one_body_scenes:
         if other is not one:
             T = other.T_cam_body.inverse() @ one.T_cam_body
             dark |= caster.shadowed(other.target, T.points(body), T.directions(to_light), distance, blockers)

@@ -5,7 +5,7 @@ mesh alone. So no renderer's float32 enters a label, and two renderers that see 
 
 All arithmetic is done in camera axes around the target's centre `c`: a ray's point at depth c.z is
 `c.z * ray - c` there, which alone carries the range's rounding (2e-9 m at 10,000 km). Functions of a scene and its
-target's faces are for each of several bodies given that body's own scene, of Scene.apart.
+target's faces are for each of several bodies given that body's own scene, of Scene.one_body_scenes.
 """
 
 from collections.abc import Callable, Iterator
@@ -100,14 +100,14 @@ class Surface:
     @property
     def of_targets(self) -> Rows:
         """Which points are of a target, not of an occluder."""
-        return np.flatnonzero(self.target) if self.scene.others else slice(None)
+        return np.flatnonzero(self.target) if self.scene.several else slice(None)
 
     def of_bodies(self) -> Iterator[tuple[Scene, Rows]]:
         """Yield the scene of each body alone that is seen, and which of the points are its own."""
-        if not self.scene.others:
+        if not self.scene.several:
             yield self.scene, slice(0, len(self.face))
             return
-        for place, one in enumerate(self.scene.apart):
+        for place, one in enumerate(self.scene.one_body_scenes):
             rows = np.flatnonzero(self.place == place)
             if len(rows):
                 yield one, rows
@@ -132,7 +132,7 @@ def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | No
     rows, columns = np.divmod(seen, width)
     xy = scene.camera.centres(region)[rows, columns]
     face = visibility.face.ravel()[seen]
-    place, face, part, z, body = _points(scene, face, xy) if scene.others else _points_of_one(scene, face, xy)
+    place, face, part, z, body = _points(scene, face, xy) if scene.several else _points_of_one(scene, face, xy)
     return Surface(
         scene=scene,
         region=region,
@@ -145,7 +145,7 @@ def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | No
         part=part,
         z=z,
         body=body,
-        alone=visibility.apart,
+        alone=visibility.of_each_body,
         caster=caster,
     )
 
@@ -160,7 +160,7 @@ def _points(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
     z, body = np.empty(len(face)), np.empty((len(face), 3))
     for of in by_body(scene, face):
         place[of.rows], own[of.rows] = of.place, of.face
-        part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.parts_before[of.place])
+        part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.part_offsets[of.place])
         z[of.rows], body[of.rows] = surface_points(of.alone, of.face, xy[of.rows])
     return place, own, part, z, body
 

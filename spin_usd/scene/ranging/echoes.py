@@ -47,7 +47,7 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
     """Return what the beams of the scene's LiDAR meet first, however far. Raises GeometryError where it has none."""
     if scene.lidar is None:
         raise GeometryError("the scene has no LiDAR")
-    each = zip(scene.bodies, scene.parts_before, strict=True)
+    each = zip(scene.bodies, scene.part_offsets, strict=True)
     found = [_echoes(scene.lidar, body, before, first_faces) for body, before in each]
     every = {name: np.concatenate([getattr(each, name) for each in found]) for name in Echoes.__annotations__}
     nearest = np.lexsort([every["range"], every["beam"]])
@@ -56,7 +56,7 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
     return Echoes(**{name: values[first] for name, values in every.items()})
 
 
-def _echoes(lidar: Lidar, body: Body, parts_before: int, first_faces: FirstFaces) -> Echoes:
+def _echoes(lidar: Lidar, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
     """Return what the beams meet of the body alone, whose part ids are so much higher than its mesh's."""
     mesh = body.target.mesh
     T_body_lidar = body.T_cam_body.inverse() @ lidar.T_cam_lidar
@@ -72,7 +72,7 @@ def _echoes(lidar: Lidar, body: Body, parts_before: int, first_faces: FirstFaces
         beam=near[hit],
         range=ranges,
         cosine=cosine,
-        part=part + part.dtype.type(parts_before),
+        part=part + part.dtype.type(part_offset),
         target=np.full(len(hit), body.id, np.uint16),
     )
 

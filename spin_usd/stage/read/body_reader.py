@@ -32,7 +32,7 @@ OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
 
 class BodyReader:
     """Reads one body: a target, or an occluder. `id`: the target's, 0 of an occluder · `prim`: whose axes are the
-    body's · `parts_before`: as Body has it.
+    body's · `part_offset`: as Body has it.
 
     The readers refer to prims, not to this object: a reference cycle would keep the stage open for a while.
     """
@@ -52,7 +52,7 @@ class BodyReader:
         self._metres, self._open = metres, open_reader
         self._roots = body.roots if isinstance(body, OccluderPrims) else ()
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
-        self.id, self.parts_before = numbering.id_of(self.prim), numbering.parts_before(self.prim)
+        self.id, self.part_offset = numbering.id_of(self.prim), numbering.part_offset(self.prim)
         check_chain(self.prim)
         self._above = _common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))

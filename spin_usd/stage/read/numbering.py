@@ -67,7 +67,7 @@ class Numbering:
             if str(prim.GetPath()) not in self._bodies:
                 raise StageError("is geometry that no variant has", where=prim.GetPath(), do="read the stage again")
             self._bodies[str(prim.GetPath())].refuse_others(body)
-        return sorted(bodies, key=lambda body: self.parts_before(prim_of(body)))
+        return sorted(bodies, key=lambda body: self.part_offset(prim_of(body)))
 
     def id_of(self, body: Usd.Prim) -> int:
         """Return the id of the body in the axes of that prim: a target's, or OCCLUDER."""
@@ -88,7 +88,7 @@ class Numbering:
         """Return the parts of the body in the axes of that prim."""
         return self._bodies[str(body.GetPath())]
 
-    def parts_before(self, body: Usd.Prim) -> int:
+    def part_offset(self, body: Usd.Prim) -> int:
         """Count the parts of the bodies before the one in the axes of that prim: its part ids in labels are so much
         higher than its parts' numbers."""
         return self._before[str(body.GetPath())]

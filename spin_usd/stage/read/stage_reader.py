@@ -147,8 +147,8 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._T_world_usdcam.at(time)
-        first, *others = self._bodies_at(opening, world)
-        target, T_cam_body = first.target, first.T_cam_body
+        bodies = self._bodies_at(opening, world)
+        target, T_cam_body = bodies[0].target, bodies[0].T_cam_body
         space = CameraSpace(time=time, world=world, T_world_usdcam=T_world_usdcam, metres=self.metres)
         lights, environment = self._lights.read(space), self._environment.read(space)
         if environment.planets:
@@ -158,15 +158,13 @@ class StageReader:
         return Scene(
             frame=frame,
             camera=self._camera.at(time),
-            T_cam_body=T_cam_body,
-            target=target,
+            bodies=bodies,
             lights=lights,
             environment=environment,
             sensor=self._sensor.at(time),
             optics=self._optics.at(time),
             thin_lens=self._thin_lens.at(time),
-            shutter=Shutter(poses=first.poses, readout=opening.readout) if first.poses else None,
-            others=tuple(others),
+            shutter=Shutter(readout=opening.readout) if bodies[0].poses else None,
             next_frame=self._next_frame(frame) if with_next else None,
             lidar=self._lidar.at(time),
             classes=self.numbering.classes,
@@ -226,17 +224,17 @@ class StageReader:
         known += [SharedPoses() for _ in found[len(known) :]]
         return tuple(make(body, shared=poses) for body, poses in zip(found, known, strict=True))
 
-    def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> list[Body]:
+    def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> tuple[Body, ...]:
         """Read the bodies that are visible in the middle of an exposure."""
         time = Usd.TimeCode(opening.middle)
         placed = [(reader, *reader.placed(time, world)) for reader in self.bodies]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
         shown = [(reader, pose, target) for reader, pose, target in shapes if target]
         poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self._camera_prim.GetPath())
-        return [
-            Body(id=reader.id, target=target, T_cam_body=pose, poses=own, parts_before=reader.parts_before)
+        return tuple(
+            Body(id=reader.id, target=target, T_cam_body=pose, poses=own, part_offset=reader.part_offset)
             for (reader, pose, target), own in zip(shown, poses, strict=True)
-        ]
+        )
 
     def _read_camera_parts(self) -> None:
         """Set up how each part of the camera is read, and which of them can change in time.

@@ -78,7 +78,7 @@ def test_an_occluder_is_a_layer_below_the_camera(inputs, tmp_path) -> None:
     assert (tmp_path / "stage" / "layers" / "arm.usda").is_file()
     found = scenes(report)
     for scene in found:
-        (arm,) = scene.others
+        (arm,) = scene.bodies[1:]
         assert (arm.id, arm.target.path) == (0, "/World/Camera")
         box = np.sort(arm.T_cam_body.points(arm.target.mesh.box), axis=0)
         np.testing.assert_allclose(box, [(-0.3, -0.05, -0.05), (0.3, 0.05, 0.05)], atol=1e-7)
@@ -90,7 +90,7 @@ def test_an_occluder_stands_where_its_poses_say(inputs, tmp_path, count) -> None
     given = [([0.6, 0, 0, 0.8], (0.3, -0.1, 1.5 + i)) for i in range(count)]
     arm = f"{tmp_path / 'arm.stl'}:{pose_list(tmp_path, 'arm', given)}"
     for number, scene in enumerate(scenes(author_stage(**inputs, occluders=[arm]))):
-        (body,) = scene.others
+        (body,) = scene.bodies[1:]
         q, t = given[number % count]
         centre = body.T_cam_body.points(body.target.mesh.centre)
         np.testing.assert_allclose(centre, t, atol=ROUNDED)

@@ -14,7 +14,7 @@ from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter
 from tests.cases.bodies import moved, three_bodies, without
-from tests.cases.scenes import BARREL, box, pose, scene, target
+from tests.cases.scenes import BARREL, box, pose, scene, target, with_first
 
 EDGE_PIXELS = 3  # a ray along an edge may pass on either side of it
 NOISE = 0.02  # of the mean over some hundred pixels, at 64 samples
@@ -32,13 +32,12 @@ def test_labels_are_those_of_the_ray_caster(blender, away) -> None:
     far = replace(
         SCENE,
         camera=replace(BARREL, fx=BARREL.fx * (1 + away / 4), fy=BARREL.fy * (1 + away / 4), distortion=(0.0,) * 5),
-        T_cam_body=further(SCENE.T_cam_body, away),
-        others=tuple(replace(body, T_cam_body=further(body.T_cam_body, away)) for body in SCENE.others),
+        bodies=tuple(replace(body, T_cam_body=further(body.T_cam_body, away)) for body in SCENE.bodies),
     )
     ours, theirs = blender.visibility(far), EmbreeCaster().visibility(far)
     assert (ours.face != theirs.face).sum() <= EDGE_PIXELS
     assert set(visible_surface(far, ours).target.tolist()) == {0, 1, 2}
-    for own, other in zip(ours.apart, theirs.apart, strict=True):
+    for own, other in zip(ours.of_each_body, theirs.of_each_body, strict=True):
         assert (own.face != other.face).sum() <= EDGE_PIXELS
 
 
@@ -46,7 +45,7 @@ def test_labels_of_several_bodies_after_a_picture_of_one(blender) -> None:
     """What that picture hid of the bodies before it is there again."""
     theirs = EmbreeCaster().visibility(SCENE)
     blender.radiance(SCENE, Effort(samples=1), seed=0)
-    blender.radiance(replace(SCENE, others=()), Effort(samples=1), seed=0)
+    blender.radiance(with_first(SCENE, others=()), Effort(samples=1), seed=0)
     assert (blender.visibility(SCENE).face != theirs.face).sum() <= EDGE_PIXELS
 
 
@@ -71,7 +70,7 @@ def test_a_picture_does_not_depend_on_those_before_it(blender) -> None:
     effort = Effort(samples=2)
     first = blender.radiance(SCENE, effort, seed=3)
     faces = blender.visibility(SCENE).face
-    others = (moved(SCENE, 1, pose(t=(0.2, 0, 3.5))), without(SCENE, 2), replace(SCENE, others=()))
+    others = (moved(SCENE, 1, pose(t=(0.2, 0, 3.5))), without(SCENE, 2), with_first(SCENE, others=()))
     for other in others:
         blender.visibility(other)
         blender.radiance(other, effort, seed=4)
@@ -81,10 +80,11 @@ def test_a_picture_does_not_depend_on_those_before_it(blender) -> None:
 
 def test_each_body_moves_on_its_own_while_the_shutter_is_open(blender) -> None:
     """The second is blurred along its way, over which its coverage is spread; what stands still is as sharp as ever."""
-    alone = replace(SCENE, others=SCENE.others[:1])
+    alone = replace(SCENE, bodies=SCENE.bodies[:2])
     steps = [pose((0.7, -0.2, 0.5, 0.1), (0.35 + 0.1 * (i - 1), 0.1, 3.0)) for i in range(3)]
-    still = (alone.T_cam_body,) * 3
-    moving = replace(alone, shutter=Shutter(poses=still), others=(replace(alone.others[0], poses=tuple(steps)),))
+    first, second = alone.bodies
+    still = replace(first, poses=(first.T_cam_body,) * 3)
+    moving = replace(alone, shutter=Shutter(), bodies=(still, replace(second, poses=tuple(steps))))
     sharp, blurred = (blender.radiance(each, Effort(samples=16), seed=1).coverage for each in (alone, moving))
     assert moving.picture_region.width > alone.picture_region.width
     partly = (blurred > 0.1) & (blurred < 0.9)

@@ -13,6 +13,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Primvar, Texture
+from tests.cases.scenes import with_first
 
 CHECKS = 8  # fields of the chequer per side
 RIM = 0.02  # of a field: how near its border bilinear look-up and float32 may take either side
@@ -120,6 +121,6 @@ def test_size_costs_no_holes(make_scene, square, size) -> None:
     points = other.target.mesh.points * size
     mesh = replace(other.target.mesh, points=points)
     pose = replace(other.T_cam_body, translation=other.T_cam_body.translation * size)
-    other = replace(other, T_cam_body=pose, target=replace(other.target, mesh=mesh))
+    other = with_first(other, T_cam_body=pose, target=replace(other.target, mesh=mesh))
     caster = EmbreeCaster()
     assert (caster.visibility(one).face != caster.visibility(other).face).sum() <= SEAM_PIXELS

@@ -18,6 +18,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
 from tests.cases import scenes
 from tests.cases.instanced import expanded, made_out, placed
+from tests.cases.scenes import with_first
 
 CAMERA = Camera(width=160, height=120, fx=150, fy=150, cx=80, cy=60)
 WHITE = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow=True)
@@ -105,7 +106,7 @@ def test_blender_holds_one_mesh_and_draws_the_same(scene, blender, holes) -> Non
 
     if holes:
         cut = replace(RED, opacity=Primvar(name="shade"), opacity_threshold=0.5)
-        scene = replace(scene, target=replace(scene.target, materials=(WHITE, cut)))
+        scene = with_first(scene, target=replace(scene.target, materials=(WHITE, cut)))
     assert_same_labels(scene, blender)
     lit, effort = replace(scene, lights=(SUN,)), Effort(samples=8)
     theirs = blender.radiance(expanded(lit), effort, seed=3).rgba

@@ -13,7 +13,8 @@ from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Scene, Shutter
+from spin_usd.scene.model import Scene
+from tests.cases.scenes import in_motion, with_first
 
 GLOWING = Material(path="/glowing", diffuse_color=(0, 0, 0), emissive_color=(1, 1, 1), use_specular_workflow=True)
 CAMERA = Camera(width=64, height=48, fx=64, fy=64, cx=32, cy=24)
@@ -45,7 +46,7 @@ def moving(scene, *, along=(0, 0, 0), turn=(0, 0, 0), count=9, readout=0.0):
 
     poses = [pose(share) for share in np.linspace(-0.5, 0.5, count)]
     poses[count // 2] = start
-    return replace(scene, shutter=Shutter(poses=tuple(poses), readout=readout))
+    return in_motion(scene, poses, readout=readout)
 
 
 def magnified(camera, z):
@@ -108,7 +109,7 @@ def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplu
     camera = smaller(magnified(speedplus, z), 4)
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.3, -0.2, z))
     blurred = moving(scene, along=(0.4, 0.2, -z / 12), turn=(0.1, 0.3, -0.2), count=65)
-    stills = [coverage(blender, replace(scene, T_cam_body=pose), samples=16) for pose in blurred.shutter.poses]
+    stills = [coverage(blender, with_first(scene, T_cam_body=pose), samples=16) for pose in blurred.poses]
     weights = np.array([0.5, *np.ones(63), 0.5]) / 64  # the trapezoid rule: poses at both ends count half
     wanted = np.tensordot(weights, stills, 1)
     assert View.blurred(blurred).near == (z == 6)
@@ -193,10 +194,10 @@ def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needle
 def test_other_shutters_are_refused(make_scene, square, count, readout) -> None:
     scene = make_scene(*square)
     with pytest.raises(GeometryError):
-        Shutter(poses=(scene.T_cam_body,) * count, readout=readout)
+        in_motion(scene, (scene.T_cam_body,) * count, readout=readout)
 
 
 def test_a_pose_that_is_not_the_middles_is_refused(make_scene, square) -> None:
     scene = moving(make_scene(*square), along=(1, 0, 0))
     with pytest.raises(GeometryError, match="middle"):
-        replace(scene, T_cam_body=scene.shutter.poses[0])
+        with_first(scene, T_cam_body=scene.poses[0])

@@ -13,6 +13,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
+from tests.cases.scenes import with_first
 
 RADIOMETRY = 1e-4  # relative; float32 light transport
 NOISE = 0.02  # relative, of a mean over some thousand pixels of 64 samples that choose lobes at random
@@ -100,7 +101,7 @@ def test_each_face_has_its_own_material(blender, make_scene, square, lambert) ->
 
 def test_a_material_switched_between_frames_takes_effect(blender, make_scene, square, lambert) -> None:
     white = make_scene(*square, lights=[sun()])
-    grey = replace(white, target=replace(white.target, materials=(replace(lambert, diffuse_color=(0.5, 0.5, 0.5)),)))
+    grey = with_first(white, target=replace(white.target, materials=(replace(lambert, diffuse_color=(0.5, 0.5, 0.5)),)))
     first, second, third = (render(blender, scene).rgb for scene in (white, grey, white))
     assert np.allclose(second, first / 2, rtol=RADIOMETRY)
     assert np.array_equal(third, first)
@@ -183,7 +184,7 @@ def test_range_does_not_change_the_light(blender, noisy) -> None:
         k = range_m / 4
         lens = replace(camera, fx=camera.fx * k, fy=camera.fy * k, distortion=(0.0,) * 5)
         moved = replace(pose, translation=np.array([0, 0, range_m]))
-        pictures.append(render(blender, replace(noisy, camera=lens, T_cam_body=moved), samples=16).rgb)
+        pictures.append(render(blender, with_first(replace(noisy, camera=lens), T_cam_body=moved), samples=16).rgb)
     assert pictures[0].shape == pictures[1].shape
     assert np.square(pictures[0] - pictures[1]).mean() < NOISE**2 * np.square(pictures[0]).mean()
 
@@ -234,7 +235,7 @@ def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, val
     with pytest.raises(UnsupportedError, match="/World/Looks/Odd"):
         render(blender, scene)
     assert (blender.visibility(scene).face >= 0).any()  # labels need no material
-    plain = replace(scene, target=replace(scene.target, materials=(lambert,)), lights=(sun(),))
+    plain = replace(with_first(scene, target=replace(scene.target, materials=(lambert,))), lights=(sun(),))
     assert inner(render(blender, plain)) == pytest.approx(1361 / np.pi, rel=RADIOMETRY)
 
 

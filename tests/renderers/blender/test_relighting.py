@@ -12,10 +12,11 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import CylinderLight, DistantLight, DomeLight, RectLight, SphereLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Shutter, ThinLens
+from spin_usd.scene.model import ThinLens
 from spin_usd.scene.sensor import LUMINANCE
 from spin_usd.scene.texture import Image
 from tests.cases import scenes
+from tests.cases.scenes import in_motion
 
 WEIGHTS = np.array(LUMINANCE)  # rays are shared out by luminance: a colour of little weight may be noisier
 ROUNDING = 2.0**-24  # of float32, at each sample that is added: Higham, "Accuracy and stability", section 4.2
@@ -142,7 +143,7 @@ def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blen
     poses = tuple(
         replace(start, translation=start.translation + np.array([0.05 * share, 0, 0])) for share in (-1, 0, 1)
     )
-    blurred = replace(scene, shutter=Shutter(poses=poses), thin_lens=ThinLens(radius=0.01, focus=3.5))
+    blurred = replace(in_motion(scene, poses), thin_lens=ThinLens(radius=0.01, focus=3.5))
     for case in (scene, blurred):
         assert len(picture_bands(case, samples=64)) > 1
         apart = blender.radiance(case, Effort(samples=64), seed=1)

@@ -16,6 +16,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.blender.cycles.passes import face_indices
 from spin_usd.renderers.camera_shader import PLAIN_FOCAL, View
 from spin_usd.scene.effort import Effort
+from tests.cases.scenes import with_first
 
 EDGE_PX = 1e-3  # how near an edge float32 (Blender's and Embree's own) may take a ray to the other side
 PLAIN_PX = 1e-3  # what Blender's own camera may miss the centres by: 0.0005 px as it is made, the rest is float32's
@@ -176,7 +177,7 @@ def test_target_out_of_view_gives_empty_arrays(blender, make_scene, needles) -> 
 
 def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, square) -> None:
     a, b = make_scene(*needles), make_scene(*square, q=(1, 0.2, 0, 0))
-    far = replace(a, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=[0, 0, 90]))
+    far = with_first(a, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=[0, 0, 90]))
     first = blender.visibility(a).face
     blender.visibility(b)
     blender.visibility(far)

@@ -15,6 +15,7 @@ from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 from tests.cases import scenes
+from tests.cases.scenes import with_first
 
 PRECISION = 0.005  # relative, at SAMPLES
 SAMPLES = 4096
@@ -207,11 +208,10 @@ def test_the_image_does_not_depend_on_how_the_camera_is_turned(facing) -> None:
     """A turned camera sees the same dome and planet from elsewhere: one image, another rotation."""
     scene = facing(lights=[sun((0, 0, 1)), dome(image=patch(10, 8))], planets=[planet((0, 2e7, 3e7))])
     turn = AROUND_X
+    there = scene.T_cam_body
+    turned = replace(there, rotation=turn @ there.rotation, translation=turn @ there.translation)
     other = replace(
-        scene,
-        T_cam_body=replace(
-            scene.T_cam_body, rotation=turn @ scene.T_cam_body.rotation, translation=turn @ scene.T_cam_body.translation
-        ),
+        with_first(scene, T_cam_body=turned),
         lights=(
             replace(scene.lights[0], direction_cam=tuple(turn @ scene.lights[0].direction_cam)),
             replace(scene.lights[1], T_cam_dome=axes("dome", turn)),

@@ -36,7 +36,7 @@ def test_a_body_casts_its_shadow_on_another() -> None:
 
 def test_a_body_out_of_the_frame_still_shades() -> None:
     image, lit = radiance(Body(id=0, target=SMALL_BOX, T_cam_body=pose(t=(-2, 0, 3))))
-    assert lit.apart[1].region.empty
+    assert lit.one_body_scenes[1].region.empty
     wall = 5 * lit.camera.centres(lit.camera.frame)
     shadow = (np.abs(wall[..., 0] + 0.5) < 0.19) & (np.abs(wall[..., 1]) < 0.19)
     assert shadow.sum() > 10

@@ -10,7 +10,7 @@ from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Shutter, ThinLens
+from spin_usd.scene.model import ThinLens
 from spin_usd.scene.texture import Primvar, Texture
 from tests.cases import scenes
 from tests.cases.lit_scenes import (
@@ -28,6 +28,7 @@ from tests.cases.lit_scenes import (
     image,
     textured,
 )
+from tests.cases.scenes import in_motion, with_first
 
 ALWAYS = {"transmission bounces", "volumes"}
 DEEP_SPACE = {*ALWAYS, "glossy bounces", "transparent layers", "light tree", "world", "light groups"}
@@ -141,7 +142,7 @@ def test_convex_targets_seen_from_outside_have_no_bounces_nor_shadows() -> None:
     assert not left(a_scene(MATT)) & tilted  # its walls see one another
     assert not left(a_scene(MATT, points_faces=(box[0], box[1][2:]))) & tilted  # open: its inside is seen
     assert not left(a_scene(replace(MATT, opacity=0.5), points_faces=box)) & tilted
-    within = replace(a_scene(MATT, points_faces=box), T_cam_body=scenes.pose(t=(0, 0, 0)))
+    within = with_first(a_scene(MATT, points_faces=box), T_cam_body=scenes.pose(t=(0, 0, 0)))
     assert not left(within) & tilted
     bumpy = replace(MATT, normal=textured((0.0, 0.1, 0.9)))
     assert left(a_scene(bumpy, points_faces=box)) & tilted == {"bounces"}
@@ -153,7 +154,7 @@ def test_smooth_convex_targets_keep_their_shadows() -> None:
     scene = a_scene(MATT, points_faces=scenes.box())
     normals = np.repeat(scene.target.mesh.points[scene.target.mesh.faces] * 2 / np.sqrt(3), 1, 0)
     smooth = replace(scene.target, mesh=replace(scene.target.mesh, corner_normals=normals))
-    assert left(replace(scene, target=smooth)) & {"bounces", "shadow rays"} == {"bounces"}
+    assert left(with_first(scene, target=smooth)) & {"bounces", "shadow rays"} == {"bounces"}
 
 
 def test_what_glows_is_looked_for_unless_it_lights_nothing() -> None:
@@ -211,7 +212,7 @@ def test_primvars_and_materials_that_no_face_shows_are_not_needed() -> None:
     seen = replace(MATT, diffuse_color=Primvar(name="colour"))
     scene = a_scene(seen, primvars=primvars)
     unseen = replace(scene.target, materials=(seen, replace(METAL, roughness=textured(0.1, 0.9), opacity=0.5)))
-    required = Requirements.of(replace(scene, target=unseen), Effort())
+    required = Requirements.of(with_first(scene, target=unseen), Effort())
     assert {"unseen materials", "primvars", "transparent layers"} <= {each.what for each in required.skipped}
     assert required.primvars == (frozenset({"colour"}),)
     assert required.materials[0][1] == Material(path="")
@@ -224,7 +225,7 @@ def test_blur_that_does_not_show_is_left_out(metres, shown) -> None:
     still = a_scene(MATT, camera=PINHOLE, points_faces=scenes.box())
     there = still.T_cam_body
     poses = tuple(replace(there, translation=there.translation + np.array([metres * s, 0, 0])) for s in (-1, 0, 1))
-    moving = replace(still, shutter=Shutter(poses=poses))
+    moving = in_motion(still, poses)
     assert ("motion blur" not in left(moving)) == shown
     required = Requirements.of(moving, Effort())
     assert (required.scene.shutter is not None) == shown
@@ -239,7 +240,7 @@ def test_blur_that_does_not_show_is_left_out(metres, shown) -> None:
 def test_what_turns_in_place_moves() -> None:
     still = a_scene(MATT, points_faces=scenes.box())
     turned = (scenes.pose(q=(1, s * 1e-3, 0, 0)) for s in (-1, 0, 1))
-    assert "motion blur" not in left(replace(still, shutter=Shutter(poses=tuple(turned))))
+    assert "motion blur" not in left(in_motion(still, turned))
 
 
 def test_a_scene_in_unit_light_needs_what_it_needs_in_its_own() -> None:

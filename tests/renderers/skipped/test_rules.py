@@ -12,9 +12,10 @@ from spin_usd.renderers.blender.materials.textures import forget_render_data
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.renderers.skipped.rules import BITS, ROUNDING, RULES
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Scene, Shutter, ThinLens
+from spin_usd.scene.model import Scene, ThinLens
 from tests.cases import scenes
 from tests.cases.lit_scenes import BALL, DARK, DOME, GLOWING, MATT, METAL, PINHOLE, SUN, a_scene, textured
+from tests.cases.scenes import in_motion, with_first
 
 SAMPLES = 16
 ROUNDED = 2 * SAMPLES * 2.0**-24 + 1e-6  # relative: of float32, at each sample that is added and in each look-up
@@ -34,12 +35,12 @@ class Case:
 
 
 def posed(*materials, **options):
-    return replace(a_scene(*materials, **options), T_cam_body=POSE)
+    return with_first(a_scene(*materials, **options), T_cam_body=POSE)
 
 
 def moving(scene, metres):
     poses = tuple(replace(POSE, translation=POSE.translation + np.array([metres * s, 0, 0])) for s in (-1, 0, 1))
-    return replace(scene, shutter=Shutter(poses=poses))
+    return in_motion(scene, poses)
 
 
 def cycles():
@@ -112,7 +113,7 @@ CASES = {
         scene=posed(IDLE, **BOX, primvars={"st": ST}), off=lambda: "ShaderNodeTexImage" not in node_kinds()
     ),
     "unseen materials": Case(
-        scene=(lambda s: replace(s, target=replace(s.target, materials=(MATT, IDLE))))(
+        scene=(lambda s: with_first(s, target=replace(s.target, materials=(MATT, IDLE))))(
             posed(MATT, **BOX, primvars={"st": ST})
         ),
         off=lambda: "ShaderNodeTexImage" not in node_kinds(),

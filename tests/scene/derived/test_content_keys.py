@@ -21,7 +21,7 @@ from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.target import Part
 from tests.cases.bodies import moved, three_bodies
-from tests.cases.scenes import pose, scene, soup, target
+from tests.cases.scenes import pose, scene, soup, target, with_first
 
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)
 METAL = Material(path="/m", metallic=0.1)
@@ -37,7 +37,7 @@ def with_mesh(s, **changes):
     mesh = s.target.mesh
     names = ("points", "faces", "face_part", "face_material", "corner_normals")
     fields = {name: np.array(getattr(mesh, name)) for name in names} | changes
-    return replace(s, target=replace(s.target, mesh=Mesh(**fields)))
+    return with_first(s, target=replace(s.target, mesh=Mesh(**fields)))
 
 
 def nudged(array, by):
@@ -50,10 +50,10 @@ def nudged(array, by):
 NOTHING, IMAGE, PICTURE, ALL = (False,) * 3, (False, False, True), (False, True, True), (True,) * 3
 CHANGES = {
     "nothing, made again": (lambda s: with_mesh(s), NOTHING),
-    "a path": (lambda s: replace(s, target=replace(s.target, path="/U", name="U")), NOTHING),
-    "a part's name": (lambda s: replace(s, target=replace(s.target, parts=tuple(
+    "a path": (lambda s: with_first(s, target=replace(s.target, path="/U", name="U")), NOTHING),
+    "a part's name": (lambda s: with_first(s, target=replace(s.target, parts=tuple(
         Part(id=p.id, path=p.path, name="other", class_name="other") for p in s.target.parts))), NOTHING),
-    "a material's path": (lambda s: replace(s, target=replace(s.target, materials=(Material(path="/n"),))), NOTHING),
+    "a material's path": (lambda s: with_first(s, target=replace(s.target, materials=(Material(path="/n"),))), NOTHING),
     "a light's path": (lambda s: replace(s, lights=(replace(LIGHT, path="/other"),)), NOTHING),
     "time": (lambda s: replace(s, frame=replace(s.frame, time_code=3.0)), NOTHING),
     "index": (lambda s: replace(s, frame=replace(s.frame, index=5)), NOTHING),
@@ -63,7 +63,7 @@ CHANGES = {
     "encoding": (lambda s: replace(s, sensor=replace(s.sensor, encoding="linear")), IMAGE),
     "variant (its noise)": (lambda s: replace(s, frame=replace(s.frame, variant="dim")), IMAGE),
     "frame name (its seed)": (lambda s: replace(s, frame=FrameId(index=0, name="g", time_code=0.0)), PICTURE),
-    "a colour": (lambda s: replace(s, target=replace(s.target, materials=(METAL,))), PICTURE),
+    "a colour": (lambda s: with_first(s, target=replace(s.target, materials=(METAL,))), PICTURE),
     "a normal": (lambda s: with_mesh(s, corner_normals=nudged(s.target.mesh.corner_normals, 1e-3)), PICTURE),
     "irradiance": (lambda s: replace(s, lights=(replace(LIGHT, irradiance=(1, 1, 1.001)),)), IMAGE),
     "light direction": (lambda s: replace(s, lights=(replace(LIGHT, direction_cam=(0, 1, 0)),)), PICTURE),
@@ -74,8 +74,8 @@ CHANGES = {
     "a point, by one rounding": (lambda s: with_mesh(s, points=nudged(s.target.mesh.points, 1e-15)), ALL),
     "a face's order": (lambda s: with_mesh(s, faces=np.roll(s.target.mesh.faces, 1, axis=1)), ALL),
     "a part": (lambda s: with_mesh(s, face_part=s.target.mesh.face_part[::-1]), ALL),
-    "position": (lambda s: replace(s, T_cam_body=pose(t=(0, 0, np.nextafter(4, 5)))), ALL),
-    "attitude": (lambda s: replace(s, T_cam_body=pose(q=(1, 0, 0, 1e-9))), ALL),
+    "position": (lambda s: with_first(s, T_cam_body=pose(t=(0, 0, np.nextafter(4, 5)))), ALL),
+    "attitude": (lambda s: with_first(s, T_cam_body=pose(q=(1, 0, 0, 1e-9))), ALL),
     "focal length": (lambda s: replace(s, camera=replace(s.camera, fx=s.camera.fx + 1e-9)), ALL),
     "distortion": (lambda s: replace(s, camera=replace(s.camera, distortion=(0.0,) * 5)), ALL),
     "resolution": (lambda s: replace(s, camera=replace(s.camera, width=s.camera.width + 1)), ALL),
@@ -139,7 +139,7 @@ class TestSeveralBodies:
     outside = pose(t=(60, 0, 4))
 
     def test_one_target_alone_has_the_keys_that_it_always_had(self) -> None:
-        alone = replace(self.scene, others=())
+        alone = with_first(self.scene, others=())
         target, T = alone.target, alone.T_cam_body
         parts = (target.mesh.key, target.cut_out_key, T.rotation, T.translation, alone.camera.key)
         assert geometry_key(alone) == digest(VISIBILITY, *parts)
@@ -156,7 +156,7 @@ class TestSeveralBodies:
 
     def test_a_body_that_moves_where_nobody_sees_it_changes_no_label(self) -> None:
         out, farther = moved(self.scene, 1, self.outside), moved(self.scene, 1, pose(t=(70, 0, 4)))
-        assert out.apart[1].region.empty
+        assert out.one_body_scenes[1].region.empty
         before, after = KeyMaker(SETTINGS).keys(out), KeyMaker(SETTINGS).keys(farther)
         assert before.geometry == after.geometry
         assert before.radiance != after.radiance  # it may cast a shadow
@@ -165,10 +165,5 @@ class TestSeveralBodies:
     def test_targets_that_change_places_change_labels(self) -> None:
         """A part is of another target then, though the pictures are the same."""
         first, second = self.scene.bodies[:2]
-        swapped = replace(
-            self.scene,
-            target=second.target,
-            T_cam_body=second.T_cam_body,
-            others=(replace(first, id=2), self.scene.others[1]),
-        )
+        swapped = replace(self.scene, bodies=(replace(second, id=1), replace(first, id=2), self.scene.bodies[2]))
         assert KeyMaker(SETTINGS).keys(swapped).geometry != KeyMaker(SETTINGS).keys(self.scene).geometry

@@ -84,7 +84,7 @@ def test_the_nearer_of_two_bodies_answers_with_its_own_ids() -> None:
     points, faces = box()
     near = Body(id=2, target=target(points, faces), T_cam_body=pose(t=(0.5, 0, 2)))
     arm = Body(id=0, target=target(*box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1))), T_cam_body=pose(t=(-0.2, 0, 1)))
-    made = replace(scene(target(points, faces)), others=(near, arm))
+    made = scene(target(points, faces), others=(near, arm))
     lidar = Lidar(T_cam_lidar=mounted(), rows=40, columns=40, azimuth_deg=(-25, 25), elevation_deg=(-25, 25))
     made, found = seen_by(made, lidar)
     assert against_exact_rays(made, lidar, found) < ROUNDING

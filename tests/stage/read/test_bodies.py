@@ -91,7 +91,7 @@ def test_each_body_has_the_pose_that_usd_gives_it(make_stage) -> None:
         _, second, debris = scene.bodies
         np.testing.assert_allclose(second.T_cam_body.translation, (1 + time, 0, 8), atol=1e-15)
         np.testing.assert_allclose(debris.T_cam_body.translation, (0, -1 - time, 5), atol=1e-15)
-    assert found[2].others[0].target is found[0].others[0].target
+    assert found[2].bodies[1].target is found[0].bodies[1].target
 
 
 def test_what_is_fixed_to_the_camera_keeps_its_pose_to_the_bit(two) -> None:
@@ -106,7 +106,7 @@ def test_what_is_fixed_to_the_camera_keeps_its_pose_to_the_bit(two) -> None:
 def test_all_that_stands_still_below_one_prim_is_one_occluder(make_stage) -> None:
     station = "".join(BOX.format(number=number) for number in range(3))
     (scene,) = scenes(make_stage(world=station))
-    (body,) = scene.others
+    (body,) = scene.bodies[1:]
     assert [part.path for part in body.target.parts] == ["/World/Box0", "/World/Box1", "/World/Box2"]
     assert body.target.mesh.count == 36
 

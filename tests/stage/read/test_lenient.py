@@ -134,7 +134,7 @@ def test_curves_alone_are_no_target(read) -> None:
 
 def test_a_wire_beside_the_target_hides_nothing_and_is_noted(read) -> None:
     scene, notes, _ = read(mesh(), world='def BasisCurves "Wire" {}')
-    assert not scene.others
+    assert not scene.several
     assert notes == {("geometry-thin", "/World/Wire")}
 
 

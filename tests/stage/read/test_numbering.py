@@ -144,7 +144,7 @@ def scene_of(path: Path, variant: str = "nominal", frame: int = 0):
 def ids(scene) -> dict[str, int]:
     """The number in labels of each part that has faces here, by its path."""
     found: dict[str, int] = {}
-    for body, before in zip(scene.bodies, scene.parts_before, strict=True):
+    for body, before in zip(scene.bodies, scene.part_offsets, strict=True):
         seen = set(np.unique(body.target.mesh.face_part))
         found |= {part.path: before + part.id for part in body.target.parts if part.id in seen}
     return found

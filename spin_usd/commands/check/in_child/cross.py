@@ -108,8 +108,8 @@ def _coincident(scene: Scene, ours: Labels, theirs: Labels) -> Mask:
 def _lies_there(scene: Scene, part: int, xy: Float, depth: Float) -> Mask:
     """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, of the rays
     (x, y, 1) of `xy` (N, 2), or so near to it that no renderer can tell."""
-    place = int(np.searchsorted(scene.parts_before, part)) - 1
-    one, own = scene.apart[place], part - scene.parts_before[place]
+    place = int(np.searchsorted(scene.part_offsets, part)) - 1
+    one, own = scene.one_body_scenes[place], part - scene.part_offsets[place]
     mesh = one.target.mesh
     faces = np.flatnonzero(parts_of(mesh, np.arange(mesh.count)) == own)
     rays, there = np.insert(xy, 2, 1.0, axis=1), np.zeros(len(xy), bool)

@@ -20,6 +20,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.texture import IDENTITY, OUTPUTS, WRAPS, Coordinates, Image, Primvar, Texture, Tiles
+from tests.cases.scenes import with_first
 
 TEXEL = 1e-4  # of the image's range: float32 coordinates of a ray that misses its pixel's centre by 1e-4 px
 RADIOMETRY = 1e-4  # relative; float32 light transport
@@ -71,7 +72,7 @@ def shows(blender, monkeypatch):
         monkeypatch.setattr(materials, "surface_material", glow(value))
         monkeypatch.setattr(Surfaces, "primvars", property(lambda it: frozenset(it.target.mesh.primvars)))
         unique = Material(path="/m", emissive_color=(1.0,) * 3, ior=1 + RNG.random())  # not built by the library yet
-        scene = replace(scene, target=replace(scene.target, materials=(unique,)))
+        scene = with_first(scene, target=replace(scene.target, materials=(unique,)))
         visibility = blender.visibility(scene)
         seen = visible_surface(scene, visibility)
         wanted = values_at(value, scene.target.mesh, seen.face, weights_at(scene.target.mesh, seen.face, seen.body))

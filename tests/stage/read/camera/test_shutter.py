@@ -36,8 +36,8 @@ def at(reader, time_code):
     return reader.scene(reader.frames[time_code])
 
 
-def places(shutter):
-    return np.array([pose.translation[0] for pose in shutter.poses])
+def places(scene):
+    return np.array([pose.translation[0] for pose in scene.poses])
 
 
 def shutter_text(opens, closes, readout=None) -> str:
@@ -55,9 +55,9 @@ def test_usds_fallback_is_an_instant_and_a_pinhole(reader) -> None:
 def test_poses_follow_the_trajectory_over_the_exposure(reader) -> None:
     """The n-th pose is that of the n-th time, straight from the formula of the motion."""
     scene = at(reader(shutter_text(-0.25, 0.75)), 4)
-    times = np.linspace(3.75, 4.75, len(scene.shutter.poses))
-    assert np.allclose(places(scene.shutter), times / 2, atol=SHARP_M)
-    turns = [np.arctan2(-pose.rotation[1, 0], pose.rotation[0, 0]) for pose in scene.shutter.poses]
+    times = np.linspace(3.75, 4.75, len(scene.poses))
+    assert np.allclose(places(scene), times / 2, atol=SHARP_M)
+    turns = [np.arctan2(-pose.rotation[1, 0], pose.rotation[0, 0]) for pose in scene.poses]
     assert np.allclose(turns, times * TURN / 8, atol=1e-12)  # `cam` looks against the axis
     assert scene.shutter.readout == 0
 
@@ -76,13 +76,13 @@ def test_rolling_shutter_spreads_about_the_middle_row(reader, opens, closes, sha
     scene = at(reader(shutter_text(opens, closes, readout=1 / CODES)), 4)  # one time code
     middle = 4 + (opens + closes) / 2
     half = (closes - opens + 1) / 2
-    assert np.allclose(places(scene.shutter)[[0, -1]], np.array([middle - half, middle + half]) / 2, atol=SHARP_M)
+    assert np.allclose(places(scene)[[0, -1]], np.array([middle - half, middle + half]) / 2, atol=SHARP_M)
     assert np.isclose(scene.shutter.readout, share, rtol=1e-12)
     assert np.isclose(scene.T_cam_body.translation[0], middle / 2, atol=SHARP_M)
 
 
 def test_poses_rest_before_the_first_time_sample(reader) -> None:
-    found = places(at(reader(shutter_text(-1.0, 1.0)), 0).shutter)
+    found = places(at(reader(shutter_text(-1.0, 1.0)), 0))
     assert np.allclose(found, np.maximum(np.linspace(-1, 1, len(found)), 0) / 2, atol=SHARP_M)
 
 
@@ -90,18 +90,18 @@ def test_a_camera_that_moves_blurs_too(reader) -> None:
     camera = "double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 8: (8, 0, 0) }\n"
     camera += 'uniform token[] xformOpOrder = ["xformOp:translate"]\n' + shutter_text(0.0, 1.0)
     still = 'double3 xformOp:translate = (0, 0, -10)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
-    found = places(at(reader(camera, pose=still), 2).shutter)
+    found = places(at(reader(camera, pose=still), 2))
     assert np.allclose(found, -np.linspace(2, 3, len(found)), atol=SHARP_M)
 
 
 def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader) -> None:
-    assert len(at(reader(shutter_text(-1.0, 1.0)), 4).shutter.poses) == 9
-    assert len(at(reader(shutter_text(-3.0, 3.0)), 4).shutter.poses) == 9  # 30 degrees in eight steps
+    assert len(at(reader(shutter_text(-1.0, 1.0)), 4).poses) == 9
+    assert len(at(reader(shutter_text(-3.0, 3.0)), 4).poses) == 9  # 30 degrees in eight steps
     spin = ", ".join(f"{t}: ({int(t % 2 == 0)}, 0, 0, {int(t % 2)})" for t in range(9))  # half a turn per time code
     half_turns = f'quatd xformOp:orient.timeSamples = {{ {spin} }}\nuniform token[] xformOpOrder = ["xformOp:orient"]'
     pushed = half_turns.replace('["', '["xformOp:translate", "')
     pushed = "double3 xformOp:translate = (0, 0, -10)\n" + pushed
-    assert len(at(reader(shutter_text(-0.5, 0.5), pose=pushed, name="half.usda"), 4).shutter.poses) == 65
+    assert len(at(reader(shutter_text(-0.5, 0.5), pose=pushed, name="half.usda"), 4).poses) == 65
     with pytest.raises(StageError, match="turns by more than 5 degrees"):
         at(reader(shutter_text(-4.0, 4.0), pose=pushed, name="full.usda"), 4)
 
