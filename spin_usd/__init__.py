@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from spin_usd.commands.reproduce.run import reproduce
     from spin_usd.commands.show.run import show
     from spin_usd.errors import SpinError
-    from spin_usd.store.read.dataset import Dataset
-    from spin_usd.store.read.picture import Picture
+    from spin_usd.store.dataset import Dataset
+    from spin_usd.store.picture import Picture
 
 __version__ = "0.1.0"
 
@@ -48,8 +48,8 @@ __all__ = [
 ]
 
 _MODULES = {
-    "Dataset": "spin_usd.store.read.dataset",
-    "Picture": "spin_usd.store.read.picture",
+    "Dataset": "spin_usd.store.dataset",
+    "Picture": "spin_usd.store.picture",
     "SpinError": "spin_usd.errors",
     "augment": "spin_usd.commands.augment.run",
     "author": "spin_usd.commands.author.run",

@@ -1,7 +1,7 @@
 """Choose the pictures that are meant by "A:B:STEP", as Python slices them."""
 
 from spin_usd.errors import InputError
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.poses import PoseList
 
 
 def slice_of(text: str) -> slice:

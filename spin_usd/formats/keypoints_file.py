@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.errors import InputError
 from spin_usd.formats.table_file import Row, Table, read_table
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 
 TABLE = Table(key="name", required=("x", "y", "z"))
 

@@ -14,7 +14,7 @@ from spin_usd.formats.spec_file import check_document
 from spin_usd.formats.toml_file import read_toml_file
 from spin_usd.geometry.transform import Transform
 from spin_usd.resources import bundled
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.lidar import Lidar
 
 SCHEMA = "lidar-1"
 FORWARD, UP = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)  # of the camera, in its own axes

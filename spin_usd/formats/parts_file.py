@@ -4,7 +4,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.formats.table_file import Row, Table, read_table
-from spin_usd.scene.source.part_rule import PartRule
+from spin_usd.scene.part_rule import PartRule
 
 TABLE = Table(key="pattern", required=("part",), optional=("class",))
 

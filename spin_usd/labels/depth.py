@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture, largest_relative_difference
 from spin_usd.labels.preview import by_distance
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Surface
 from spin_usd.scene.model import Scene
-from spin_usd.scene.source.channels import Channels
 
 RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much
 

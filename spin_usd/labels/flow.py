@@ -16,12 +16,12 @@ from spin_usd.geometry.triangles import unit_normals
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_motion
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
 from spin_usd.scene.derived.surface import Rows, Surface, weights_at
 from spin_usd.scene.model import Scene
-from spin_usd.scene.source.channels import Channels
 
 OFF_PX = 1e-3  # float32 of the dense pose, and of flow over a few thousand pixels
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import digest
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.content import content
 from spin_usd.scene.derived.content_keys import placed
+from spin_usd.scene.derived.echoes import Echoes
 from spin_usd.scene.derived.surface import Surface
 from spin_usd.scene.model import Scene
-from spin_usd.scene.ranging.echoes import Echoes
-from spin_usd.scene.source.channels import Channels
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.lidar import Lidar
 
 
 @dataclass(frozen=True, kw_only=True)

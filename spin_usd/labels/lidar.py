@@ -11,10 +11,10 @@ from spin_usd.arrays import Float
 from spin_usd.labels.label import CloudLabel
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import as_the_lidar_sees
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.channels import Channels
+from spin_usd.scene.derived.echoes import Echoes
+from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.model import Scene
-from spin_usd.scene.ranging.echoes import Echoes
-from spin_usd.scene.source.channels import Channels
 
 POINT = np.dtype(
     [

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_id
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import groups_of
 from spin_usd.scene.derived.shadows import in_shadow, lifted
+from spin_usd.scene.derived.sunlight import brightest
 from spin_usd.scene.derived.surface import Rows, Surface
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
-from spin_usd.scene.photometry.sunlight import brightest
-from spin_usd.scene.source.channels import Channels
 
 ROUNDING = 1e-6  # of the cosine between a normal and the Sun, in float32
 

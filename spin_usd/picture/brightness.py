@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from spin_usd.scene.derived.sunlight import phase_angle
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.photometry.sunlight import phase_angle
 from spin_usd.sensor.exposure import LONGEST
 
 MIN_SHOWN = 0.25  # of the target's pixels: a picture that shows fewer is nearly black, or nearly white

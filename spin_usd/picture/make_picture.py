@@ -15,15 +15,15 @@ from spin_usd.records.record import RecordedTones
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import LabelPass, Renderer
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed, render_seed
+from spin_usd.scene.derived.echoes import FirstFaces, echoes
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.ranging.echoes import FirstFaces, echoes
 from spin_usd.scene.sensor import Sensor
-from spin_usd.scene.source.channels import Channels
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposure_end, metered
 from spin_usd.sensor.target_tones import target_tones

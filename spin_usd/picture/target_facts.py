@@ -12,9 +12,9 @@ from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.picture.shown_bodies import NOTHING, ShownBodies, shown_by_rays
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import cut_off, surface_box
+from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.mesh import BOX
 from spin_usd.scene.model import Scene
-from spin_usd.scene.source.keypoints import KeypointState
 
 MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to so many, and sampled beyond
 

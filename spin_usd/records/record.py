@@ -23,7 +23,7 @@ from spin_usd.json_fields import (
     one_of,
 )
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.source.keypoints import KeypointState
+from spin_usd.scene.keypoints import KeypointState
 
 NumberType: TypeAlias = Literal["uint8", "uint16", "uint32", "float32"]
 AtLeastOne = Annotated[int, Meta(ge=1)]

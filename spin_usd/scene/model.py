@@ -20,7 +20,7 @@ from spin_usd.geometry.region import Region, union
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.environment import Environment
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.light import Light
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import frozen
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.photometry.vignetting import polynomial_gain
+from spin_usd.scene.derived.vignetting import polynomial_gain
 from spin_usd.scene.sensor import Optics
 
 STEP = float(np.log(2))  # of log(s)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.photometry import srgb
+from spin_usd.scene.derived import srgb
 from spin_usd.scene.sensor import LUMINANCE, Sensor
 
 MID_GREY = 0.18  # linear; what contrast turns about

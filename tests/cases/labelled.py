@@ -8,9 +8,9 @@ from spin_usd.labels.labelled_picture import LabelledPicture
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.part_classes import class_of_parts
+from spin_usd.scene.derived.sunlight import sunlight
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.photometry.sunlight import sunlight
 from tests.cases.scenes import with_first
 
 CASTER = EmbreeCaster()

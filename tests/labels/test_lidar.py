@@ -9,12 +9,12 @@ from scipy import stats
 from spin_usd.labels.lidar import POINT, faults, point_cloud
 from spin_usd.labels.table import CLOUD_LABELS, PIXEL_LABELS
 from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.derived.echoes import echoes
 from spin_usd.scene.derived.surface import visible_surface
-from spin_usd.scene.lidar.lidar import Lidar
-from spin_usd.scene.ranging.echoes import echoes
+from spin_usd.scene.lidar import Lidar
 from tests.cases.labelled import picture_of
 from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target, with_first
-from tests.scene.ranging.test_echoes import mounted
+from tests.scene.derived.test_echoes import mounted
 
 FLOAT32 = 6e-8  # half a step of float32, relative
 UNLIKELY = 1e-3  # the seed is fixed: a law that holds is not refused by chance

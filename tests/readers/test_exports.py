@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 from tests.commands.export.conftest import blank, clone
 
 PICTURES = 3

@@ -4,7 +4,7 @@ import pytest
 from pxr import Usd
 
 from spin_usd.stage.composition.open_stage import open_stage
-from spin_usd.stage.read.camera.camera import find_camera
+from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.stage_reader import StageReader
 
 STAGE = """#usda 1.0

@@ -10,9 +10,9 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
+from spin_usd.store.dataset import Dataset
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.read.dataset import Dataset
 from tests.cases.records import record_files
 
 RECORD = "records/nominal/a.json"

@@ -8,7 +8,7 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 
 from environments.earth import albedo, clouds
 from environments.noise import Array
-from spin_usd.scene.photometry import srgb
+from spin_usd.scene.derived import srgb
 
 SIZE = (2048, 1024)
 

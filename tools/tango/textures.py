@@ -12,7 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import Delaunay
 
-from spin_usd.scene.photometry import srgb
+from spin_usd.scene.derived import srgb
 from tango import dimensions as d
 from tango.shapes.shape import Array
 from tango.wear import wear

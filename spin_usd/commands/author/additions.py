@@ -14,15 +14,15 @@ from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.parts_file import read_parts_file
 from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
-from spin_usd.scene.lidar.lidar import Lidar
-from spin_usd.scene.source.keypoints import Keypoints
-from spin_usd.scene.source.part_rule import PartRule
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
-from spin_usd.stage.author.added.add_keypoints import add_keypoints
-from spin_usd.stage.author.added.add_lidar import add_lidar
-from spin_usd.stage.author.added.add_parts import add_parts
+from spin_usd.stage.author.add_keypoints import add_keypoints
+from spin_usd.stage.author.add_lidar import add_lidar
+from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.camera_layer import set_channels
-from spin_usd.stage.author.target.target_prim import keep_transparent
+from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")

@@ -10,10 +10,10 @@ from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.choices import Choices, Sources, open_sources
 from spin_usd.commands.author.model import OtherBody, model_unit, write_model
+from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.commands.author.reports import AuthorReport
-from spin_usd.commands.author.sample.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
-from spin_usd.commands.author.sample.spec import open_spec
+from spin_usd.commands.author.spec import open_spec
 from spin_usd.commands.author.views import ComposedTarget, look_notes, read_composed_target
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.faults import reading
@@ -27,16 +27,16 @@ from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.source.poses import PoseList
-from spin_usd.scene.source.source_bounds import SourceBounds
+from spin_usd.scene.poses import PoseList
+from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
-from spin_usd.stage.author.target.extent import box_corners, hull_corners
-from spin_usd.stage.author.target.source_bounds import usd_bounds
-from spin_usd.stage.author.target.target_asset import TargetAsset
+from spin_usd.stage.author.source_bounds import usd_bounds
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.author.target_extent import box_corners, hull_corners
 from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage

@@ -15,10 +15,10 @@ from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_m
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.resources import bundled
-from spin_usd.scene.source.asset import MeshAsset
-from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
-from spin_usd.stage.author.target.from_usd import copy_usd_target
-from spin_usd.stage.author.target.target_asset import TargetAsset, describe
+from spin_usd.scene.asset import MeshAsset
+from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
+from spin_usd.stage.author.from_usd import copy_usd_target
+from spin_usd.stage.author.target_asset import TargetAsset, describe
 
 
 def model_file(given: str) -> Path:

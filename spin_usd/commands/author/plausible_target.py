@@ -12,9 +12,9 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.scene.derived.view_text import size_text
-from spin_usd.scene.source.keypoints import Keypoints
-from spin_usd.scene.source.plausible import is_plausible, likely_units
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.plausible import is_plausible, likely_units
+from spin_usd.scene.poses import PoseList
 
 INSISTS = "--any-size insists"
 

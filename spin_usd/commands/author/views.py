@@ -13,7 +13,7 @@ from spin_usd.scene.derived.views import Views, views_of
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)

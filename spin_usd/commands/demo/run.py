@@ -12,8 +12,8 @@ from spin_usd.planning.effort_choice import setting_of
 from spin_usd.planning.request import RenderRequest
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.progress import Progress
-from spin_usd.store.read.contact_sheet import write_contact_sheet
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.contact_sheet import write_contact_sheet
+from spin_usd.store.dataset import Dataset
 
 POSES = "tango_speedplus_poses.json"
 

@@ -12,7 +12,7 @@ from spin_usd.commands.export.layout.index_file import write_text_file
 from spin_usd.commands.export.layout.output import MadeFile
 from spin_usd.commands.export.plan import ExportPlan
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.read.contact_sheet import draw_contact_sheet, spread
+from spin_usd.store.contact_sheet import draw_contact_sheet, spread
 
 CARD, SHEET = "README.md", "contact_sheet.jpg"
 SHOWN = 8  # pictures on the contact sheet

@@ -22,7 +22,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
 from spin_usd.scene.target import MAX_PARTS
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 
 WRITE = "write for example train=0.8,validation=0.2"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")

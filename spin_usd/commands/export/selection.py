@@ -8,9 +8,9 @@ from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
 from spin_usd.scene.model import NOMINAL
-from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE
-from spin_usd.store.read.dataset import Dataset
-from spin_usd.store.read.picture import Picture
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
+from spin_usd.store.dataset import Dataset
+from spin_usd.store.picture import Picture
 
 MAX_NAME = 240  # bytes of a file's name, an ending of its own included, that file systems take
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 
 MAX_NAME = 64  # characters: more is no name that anybody reads in a list
 MAX_DIGITS = 9  # of a number at a name's end: a layer of others may hold a name of thousands

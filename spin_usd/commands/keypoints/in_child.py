@@ -18,14 +18,14 @@ from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.arrays.image_file import write_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
+from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.material import Material
-from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Color, Texture
-from spin_usd.stage.author.added.keypoints_layer import keypoints_layer
-from spin_usd.stage.author.target.composed_target import composed_target
+from spin_usd.stage.author.composed_target import composed_target
+from spin_usd.stage.author.keypoints_layer import keypoints_layer
 from spin_usd.stage.read.target.keypoints_layer import holds_keypoints_alone, read_keypoints_layer
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 
 PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners

@@ -13,10 +13,10 @@ from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
 from spin_usd.commands.keypoints.target_view import DIRECTIONS, TargetView
-from spin_usd.geometry.picking.snapping import Snap
-from spin_usd.geometry.picking.symmetry import SYMMETRIES
+from spin_usd.geometry.snapping import Snap
+from spin_usd.geometry.symmetry import SYMMETRIES
 from spin_usd.pluralise import pluralise
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 
 NOTHING = "(none)"  # in the list of keypoints, where there is none
 DECIMALS = 6  # of metres, that are shown

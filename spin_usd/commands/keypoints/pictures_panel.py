@@ -10,7 +10,7 @@ from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.pictures import Pictures, Tile
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.errors import SpinError
-from spin_usd.scene.source.keypoints import Keypoints, KeypointState
+from spin_usd.scene.keypoints import Keypoints, KeypointState
 
 AT_ONCE = 4
 WIDTH_PX = 400

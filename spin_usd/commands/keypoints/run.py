@@ -18,7 +18,7 @@ from spin_usd.errors import InputError, SpinError, UnsupportedError
 from spin_usd.files.folder import Folder
 from spin_usd.pluralise import pluralise
 from spin_usd.processes.lasting_child import LastingChild
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 from spin_usd.stop_signals import Stopped
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder

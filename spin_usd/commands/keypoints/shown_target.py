@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.geometry.picking.facet import Facet
-from spin_usd.geometry.picking.snapping import Snap, met_at, snap_places
+from spin_usd.geometry.facet import Facet
+from spin_usd.geometry.snapping import Snap, met_at, snap_places
 from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.picture.keypoint_states import skin
 from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.target import Part, Target
 
 FAR = 100.0  # radii from the target's centre, of views from far away

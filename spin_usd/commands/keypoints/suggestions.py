@@ -6,7 +6,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.commands.keypoints.shown_target import ShownTarget
-from spin_usd.geometry.picking.suggestions import random_directions, spread, spread_and_seen
+from spin_usd.geometry.suggestions import random_directions, spread, spread_and_seen
 
 VIEWS = 64  # from which points are looked at: the share of views that show one is good to a sixteenth
 MAX_CANDIDATES = 4000  # vertices that are looked at: a second or so

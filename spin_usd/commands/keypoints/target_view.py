@@ -15,9 +15,9 @@ from spin_usd.arrays import Float
 from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import Pick, ShownTarget
-from spin_usd.geometry.picking.snapping import Snap
+from spin_usd.geometry.snapping import Snap
 from spin_usd.geometry.triangles import unit_vectors
-from spin_usd.scene.photometry.srgb import encode
+from spin_usd.scene.derived.srgb import encode
 
 Rgb = tuple[int, int, int]
 POINT, SELECTED, PREVIEW, SUGGESTED = (46, 160, 67), (9, 105, 218), (255, 122, 0), (190, 80, 200)

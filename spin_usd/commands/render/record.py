@@ -37,10 +37,10 @@ from spin_usd.records.record import (
 )
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.derived.sunlight import Sunlight, sunlight
+from spin_usd.scene.keypoints import KeypointState
+from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.model import Scene
-from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
-from spin_usd.scene.source.keypoints import KeypointState
 
 OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on where the Sun is."""

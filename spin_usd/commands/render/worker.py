@@ -39,11 +39,11 @@ from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import Renderer
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.source.channels import Channels
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.store.cache import RENDERS, Cache, CacheEntry

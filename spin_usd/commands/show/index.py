@@ -14,7 +14,7 @@ from spin_usd.commands.show.survey import SurveyedPicture
 from spin_usd.commands.show.values.columns import Column
 from spin_usd.commands.show.values.measures import described
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 
 Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]

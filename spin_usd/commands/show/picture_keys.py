@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from spin_usd.commands.show.data_file import file_key
 from spin_usd.commands.show.gallery_file import DATA, IMAGES, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
-from spin_usd.store.read.picture import Picture
+from spin_usd.store.picture import Picture
 
 FILES_VERSION = "picture-files-1"
 """Goes up when the same picture gets other files."""

@@ -9,10 +9,10 @@ from spin_usd.commands.show.values.columns import leaves
 from spin_usd.commands.show.values.measures import measured
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
-from spin_usd.scene.source.poses import FRAME_NAME
+from spin_usd.scene.poses import FRAME_NAME
+from spin_usd.store.dataset import Dataset
 from spin_usd.store.names import record_of
-from spin_usd.store.read.dataset import Dataset
-from spin_usd.store.read.picture import Picture
+from spin_usd.store.picture import Picture
 
 NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the last two itself
 UNREADABLE = (AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError)

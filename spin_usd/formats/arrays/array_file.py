@@ -9,7 +9,7 @@ from spin_usd.files.folder import FileIn
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.arrays.image_file import decoded_image, write_image
 from spin_usd.formats.arrays.point_cloud_file import SUFFIXES, decoded_point_cloud, write_point_cloud
-from spin_usd.scene.source.channels import Channels
+from spin_usd.scene.channels import Channels
 
 
 def write_array(path: Path, array: NDArray[Any], *, kind: str, channels: Channels) -> None:

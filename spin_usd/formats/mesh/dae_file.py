@@ -20,8 +20,8 @@ from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.nesting import MAX_DEPTH
+from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.shape import MAX_FACES
-from spin_usd.scene.source.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.unique_names import UniqueNames
 
 GROUPS = ("triangles", "polylist", "polygons", "tristrips", "trifans")

@@ -15,8 +15,8 @@ from spin_usd.files.model_root import root_of
 from spin_usd.formats.mesh.dae_document import DaeDocument
 from spin_usd.formats.mesh.mtl_file import changed
 from spin_usd.formats.texture_file import color_space, has_alpha, texture_beside
+from spin_usd.scene.asset import RAW, ImageFile, ImageMap, ModelMaterial
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.source.asset import RAW, ImageFile, ImageMap, ModelMaterial
 from spin_usd.scene.texture import Color
 
 GLOSSY = ("phong", "blinn")

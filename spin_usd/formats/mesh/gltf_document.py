@@ -25,8 +25,8 @@ from spin_usd.formats.mesh.gltf_json import JsonObject, parsed_object
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT, Compressed, decoded_view
 from spin_usd.formats.named_file import file_within
 from spin_usd.formats.texture_file import texture_beside, texture_of
+from spin_usd.scene.asset import ImageFile
 from spin_usd.scene.shape import MAX_FACES
-from spin_usd.scene.source.asset import ImageFile
 
 GLB_MAGIC, GLB_HEAD = b"glTF", 20  # with the head of the first chunk
 BIN = 0x004E4942

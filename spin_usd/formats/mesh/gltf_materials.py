@@ -13,8 +13,8 @@ from typing import Any
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.gltf_document import Document
 from spin_usd.formats.mesh.gltf_json import JsonObject
+from spin_usd.scene.asset import RAW, SRGB, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, Material
-from spin_usd.scene.source.asset import RAW, SRGB, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.texture import RGBA, Color, Primvar
 
 TRANSFORM = "KHR_texture_transform"

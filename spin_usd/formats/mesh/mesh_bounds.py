@@ -15,7 +15,7 @@ from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
 from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY
 from spin_usd.geometry.triangles import areas, parts
-from spin_usd.scene.source.source_bounds import SourceBounds
+from spin_usd.scene.source_bounds import SourceBounds
 
 if TYPE_CHECKING:
     import trimesh

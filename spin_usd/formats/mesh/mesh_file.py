@@ -17,8 +17,8 @@ from spin_usd.formats.mesh.obj_file import read_obj
 from spin_usd.formats.mesh.ply_file import read_ply
 from spin_usd.formats.mesh.stl_file import read_stl
 from spin_usd.geometry.triangles import cross, parts
+from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.shape import MAX_FACES
-from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 UNIT_LIMITS = (1e-9, 1e9)

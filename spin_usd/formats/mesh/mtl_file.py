@@ -21,8 +21,8 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mtl_maps import MapStatement, image_of, is_map, map_statement
+from spin_usd.scene.asset import ImageMap, ModelMaterial
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.source.asset import ImageMap, ModelMaterial
 from spin_usd.scene.texture import Color
 
 COLOR, NUMBER = "color", "number"

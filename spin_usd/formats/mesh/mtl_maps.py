@@ -10,8 +10,8 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.formats.texture_file import color_space, has_alpha, is_grey, texture_beside
+from spin_usd.scene.asset import RAW, ImageFile, ImageMap, ImageTransform
 from spin_usd.scene.material import Material
-from spin_usd.scene.source.asset import RAW, ImageFile, ImageMap, ImageTransform
 
 INPUTS = {
     "map_kd": "diffuseColor",

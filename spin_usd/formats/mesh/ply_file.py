@@ -25,8 +25,8 @@ from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import refuse_long_lines
 from spin_usd.formats.texture_file import color_space, texture_beside
+from spin_usd.scene.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
-from spin_usd.scene.source.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 
 ST, TEXTURE = "st", "texturefile "
 END, MAX_HEADER = b"end_header", 2**18

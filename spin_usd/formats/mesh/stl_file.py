@@ -11,7 +11,7 @@ from spin_usd.faults import decoding
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.text_file import refuse_long_lines
-from spin_usd.scene.source.asset import MeshAsset, MeshPart
+from spin_usd.scene.asset import MeshAsset, MeshPart
 
 if TYPE_CHECKING:
     import trimesh

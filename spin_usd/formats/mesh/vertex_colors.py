@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.derived import srgb
 from spin_usd.scene.material import Material
-from spin_usd.scene.photometry import srgb
-from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.texture import Primvar
 
 DISPLAY_COLOR = "displayColor"

@@ -14,7 +14,7 @@ from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
 from spin_usd.formats.poses.pose_formats import POSE_FORMATS
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
-from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096

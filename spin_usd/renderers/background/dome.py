@@ -3,9 +3,9 @@
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.arithmetic.elementary import Float32, rotated
-from spin_usd.renderers.background.arithmetic.latlong import bilinear_latlong, planes
-from spin_usd.renderers.background.planet.globe import Rays
+from spin_usd.renderers.background.elementary import Float32, rotated
+from spin_usd.renderers.background.globe import Rays
+from spin_usd.renderers.background.latlong import bilinear_latlong, planes
 from spin_usd.scene.light import DomeLight
 
 

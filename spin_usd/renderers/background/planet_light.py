@@ -3,9 +3,9 @@
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.planet.globe import Globe, Rays
-from spin_usd.renderers.background.planet.points import Points
-from spin_usd.renderers.background.planet.radiance import mean_radiance
+from spin_usd.renderers.background.globe import Globe, Rays
+from spin_usd.renderers.background.planet_points import Points
+from spin_usd.renderers.background.planet_radiance import mean_radiance
 from spin_usd.scene.light import DistantLight
 
 STEPS = 96  # rings of rays; each is of twice as many

@@ -10,13 +10,13 @@ from spin_usd.arrays import Float
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.arithmetic.bilinear import bilinear, repeated
-from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.bilinear import bilinear, repeated
 from spin_usd.renderers.background.dome import dome_radiance
-from spin_usd.renderers.background.planet.globe import Globe, Rays
-from spin_usd.renderers.background.planet.sunlight import suns_of_planets
-from spin_usd.renderers.background.planet.view import Hidden, PlanetView
+from spin_usd.renderers.background.elementary import Float32
+from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.planet_light import planet_light
+from spin_usd.renderers.background.planet_sunlight import suns_of_planets
+from spin_usd.renderers.background.planet_view import Hidden, PlanetView
 from spin_usd.scene.environment import BackPlate
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene

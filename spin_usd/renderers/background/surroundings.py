@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest
-from spin_usd.renderers.background.arithmetic.elementary import Float32, rotated
 from spin_usd.renderers.background.dome import dome_radiance
-from spin_usd.renderers.background.planet.globe import Globe, Rays
-from spin_usd.renderers.background.planet.points import Points
-from spin_usd.renderers.background.planet.radiance import mean_radiance
-from spin_usd.renderers.background.planet.sunlight import suns_of_planets
+from spin_usd.renderers.background.elementary import Float32, rotated
+from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.planet_light import planet_light
+from spin_usd.renderers.background.planet_points import Points
+from spin_usd.renderers.background.planet_radiance import mean_radiance
+from spin_usd.renderers.background.planet_sunlight import suns_of_planets
 from spin_usd.scene.content import content
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight

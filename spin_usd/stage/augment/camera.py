@@ -16,8 +16,8 @@ from spin_usd.stage.augment.attribute_change import (
     fallback_of,
     in_schema,
 )
-from spin_usd.stage.read.camera.camera import find_camera
-from spin_usd.stage.read.camera.lens import derived_values, read_lens
+from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
 

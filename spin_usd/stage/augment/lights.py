@@ -18,9 +18,9 @@ from spin_usd.stage.augment.attribute_change import (
     moves_in_time,
 )
 from spin_usd.stage.augment.body_axes import cam_from_body
-from spin_usd.stage.read.camera.camera import find_camera
-from spin_usd.stage.read.lights.distant import read_distant_light
-from spin_usd.stage.read.lights.lights import find_lights
+from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.distant_light import read_distant_light
+from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.target.bodies import find_target
 from spin_usd.stage.usd.conversion import quatd
 from spin_usd.stage.usd.transforms import placement

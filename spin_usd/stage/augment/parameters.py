@@ -9,11 +9,11 @@ from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
 from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
-from spin_usd.stage.read.camera import optics as optics_limits
-from spin_usd.stage.read.camera import sensor as sensor_limits
-from spin_usd.stage.read.camera.depth_of_field import F_STOPS
-from spin_usd.stage.read.lights.distant import ANGLES
-from spin_usd.stage.read.lights.emission import EMISSIONS, TEMPERATURES
+from spin_usd.stage.read import optics as optics_limits
+from spin_usd.stage.read import sensor as sensor_limits
+from spin_usd.stage.read.depth_of_field import F_STOPS
+from spin_usd.stage.read.distant_light import ANGLES
+from spin_usd.stage.read.emission import EMISSIONS, TEMPERATURES
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import ABOVE_0, AT_LEAST_0, FINITE, Range
 

@@ -16,7 +16,7 @@ from spin_usd.stage.augment.attribute_change import (
     moves_in_time,
 )
 from spin_usd.stage.augment.lights import DIGITS, SAMPLED, camera_from_world, order
-from spin_usd.stage.read.camera.camera import find_camera
+from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.transforms import between, placement

@@ -9,9 +9,9 @@ from pxr import Gf, Sdf, Usd
 
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
 from spin_usd.stage.augment.parameters import attribute_changes
-from spin_usd.stage.read.camera.camera import find_camera
-from spin_usd.stage.read.camera.shutter import read_opening
+from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.frames import read_frames, read_seed
+from spin_usd.stage.read.shutter import read_opening
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 
 PROGRESS_EVERY = 5000  # pictures

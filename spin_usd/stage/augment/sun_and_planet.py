@@ -9,8 +9,8 @@ from spin_usd.stage.augment.attribute_change import BaseStage, moves_in_time
 from spin_usd.stage.augment.body_axes import cam_from_body
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
-from spin_usd.stage.read.camera.camera import find_camera, read_camera
-from spin_usd.stage.read.lights.lights import find_lights
+from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.target.bodies import find_target
 
 RIM_STEPS = 16  # on each side of the picture

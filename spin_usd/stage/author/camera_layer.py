@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
-from spin_usd.stage.read.camera.lens import author_lens, read_lens, usd_focal_length
+from spin_usd.stage.read.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing
 

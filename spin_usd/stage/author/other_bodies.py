@@ -7,11 +7,11 @@ from pxr import Kind, Sdf, Usd, UsdGeom
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.rotation import matrices_from_quaternions, quaternion_from_matrix
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.paths import CAMERA, WORLD
 from spin_usd.stage.author.poses_layer import author_pose_samples, by_short_ways, target_in_world
-from spin_usd.stage.author.target.target_asset import TargetAsset
-from spin_usd.stage.author.target.target_prim import MODEL, asset_reference, author_model, author_target
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.author.target_prim import MODEL, asset_reference, author_model, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd.conversion import quatd, vec3d

@@ -10,7 +10,7 @@ from pxr import Sdf
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.paths import TARGET, WORLD
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d

@@ -13,20 +13,20 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.resources import bundled
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.diffuse_materials import find_diffuse_overrides
 from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
-from spin_usd.stage.author.target.target_asset import TargetAsset
-from spin_usd.stage.author.target.target_prim import asset_reference, author_target
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.author.target_prim import asset_reference, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
-from spin_usd.stage.read.camera.lens import read_lens
+from spin_usd.stage.read.lens import read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing

@@ -13,8 +13,8 @@ from pxr import Usd, UsdGeom
 from spin_usd.geometry.blur import rotation_angle
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.body_reader import BodyReader
-from spin_usd.stage.read.camera.camera import find_camera
-from spin_usd.stage.read.camera.shutter import Opening, read_opening
+from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.shutter import Opening, read_opening
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd.visibility import ancestors
 

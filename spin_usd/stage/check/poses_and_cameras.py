@@ -9,8 +9,8 @@ from pxr import Sdf, Usd, UsdGeom
 from spin_usd.errors import SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.stage.read.camera.camera import find_camera, read_camera
-from spin_usd.stage.read.camera.lens import derived_values, read_lens
+from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.transforms import NORM_TOLERANCE, op_types, orient_norm_error

@@ -11,14 +11,14 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import SpinError
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.camera.camera import find_camera, read_camera
-from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
-from spin_usd.stage.read.camera.optics import read_optics
-from spin_usd.stage.read.camera.sensor import read_sensor
-from spin_usd.stage.read.camera.shutter import read_opening
-from spin_usd.stage.read.environment.environment import EnvironmentReader
+from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.depth_of_field import read_thin_lens
+from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
-from spin_usd.stage.read.lights.lights import LightReader, read_light, refuse_light, visible_lights
+from spin_usd.stage.read.lights import LightReader, read_light, refuse_light, visible_lights
+from spin_usd.stage.read.optics import read_optics
+from spin_usd.stage.read.sensor import read_sensor
+from spin_usd.stage.read.shutter import read_opening
 from spin_usd.stage.read.stage_reader import metres_per_unit
 from spin_usd.stage.read.target.bodies import find_occluders, find_targets, occluder_roots
 from spin_usd.stage.read.target.gprim import GprimReader

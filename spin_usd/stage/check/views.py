@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, size_text
 from spin_usd.scene.derived.views import ViewKind, Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.scene.source.plausible import SIZES, is_plausible
+from spin_usd.scene.plausible import SIZES, is_plausible
 
 CODES = {
     ViewKind.CAMERA_INSIDE: "camera-inside",

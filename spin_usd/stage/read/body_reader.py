@@ -9,8 +9,8 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
-from spin_usd.stage.read.environment.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.numbering import Numbering
+from spin_usd.stage.read.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
 from spin_usd.stage.read.target.bodies import OccluderPrims
 from spin_usd.stage.read.target.keypoints import find_keypoints

@@ -13,26 +13,26 @@ from spin_usd.errors import GeometryError, StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
+from spin_usd.scene.derived.eclipse import eclipsed
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
-from spin_usd.scene.photometry.eclipse import eclipsed
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Decoded, Images
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
-from spin_usd.stage.read.camera.camera import find_camera, read_camera
-from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
-from spin_usd.stage.read.camera.optics import read_optics
-from spin_usd.stage.read.camera.sensor import read_sensor
-from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
-from spin_usd.stage.read.environment.environment import EnvironmentReader
-from spin_usd.stage.read.environment.planet import refuse_hidden_target
+from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.depth_of_field import read_thin_lens
+from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
-from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
+from spin_usd.stage.read.optics import read_optics
+from spin_usd.stage.read.planet import refuse_hidden_target
+from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shared_poses import SharedPoses
+from spin_usd.stage.read.shutter import Opening, read_opening, read_poses
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace

@@ -11,7 +11,7 @@ import trimesh
 from spin_usd.commands.author.in_child import author_stage, check_written
 from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.errors import InputError
-from spin_usd.stage.author.target.target_asset import describe
+from spin_usd.stage.author.target_asset import describe
 from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 25]}]

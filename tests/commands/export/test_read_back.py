@@ -11,7 +11,7 @@ from spin_usd.commands.export.formats.table import EXPORT_FORMATS
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.stage.read.stage_reader import StageReader
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 from tests.commands.export.conftest import PLAIN, clone, write_export
 
 EXACT = 1e-9

@@ -7,7 +7,7 @@ from spin_usd.commands.keypoints.edits import added, deleted, free_name, moved, 
 from spin_usd.commands.keypoints.session import History
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 
 THREE = Keypoints(names=("a", "b", "tip_3"), points=np.arange(9.0).reshape(3, 3))
 PLACE = np.array([7.0, 8.0, 9.5])

@@ -11,7 +11,7 @@ from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.run import open_session, pick_keypoints
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
 from spin_usd.errors import InputError, OutputError, UnsupportedError
-from spin_usd.geometry.picking.snapping import Snap
+from spin_usd.geometry.snapping import Snap
 from spin_usd.processes.lasting_child import LastingChild
 from tests.conftest import REPOSITORY
 

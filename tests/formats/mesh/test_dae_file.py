@@ -11,8 +11,8 @@ from spin_usd.errors import InputError
 from spin_usd.formats.mesh.dae_document import unit_of
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
+from spin_usd.scene.asset import MeshAsset
 from spin_usd.scene.material import PRESENCE
-from spin_usd.scene.source.asset import MeshAsset
 from tests.formats.mesh.conftest import png
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)

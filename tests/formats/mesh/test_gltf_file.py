@@ -14,8 +14,8 @@ from PIL import Image
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
+from spin_usd.scene.asset import ImageMap, ImageTransform, MeshAsset
 from spin_usd.scene.material import PRESENCE
-from spin_usd.scene.source.asset import ImageMap, ImageTransform, MeshAsset
 from spin_usd.scene.texture import Primvar
 from tests.formats.mesh.conftest import COORDINATES, FACES, SQUARE, GltfWriter, png, uri
 

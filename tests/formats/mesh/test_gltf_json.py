@@ -14,7 +14,7 @@ from spin_usd.files.size_limits import GLTF_ENTRIES, MAX_UNSTORED
 from spin_usd.formats.mesh.gltf_json import parsed_object
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.source.asset import MAX_PARTS
+from spin_usd.scene.asset import MAX_PARTS
 from tests.formats.mesh.conftest import SQUARE, GltfWriter, png, uri
 
 VALUES: tuple[Any, ...] = (

@@ -10,7 +10,7 @@ import trimesh
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.source.asset import MeshPart
+from spin_usd.scene.asset import MeshPart
 
 DOUBLE = 1e-15  # relative; a division or a sum
 CUBE = """

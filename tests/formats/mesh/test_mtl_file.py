@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.source.asset import MeshAsset
+from spin_usd.scene.asset import MeshAsset
 
 OBJ = "usemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl b\nf 3 2 1\n"
 

@@ -8,7 +8,7 @@ import trimesh
 from PIL import Image
 
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.source.asset import ImageMap, ImageTransform, MeshAsset
+from spin_usd.scene.asset import ImageMap, ImageTransform, MeshAsset
 from tests.formats.mesh.conftest import png
 
 OBJ = """mtllib model.mtl

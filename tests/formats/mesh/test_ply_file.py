@@ -10,8 +10,8 @@ from plyfile import PlyData, PlyElement
 
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.photometry import srgb
-from spin_usd.scene.source.asset import MeshAsset
+from spin_usd.scene.asset import MeshAsset
+from spin_usd.scene.derived import srgb
 from spin_usd.scene.texture import Primvar
 from tests.formats.mesh.conftest import png
 

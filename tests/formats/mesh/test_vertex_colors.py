@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.photometry import srgb
+from spin_usd.scene.derived import srgb
 from spin_usd.scene.texture import Primvar
 from tests.formats.mesh.conftest import png
 

@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.background.noise.faces import faces_of
-from spin_usd.renderers.background.noise.octaves import octave, resolved
-from spin_usd.renderers.background.planet.atmosphere import Air
-from spin_usd.renderers.background.planet.detail import DetailMaker
-from spin_usd.renderers.background.planet.globe import Globe, Rays
-from spin_usd.renderers.background.planet.view import BLOCK, PlanetView, blocks
+from spin_usd.renderers.background.atmosphere import Air
+from spin_usd.renderers.background.globe import Globe, Rays
+from spin_usd.renderers.background.noise_faces import faces_of
+from spin_usd.renderers.background.noise_octaves import octave, resolved
+from spin_usd.renderers.background.planet_detail import DetailMaker
+from spin_usd.renderers.background.planet_view import BLOCK, PlanetView, blocks
 from spin_usd.renderers.background.sky import place_image, sky, solid_angles
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.scene.light import DistantLight, DomeLight

@@ -8,7 +8,7 @@ import pytest
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.blender.lights.light import Sun, shining_along
+from spin_usd.renderers.blender.lamp import Sun, shining_along
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material

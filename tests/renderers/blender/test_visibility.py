@@ -13,7 +13,7 @@ from spin_usd.errors import RenderError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.blender.cycles.passes import face_indices
+from spin_usd.renderers.blender.passes import face_indices
 from spin_usd.renderers.camera_shader import PLAIN_FOCAL, View
 from spin_usd.scene.effort import Effort
 from tests.cases.scenes import with_first

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.renderers.blender.materials.textures import forget_render_data
+from spin_usd.renderers.blender.textures import forget_render_data
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.renderers.skipped.rules import BITS, ROUNDING, RULES
 from spin_usd.scene.effort import Effort

@@ -16,7 +16,7 @@ from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary
 from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
 from spin_usd.scene.light import DistantLight, PointLight
-from spin_usd.scene.source.plausible import is_plausible, likely_units
+from spin_usd.scene.plausible import is_plausible, likely_units
 from tests.cases import scenes
 
 CAMERA = replace(scenes.SMALL, width=160, height=120, fx=140, fy=140, cx=80, cy=60, distortion=(0.0,) * 5)

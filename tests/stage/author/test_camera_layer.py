@@ -18,7 +18,7 @@ from spin_usd.stage.author.camera_layer import (
     new_camera_layer,
     open_camera_layer,
 )
-from spin_usd.stage.read.camera.lens import read_lens
+from spin_usd.stage.read.lens import read_lens
 
 FLOAT32_PX = 1e-3  # USD keeps focal length and apertures as float32: 6e-8 of 1e4 pixels
 FLOAT32 = 1e-6  # relative, the product of five float32 numbers

@@ -14,13 +14,13 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdValidation
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.resources import bundled
-from spin_usd.scene.source.asset import MeshAsset, MeshPart
-from spin_usd.scene.source.poses import PoseList
+from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.camera_layer import camera_layer_of, open_camera_layer
+from spin_usd.stage.author.from_mesh_file import write_mesh_target
+from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.provenance import Origin
-from spin_usd.stage.author.target.from_mesh_file import write_mesh_target
-from spin_usd.stage.author.target.from_usd import copy_usd_target
-from spin_usd.stage.author.target.target_asset import describe
+from spin_usd.stage.author.target_asset import describe
 from spin_usd.stage.author.write_stage import write_stage
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader

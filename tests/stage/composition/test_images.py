@@ -12,7 +12,7 @@ from PIL import Image as PillowImage
 from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.photometry import srgb
+from spin_usd.scene.derived import srgb
 from spin_usd.stage.composition import images
 from spin_usd.stage.composition.images import Images
 from tests.cases.image_files import write_image_file

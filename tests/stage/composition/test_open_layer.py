@@ -10,7 +10,7 @@ import pytest
 
 import spin_usd
 from spin_usd.errors import StageError
-from spin_usd.stage.author.target.from_usd import copy_usd_target
+from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.composition.files import files_of
 from spin_usd.stage.composition.open_stage import open_as_it_is, open_stage
 

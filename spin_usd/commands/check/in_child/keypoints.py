@@ -12,7 +12,7 @@ from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targe
 from spin_usd.geometry.bounds import NEAR
 from spin_usd.picture.keypoint_states import skin
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.source.keypoints import KeypointState
+from spin_usd.scene.keypoints import KeypointState
 
 AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's quaternion is rounded
 BORDER_PX = 1e-6  # within which either side of the frame's edge is right

@@ -14,7 +14,7 @@ from spin_usd.labels.labelled_picture import LabelledPicture
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.lidar.lidar import Lidar
+from spin_usd.scene.lidar import Lidar
 
 
 def label_findings(picture: CheckedPicture) -> Iterator[Finding]:

@@ -12,9 +12,9 @@ from spin_usd.progress import Progress
 from spin_usd.records.difference import ComparedPictures, DiffReport, TriedDifference
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.scene.model import NOMINAL, FrameId
+from spin_usd.stage.composition.differences import differences
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
-from spin_usd.stage.diff.differences import differences
 from spin_usd.stage.read.stage_reader import StageReader
 
 PROGRESS_EVERY = 500

@@ -8,7 +8,7 @@ from spin_usd.records.difference import PRIM, Difference
 from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import NOMINAL, FrameId
-from spin_usd.stage.diff.apply_difference import Stage, add_schemas, apply_difference, can_apply
+from spin_usd.stage.composition.apply_difference import Stage, add_schemas, apply_difference, can_apply
 from spin_usd.stage.read.stage_reader import StageReader
 
 NOTHING = "nothing"

@@ -34,7 +34,7 @@ from spin_usd.commands.export.layout.limits import bodies_told_apart, undistorte
 from spin_usd.commands.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.commands.export.models.body_models import body_models
 from spin_usd.geometry.bounds import in_front
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.pictured_target import PicturedTarget
 
 DEPTH = "depth"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}

@@ -18,8 +18,8 @@ from spin_usd.commands.export.layout.layout import ExportFormat, Layout
 from spin_usd.commands.export.layout.limits import bodies_told_apart
 from spin_usd.commands.export.layout.output import IndexRow, Output
 from spin_usd.commands.export.masks.run_lengths import compressed, run_lengths
-from spin_usd.store.read.description import DescribedTarget
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.description import DescribedTarget
+from spin_usd.store.pictured_target import PicturedTarget
 
 IMAGES, ANNOTATIONS = "images", "annotations"
 HALF_PIXEL = 0.5  # a keypoint's pixel has its centre at whole numbers, unlike boxes and masks, whose (0, 0) is a corner

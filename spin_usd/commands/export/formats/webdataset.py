@@ -22,7 +22,7 @@ from spin_usd.commands.export.layout.output import IndexRow, MadeFile, Output
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.tar_file import Member, write_tar
 from spin_usd.store.names import record_of
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.pictured_target import PicturedTarget
 
 SHARDS = "shardlist"
 DOT = "%2E"  # "%" is in no name, so no two names become one

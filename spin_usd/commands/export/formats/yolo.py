@@ -20,7 +20,7 @@ from spin_usd.commands.export.layout.limits import bodies_told_apart, has_keypoi
 from spin_usd.commands.export.layout.output import ExportFile, IndexRow, MadeFile, Output
 from spin_usd.commands.export.layout.speed_family import pose_row
 from spin_usd.commands.export.masks.outlines import joined, outlines
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.pictured_target import PicturedTarget
 
 DETECT, SEGMENT, POSE = "detect", "segment", "pose"
 POSES = "poses.json"

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from spin_usd.commands.export.layout.exported_picture import ExportedPicture
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 
 
 class Entry(NamedTuple):

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.read.description import DescribedPart
-from spin_usd.store.read.picture import Picture
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.description import DescribedPart
+from spin_usd.store.picture import Picture
+from spin_usd.store.pictured_target import PicturedTarget
 
 AMODAL = "mask_amodal"
 

@@ -3,7 +3,7 @@
 from spin_usd.commands.export.layout.layout import Limit
 from spin_usd.commands.export.layout.survey import Survey, reach
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 
 UINT16_MAX = 2**16 - 1
 INSTANCE = "instance"

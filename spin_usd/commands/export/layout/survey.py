@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.commands.export.layout.exported_picture import ExportedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
-from spin_usd.store.read.description import DescribedTarget
+from spin_usd.store.description import DescribedTarget
 
 NONE = float("nan")
 

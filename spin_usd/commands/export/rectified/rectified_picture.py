@@ -16,8 +16,8 @@ from spin_usd.arrays import Float, frozen
 from spin_usd.commands.export.layout.exported_picture import ExportedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.mesh import BOX
-from spin_usd.store.read.description import DescribedTarget
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.store.description import DescribedTarget
+from spin_usd.store.pictured_target import PicturedTarget
 
 OUTSIDE = "outside"
 Array = NDArray[Any]

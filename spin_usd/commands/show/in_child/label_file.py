@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.geometry.region import Region
-from spin_usd.store.read.picture import INSTANCE, Picture
+from spin_usd.store.picture import INSTANCE, Picture
 
 DENSE_POSE = "dense_pose"
 STEP_M = 1e-5

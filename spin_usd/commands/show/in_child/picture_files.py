@@ -19,9 +19,9 @@ from spin_usd.formats.arrays.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS
 from spin_usd.store.atomic import link_atomically, write_atomically
+from spin_usd.store.description import Description, read_description
 from spin_usd.store.names import record_of
-from spin_usd.store.read.description import Description, read_description
-from spin_usd.store.read.picture import Picture, read_picture
+from spin_usd.store.picture import Picture, read_picture
 
 THUMBNAIL_PX, SMALL_PX = 256, 960
 QUALITY = 85

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spin_usd.scene.photometry.sunlight import phase_angle
-from spin_usd.store.read.picture import Picture
-from spin_usd.store.read.pictured_target import PicturedTarget
+from spin_usd.scene.derived.sunlight import phase_angle
+from spin_usd.store.picture import Picture
+from spin_usd.store.pictured_target import PicturedTarget
 
 MAX_TARGETS = 8  # whose measures are shown; those of others are found among the values of the record
 

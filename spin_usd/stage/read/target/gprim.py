@@ -11,7 +11,6 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.scene.material import Material
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.materials.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.read.shapes.displacement import displaced
 from spin_usd.stage.read.shapes.mesh import read_mesh
 from spin_usd.stage.read.shapes.primitives import read_gprim
@@ -27,6 +26,7 @@ from spin_usd.stage.read.target.face_subsets import (
     triangles_in,
 )
 from spin_usd.stage.read.target.part_labels import Labels
+from spin_usd.stage.read.target.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.visibility import PROXIES
 

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import InputError
-from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.keypoints import Keypoints
 from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
 from spin_usd.stage.read.target.keypoints import named_points

@@ -12,7 +12,7 @@ from spin_usd.commands.export.layout.exported_dataset import ExportedDataset
 from spin_usd.commands.export.rectified.rectified_picture import resampling
 from spin_usd.errors import UnsupportedError
 from spin_usd.formats.arrays.image_file import read_image
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 from tests.commands.export.conftest import PLAIN, clone, write_export
 
 HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])

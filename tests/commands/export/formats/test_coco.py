@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spin_usd.commands.export.formats.coco import annotation, keypoint_numbers
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 from tests.commands.export.conftest import write_export
 from tests.commands.export.masks.test_run_lengths import lengths_in
 

@@ -6,7 +6,7 @@ import pytest
 from spin_usd.commands.export.layout.exported_picture import ExportedPicture
 from spin_usd.commands.export.rectified.rectified_picture import RectifiedPicture
 from spin_usd.scene.mesh import BOX
-from spin_usd.store.read.dataset import Dataset
+from spin_usd.store.dataset import Dataset
 from tests.commands.export.conftest import clone
 
 

@@ -1,0 +1,178 @@
+"""The pictures of a specification: which of them, their poses and their light, each from the seed and its own name
+alone."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures
+from spin_usd.commands.author.spec import SamplingPart, SamplingSpec
+from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.progress import Progress, no_progress
+from spin_usd.sampling.constraints import CONSTRAINTS, SUN
+from spin_usd.sampling.poses import PoseLaw
+from spin_usd.sampling.stream import stream
+from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
+
+DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartPicture:
+    """One picture: the `picture`th of the `sequence`th of its part, both from 0."""
+
+    part: SamplingPart
+    sequence: int
+    picture: int
+
+    @property
+    def name(self) -> str:
+        part = self.part
+        numbers = {"sequence": part.first_sequence + self.sequence, "picture": part.first_picture + self.picture}
+        return part.names.format(**numbers)
+
+    @property
+    def sequence_name(self) -> str:
+        return f"{self.part.name}/{self.sequence}"
+
+
+def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPicture, ...]:
+    """All pictures, or `count` of them: of each part the first, as many as is its share.
+
+    Raises InputError for more than there are, for none, and for names that are none or not unique.
+    """
+    count = spec.count if count is None else count
+    if not 1 <= count <= spec.count:
+        raise InputError(f"count {count} is not 1 to {spec.count}", where=spec.source, do="give one of those")
+    found: list[PartPicture] = []
+    before = 0
+    for part in spec.parts:
+        before += part.count
+        share = (count * before + spec.count // 2) // spec.count - len(found)
+        found += [PartPicture(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)]
+    _check_names([picture.name for picture in found], spec.source)
+    return tuple(found)
+
+
+def _check_names(names: Sequence[str], source: str) -> None:
+    """Raise InputError for names that cannot be a picture's, and for one that two pictures have."""
+    if bad := next((name for name in names if not FRAME_NAME.fullmatch(name)), None):
+        raise InputError(f"{bad!r} cannot name a picture", where=source, do=FRAME_NAME_RULE)
+    if pair := repeated_name(names):
+        do = "put {picture}, {sequence} or the part's name in 'names'"
+        raise InputError(f"two pictures are named {names[pair[0]]!r}", where=source, do=do)
+
+
+def sample_poses(
+    chosen: Sequence[PartPicture],
+    seed: int,
+    camera: Camera,
+    hull: Float,
+    source: str,
+    progress: Progress = no_progress,
+) -> PoseList:
+    """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
+
+    Raises InputError that names the picture or the sequence for one that cannot be had.
+    """
+
+    @cache
+    def sequence(part: SamplingPart, number: int) -> tuple[Float, Float]:
+        picture = PartPicture(part=part, sequence=number, picture=0)
+        rng = stream(seed, "sequence", picture.sequence_name)
+        assert not isinstance(part.law, PoseLaw)
+        return part.law.sample(rng, camera, hull, part.pictures)
+
+    def pose(picture: PartPicture) -> tuple[Float, Float]:
+        if isinstance(picture.part.law, PoseLaw):
+            return picture.part.law.sample(stream(seed, "pose", picture.name), camera, hull)
+        q, t = sequence(picture.part, picture.sequence)
+        return q[picture.picture], t[picture.picture]
+
+    found = []
+    for done, picture in enumerate(chosen):
+        progress("sampling: pose", done, len(chosen))
+        try:
+            found.append(pose(picture))
+        except InputError as error:
+            raise InputError(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
+    q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
+    return PoseList(names=tuple(picture.name for picture in chosen), q_cam_body=q, t_cam_body=t, source=source)
+
+
+def sample_light(
+    stage: Any, chosen: Sequence[PartPicture], seed: int, constraints: Mapping[str, float]
+) -> SampledValues:
+    """Sample what the parts of the `chosen` pictures ask for, and return it for their opened `stage`.
+
+    Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    """
+    base, _, _ = open_base(stage)
+    found = []
+    for part, rows in _rows_of_parts(chosen).items():
+        own = replace(base, times=tuple(base.times[i] for i in rows))
+        pictures = [chosen[i] for i in rows]
+        _refuse_two_suns(part, constraints)
+        what = sample_pictures(
+            own, pictures_of(pictures), part.sample, seed=seed, name=NOMINAL, constraints=constraints
+        )
+        if (suns := _inertial_suns(pictures, seed)) is not None:
+            what = overlaid(sampled_values(own, {}, {SUN[0]: suns}), what)
+        found.append((own.times, what))
+    return concatenated(found)
+
+
+def _inertial_suns(of_part: Sequence[PartPicture], seed: int) -> list[tuple[float, ...]] | None:
+    """Return the direction to the Sun in each picture of one part, camera axes; None where its law fixes no Sun among
+    the stars."""
+    law, pictures = of_part[0].part.law, of_part[0].part.pictures
+    if isinstance(law, PoseLaw) or law.sun is None:
+        return None
+    rngs = {each.sequence: stream(seed, "sun", each.sequence_name) for each in of_part}
+    suns = {sequence: law.sun_directions(rng, pictures) for sequence, rng in rngs.items()}
+    return [tuple(map(float, np.round(suns[each.sequence][each.picture], DECIMALS) + 0.0)) for each in of_part]
+
+
+def _refuse_two_suns(part: SamplingPart, constraints: Mapping[str, float]) -> None:
+    """Raise InputError where the part's orbit fixes the Sun, and something else is to decide about it."""
+    if isinstance(part.law, PoseLaw) or part.law.sun is None:
+        return
+    others = [entry.parameter for entry in part.sample if entry.parameter in SUN]
+    others += [name for name in constraints if SUN[0] in CONSTRAINTS[name].bears_on]
+    if others:
+        found = f"has a Sun of its trajectory, which {others[0]} does not decide"
+        raise InputError(found, where=f"part {part.name!r}", do=f"leave out {others[0]}, or the trajectory's sun")
+
+
+def pictures_of(of_part: Sequence[PartPicture]) -> SampledPictures:
+    """Return the pictures of one part by their names, and by their sequences for what is sampled for those."""
+    sequences = tuple(picture.sequence_name for picture in of_part)
+    shared = dict.fromkeys(of_part[0].part.sequential, sequences)
+    return SampledPictures(names=tuple(picture.name for picture in of_part), shared=shared)
+
+
+def _rows_of_parts(chosen: Sequence[PartPicture]) -> Mapping[SamplingPart, Sequence[int]]:
+    """Return by part the places of its own pictures among the chosen ones. Raises InputError for a parameter that some
+    parts sample and others do not."""
+    rows: dict[SamplingPart, list[int]] = {}
+    for i, picture in enumerate(chosen):
+        rows.setdefault(picture.part, []).append(i)
+    sampled = [_sampled_of(part) for part in rows]
+    for parameter in sorted(set().union(*sampled)):
+        if not all(parameter in each for each in sampled):
+            found = "is sampled in some parts only"
+            raise InputError(found, where=f"sample {parameter!r}", do="sample it in all parts")
+    return rows
+
+
+def _sampled_of(part: SamplingPart) -> set[str]:
+    """Return the parameters that are sampled for the part's pictures; the Sun of an orbit is one."""
+    fixes_sun = not isinstance(part.law, PoseLaw) and part.law.sun is not None
+    return {entry.parameter for entry in part.sample} | ({SUN[0]} if fixes_sun else set())

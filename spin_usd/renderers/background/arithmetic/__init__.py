@@ -1,1 +1,0 @@
-"""Arithmetic with the same bytes on all processors: elementary functions, and interpolation."""

@@ -1,0 +1,137 @@
+"""The points where rays meet an ellipsoid, in double precision."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.camera import Camera
+from spin_usd.renderers.background.atmosphere import Air
+from spin_usd.renderers.background.elementary import Float32, length, rotated
+from spin_usd.scene.environment import Planet
+from spin_usd.scene.texture import Image
+
+AIR_HEIGHTS = 10.0  # scale heights above which there is no air to see
+MIN_SPAN = np.float32(1e-12)
+MIN_TOWARD = np.float32(0.02)
+BEHIND = np.float32(1e3)  # radii: there is no air as high
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rays:
+    """Rays in the camera frame, N of them or an array of any shape: components x, y, z, or one number z, float64, and
+    their length; angle: what each ray's pixel spans, radians."""
+
+    x: Float
+    y: Float
+    z: Float | float
+    length: Float32
+    angle: Float32
+
+    @classmethod
+    def through(cls, camera: Camera, xy: Float) -> "Rays":
+        """Return the rays of the camera's pixels whose centres have the undistorted normalised coordinates (2, N)."""
+        x, y = xy
+        length = np.sqrt((1 + x * x + y * y).astype(np.float32))
+        # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
+        angle = 1 / (length * np.sqrt(length) * np.float32(np.sqrt(camera.fx * camera.fy)))
+        return cls(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
+
+    def at(self, places: NDArray[np.intp]) -> "Rays":
+        """Return the rays at `places` among those of a row."""
+        x, y, z = (each[places] for each in np.broadcast_arrays(self.x, self.y, self.z))
+        return Rays(x=x, y=y, z=z, length=self.length[places], angle=self.angle[places])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Meeting:
+    """The points where rays meet a planet, or come nearest to it; lengths in its mean radius, float32 (N,).
+
+    covered: share of the pixel that the planet fills · normal: x, y, z in planet axes, outward · height above the
+    surface · toward: cosine of the angle between the normal and the way back · footprint: the length that the pixel
+    spans on the surface · inside: how many pixels it is from the limb, negative outside. The normal is float64.
+    """
+
+    covered: Float32
+    normal: list[Float]
+    height: Float32
+    toward: Float32
+    footprint: Float32
+    inside: Float32
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Globe:
+    """`planet` seen from `eye` (3,), camera frame, metres."""
+
+    planet: Planet
+    eye: Float
+
+    @cached_property
+    def centre(self) -> Float:
+        """(3,) the planet's centre from the eye, camera axes, metres."""
+        return self.planet.T_cam_planet.translation - self.eye
+
+    @cached_property
+    def distance(self) -> float:
+        """The distance from the eye to the centre, metres."""
+        return length(self.centre)
+
+    @cached_property
+    def angular_radius_sine(self) -> float:
+        """Sine of the angular radius within which it and its air lie."""
+        planet = self.planet
+        air = AIR_HEIGHTS * planet.atmosphere if any(planet.haze) else 0.0
+        return min((max(planet.radii) + air) / self.distance, 1.0)
+
+    @property
+    def scale_height(self) -> float:
+        """The air's scale height in mean radii of the planet; 0 without air."""
+        return self.planet.atmosphere * 3 / sum(self.planet.radii)
+
+    @cached_property
+    def air(self) -> Air | None:
+        """The planet's air, None where it has none."""
+        if self.planet.atmosphere <= 0 or not any(self.planet.haze):
+            return None
+        return Air(scale_height=self.scale_height, depth=self.planet.haze)
+
+    @cached_property
+    def mapped(self) -> bool:
+        """Whether the planet has images, between whose texels there is detail."""
+        return any(isinstance(each, Image) for each in (self.planet.albedo, self.planet.clouds, self.planet.night))
+
+    def meet(self, rays: Rays) -> Meeting:
+        """Return the points where the rays meet the planet; nothing is covered behind the eye."""
+        radii, turn = np.array(self.planet.radii), self.planet.T_cam_planet.rotation.T
+        mean = (radii[0] + radii[1] + radii[2]) / 3
+        o = rotated(turn / radii[:, None], list(-self.centre))  # the planet is the unit sphere
+        d = rotated(turn / radii[:, None], [rays.x, rays.y, rays.z])
+        dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+        od = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
+        inside = od * od / dd - (
+            o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - 1
+        )  # 1 - (the ray's distance to the centre)^2
+        way = (-od - np.sqrt(np.maximum(inside, 0) * dd)) / dd
+        normal = _unit([(i + way * j) * (mean / r) for i, j, r in zip(o, d, radii, strict=True)])
+        span = np.maximum(way.astype(np.float32) * rays.angle * rays.length / np.float32(mean), MIN_SPAN)
+        gap = (inside / (1 + np.sqrt(np.maximum(1 - inside, 0)))).astype(np.float32)  # 1 - that distance
+        pixels = np.where(od < 0, gap / span, np.float32(-BEHIND))
+        back = [n * i * -r for n, i, r in zip(normal, d, radii, strict=True)]
+        toward = np.maximum((back[0] + back[1] + back[2]).astype(np.float32) / rays.length, 0)
+        tilt = np.sqrt(np.maximum(toward, MIN_TOWARD))
+        return Meeting(
+            covered=np.clip(pixels + np.float32(0.5), 0, 1),
+            normal=normal,
+            height=np.where(od < 0, np.maximum(-gap, 0), BEHIND),
+            toward=toward,
+            footprint=span / (tilt * np.sqrt(tilt)),
+            inside=pixels,
+        )
+
+
+def _unit(v: list[Float]) -> list[Float]:
+    scale = 1 / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    return [c * scale for c in v]

@@ -1,1 +1,0 @@
-"""Noise on a sphere, octave by octave, the same on all processors."""

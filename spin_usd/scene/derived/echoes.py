@@ -1,0 +1,100 @@
+"""What the beams of a scene's LiDAR meet: the first triangle on each, and the exact range to it in double precision.
+
+As for the labels of pixels, a ray caster only decides *which* triangle a beam meets; this file decides *where*. All is
+computed in body axes around the body's centre, in which only the LiDAR's own position carries the range's rounding.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.errors import GeometryError
+from spin_usd.geometry.triangles import unit_normals
+from spin_usd.scene.body import Body
+from spin_usd.scene.derived.faces import corners_of, parts_of
+from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
+from spin_usd.scene.target import Target
+
+GRAZING = 1e-12  # cosine below which a beam runs within its triangle's plane
+MARGIN = 1.001  # of the bounding sphere's radius: beams that pass further from its centre meet nothing
+
+FirstFaces = Callable[[Target, Float, Float], NDArray[np.int32]]
+"""Of a target, the place (3,) where rays start, in body axes around its mesh's centre, metres, and their unit
+directions (N, 3): the first face (N,) that is there on each; -1 for none."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Echoes:
+    """The beams that meet a surface, by number: N of them.
+
+    beam (N,) · range (N,) exact, metres · cosine (N,) of the angle to the surface's normal · part (N,) uint16 ids ·
+    target (N,) uint16 ids.
+    """
+
+    beam: NDArray[np.intp]
+    range: Float
+    cosine: Float
+    part: NDArray[np.uint16]
+    target: NDArray[np.uint16]
+
+
+def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
+    """Return what the beams of the scene's LiDAR meet first, however far. Raises GeometryError where it has none."""
+    if scene.lidar is None:
+        raise GeometryError("the scene has no LiDAR")
+    each = zip(scene.bodies, scene.part_offsets, strict=True)
+    found = [_echoes(scene.lidar, body, before, first_faces) for body, before in each]
+    every = {name: np.concatenate([getattr(each, name) for each in found]) for name in Echoes.__annotations__}
+    nearest = np.lexsort([every["range"], every["beam"]])
+    beam = every["beam"][nearest]
+    first = nearest[np.flatnonzero(np.diff(beam, prepend=-1))]
+    return Echoes(**{name: values[first] for name, values in every.items()})
+
+
+def _echoes(lidar: Lidar, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
+    """Return what the beams meet of the body alone, whose part ids are so much higher than its mesh's."""
+    mesh = body.target.mesh
+    T_body_lidar = body.T_cam_body.inverse() @ lidar.T_cam_lidar
+    origin = T_body_lidar.translation - mesh.centre
+    near = _near(lidar.directions, T_body_lidar.rotation.T @ -origin, MARGIN * mesh.radius)
+    towards = T_body_lidar.directions(lidar.directions[near])
+    face = first_faces(body.target, origin, towards)
+    hit = np.flatnonzero(face >= 0)
+    face, towards = face[hit], towards[hit]
+    ranges, cosine = _meet(mesh, face, origin, towards)
+    part = parts_of(mesh, face)
+    return Echoes(
+        beam=near[hit],
+        range=ranges,
+        cosine=cosine,
+        part=part + part.dtype.type(part_offset),
+        target=np.full(len(hit), body.id, np.uint16),
+    )
+
+
+def _near(directions: Float, centre: Float, radius: float) -> NDArray[np.intp]:
+    """Return the numbers of the rays from the origin along `directions` (B, 3) that come as near as `radius` to the
+    `centre` (3,)."""
+    along = np.maximum(directions @ centre, 0)
+    return np.flatnonzero(centre @ centre - along * along <= radius * radius)
+
+
+def _meet(mesh: Mesh, face: NDArray[np.int32], origin: Float, towards: Float) -> tuple[Float, Float]:
+    """Return how far the rays `towards` (N, 3) from `origin` (3,), body axes around the mesh's centre, go to the planes
+    of their faces (N,), and the cosines (N,) of their angles to the normals.
+
+    Where a ray misses its triangle by rounding, or runs within its plane, it ends within the triangle's own ranges.
+    """
+    corners = corners_of(mesh, face) - mesh.centre - origin
+    normal = unit_normals(corners)
+    slope = (normal * towards).sum(1)
+    flat = np.abs(slope) <= GRAZING
+    ends = (corners * towards[:, None]).sum(2)
+    to_plane = (normal * corners[:, 0]).sum(1) / np.where(flat, 1, slope)
+    low, high = ends.min(1), ends.max(1)
+    return np.clip(np.where(flat, low, to_plane), low, high), np.abs(slope)

@@ -1,0 +1,189 @@
+"""A mesh file's model as a USD asset: an interface layer whose payload is the materials over the geometry.
+
+<name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. One Mesh
+for each part, labelled with the part's name; the asset's class is "spacecraft".
+"""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+
+from spin_usd.arrays import Float
+from spin_usd.scene.asset import ImageFile, MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.material import Material
+from spin_usd.stage.author.material_network import author_material
+from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.read.target.part_labels import MAX_LABEL
+from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
+from spin_usd.stage.usd.layer_file import author_metadata, export, writing
+from spin_usd.unique_names import UniqueNames
+
+NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
+CLASS_OF_A_MODEL = "spacecraft"
+MATERIALS = "mtl"
+FOLDER = "textures"
+NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean something in asset paths
+
+
+def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
+    """Write the asset's layers into `folder` and return the interface layer, <name>.usda. Raises OutputError."""
+    prim = name[:1].upper() + name[1:]
+    root = Sdf.Path.absoluteRootPath.AppendChild(prim)
+    paths = [
+        root.AppendChild(child) for child in unique_identifiers([MATERIALS, *(part.name for part in asset.parts)])[1:]
+    ]
+    geometry = _layer(prim, "The parts' meshes, metres, body axes.")
+    look = _layer(prim, "Materials, and which part has which.")
+    payload = _layer(prim, "Everything below the interface: the look over the geometry.")
+    payload.subLayerPaths = ["./look.usda", "./geometry.usdc"]
+    _author_geometry(geometry, root, paths, asset)
+    _author_look(look, root, root.AppendChild(MATERIALS), paths, asset)
+    interface = _interface(prim, asset, name)
+    write_images(asset, folder)
+    for layer, file in ((geometry, "geometry.usdc"), (look, "look.usda"), (payload, "payload.usda")):
+        export(layer, folder / file)
+    export(interface, folder / f"{name}.usda")
+    return folder / f"{name}.usda"
+
+
+def target_name(text: str) -> str:
+    """Turn `text` into the name of a target's folder and file."""
+    return identifier(text).lower()
+
+
+def _layer(prim: str, documentation: str) -> Sdf.Layer:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=prim, documentation=documentation)
+    return layer
+
+
+def _interface(prim: str, asset: MeshAsset, name: str) -> Sdf.Layer:
+    layer = _layer(prim, f"The target {asset.name}, made by spin-usd author from a mesh file.")
+    _author_model(stage_on(layer), prim, asset, name)
+    # As a spec once the stage is closed, because the payload is not there yet to be composed.
+    layer.GetPrimAtPath(f"/{prim}").payloadList.prependedItems = [Sdf.Payload("./payload.usda")]
+    return layer
+
+
+def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> None:
+    root = UsdGeom.Xform.Define(stage, f"/{prim}").GetPrim()
+    model = Usd.ModelAPI(root)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(name)
+    model.SetAssetIdentifier(Sdf.AssetPath(f"./{name}.usda"))
+    UsdGeom.ModelAPI.Apply(root).SetExtentsHint(box(np.concatenate([_used_points(part) for part in asset.parts])))
+    _label(root, "class", CLASS_OF_A_MODEL)
+
+
+def _used_points(part: MeshPart) -> Float:
+    used = np.zeros(len(part.points), bool)
+    used[part.face_indices] = True
+    found: Float = part.points[used]
+    return found
+
+
+def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+    stage = stage_on(layer)
+    UsdGeom.Xform.Define(stage, root)
+    for path, part in zip(paths, asset.parts, strict=True):
+        _author_mesh(UsdGeom.Mesh.Define(stage, path), part)
+
+
+def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
+    mesh.CreatePointsAttr(vec3f_array(part.points))
+    mesh.CreateFaceVertexCountsAttr(int_array(part.face_counts))
+    mesh.CreateFaceVertexIndicesAttr(int_array(part.face_indices))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateExtentAttr(box(part.points))
+    if part.normals is not None:
+        mesh.CreateNormalsAttr(vec3f_array(_unit(part)))
+        mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    _author_primvars(mesh, part)
+    mesh.GetPrim().SetDisplayName(part.name)
+    _label(mesh.GetPrim(), "part", part.name)
+
+
+def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
+    for name, values in part.primvars.items():
+        is_color = values.shape[1] == 3
+        kind = Sdf.ValueTypeNames.Color3fArray if is_color else Sdf.ValueTypeNames.TexCoord2fArray
+        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, kind, UsdGeom.Tokens.faceVarying)
+        primvar.Set(vec3f_array(values) if is_color else vec2f_array(values))
+
+
+def _unit(part: MeshPart) -> Float:
+    """Return the corners' normals (C, 3) at unit length; the face's own where the file's is zero."""
+    assert part.normals is not None
+    starts = part.face_starts
+    corners = part.points[part.face_indices]
+    face = np.cross(corners[starts + 1] - corners[starts], corners[starts + 2] - corners[starts])
+    length = np.linalg.norm(part.normals, axis=1, keepdims=True)
+    normals = np.where(length > 0, part.normals, np.repeat(face, part.face_counts, axis=0))
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny))
+
+
+def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+    stage = stage_on(layer)
+    UsdGeom.Scope.Define(stage, scope)
+    materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
+    names = unique_identifiers([material.constants.path for material in materials])
+    files = asset_paths(asset)
+    used = {int(i) % len(materials) for part in asset.parts for i in np.unique(part.face_material)}
+    made = {i: author_material(stage, scope.AppendChild(names[i]), materials[i], files) for i in sorted(used)}
+    layer.GetPrimAtPath(root).specifier = Sdf.SpecifierOver
+    for path, part in zip(paths, asset.parts, strict=True):
+        _bind(stage.OverridePrim(path), part.face_material % len(materials), made)
+
+
+def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdShade.Material]) -> None:
+    """Bind the whole mesh when it has one material, else a partition of its faces."""
+    binding = UsdShade.MaterialBindingAPI.Apply(prim)
+    used = np.unique(face_material)
+    if len(used) == 1:
+        binding.Bind(made[int(used[0])])
+        return
+    for index in used:
+        material = made[int(index)]
+        subset = UsdGeom.Subset.Define(prim.GetStage(), prim.GetPath().AppendChild(material.GetPrim().GetName()))
+        subset.CreateElementTypeAttr(UsdGeom.Tokens.face)
+        subset.CreateFamilyNameAttr(UsdShade.Tokens.materialBind)
+        subset.CreateIndicesAttr(int_array(np.flatnonzero(face_material == index)))
+        UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+    # The family's type as a plain attribute: the mesh is only an `over` here.
+    family = prim.CreateAttribute("subsetFamily:materialBind:familyType", Sdf.ValueTypeNames.Token, custom=False)
+    family.Set(UsdGeom.Tokens.partition)
+
+
+def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([_printable(label)])
+
+
+def _printable(name: str) -> str:
+    """Return a name as a label may be: files of old encodings hold what cannot be printed, and some paths are names."""
+    return "".join(each if each.isprintable() else "_" for each in name)[:MAX_LABEL]
+
+
+def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
+    """Return the asset path of each image of `asset`, relative to the target's layers. Equal images share one file."""
+    paths: dict[ImageFile, str] = {}
+    by_data: dict[bytes, str] = {}
+    names = UniqueNames()
+    for file in (image.file for material in asset.materials for image in material.images.values()):
+        if file.data not in by_data:
+            stem, suffix = Path(file.name).stem, Path(file.name).suffix
+            by_data[file.data] = f"./{FOLDER}/{names.give(NOT_ALLOWED.sub('_', stem) or 'image', suffix)}"
+        paths[file] = by_data[file.data]
+    return paths
+
+
+def write_images(asset: MeshAsset, folder: Path) -> None:
+    """Write the images below `folder`. Raises OutputError."""
+    for file, path in asset_paths(asset).items():
+        target = folder / path
+        with writing(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(file.data)

@@ -1,0 +1,124 @@
+"""The description that all pictures of a dataset share, from its dataset.json."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, SupportsIndex, TypeVar, overload
+
+import numpy as np
+
+from spin_usd.arrays import Float, finite
+from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.store.json_schema import read_json
+from spin_usd.store.names import DESCRIPTION
+
+
+class Named(Protocol):
+    """What has an id and a name."""
+
+    @property
+    def id(self) -> int: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+N = TypeVar("N", bound=Named)
+
+
+class Targets(tuple[N, ...]):
+    """Targets in order of their ids: targets[0] is the first, targets["tango"] the one of that name."""
+
+    __slots__ = ()
+
+    @overload
+    def __getitem__(self, key: SupportsIndex | str, /) -> N: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> tuple[N, ...]: ...
+
+    def __getitem__(self, key: SupportsIndex | str | slice, /) -> N | tuple[N, ...]:
+        """Return the target of a place, or of a name. Raises InputError for a name that none has, or several have."""
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        found = [target for target in self if target.name == key]
+        if len(found) != 1:
+            have = "several targets are" if found else "no target is"
+            known = ", ".join(f"{target.id} {target.name!r}" for target in self)
+            raise InputError(f"{have} named {key!r}", do=f"choose among {known}; places count from 0")
+        return found[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DescribedPart:
+    """A part of a body. `id`: its number in the segmentation · `target`: the id of the target it is a part of, 0 of an
+    occluder."""
+
+    id: int
+    path: str
+    name: str
+    class_name: str
+    target: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DescribedTarget:
+    """A target of the dataset. `id`: its number in the label `instance`, from 1 · size (3,): edges of its bounding box
+    along its own axes, metres · box (2, 3): least and largest coordinates in these axes, metres · keypoints: its named
+    points in them, metres."""
+
+    id: int
+    name: str
+    path: str
+    size: Float
+    box: Float
+    keypoints: Keypoints
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for array in (self.size, self.box, self.keypoints.points):
+            array.flags.writeable = False  # numpy forgets it on the way
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Description:
+    """targets: in order of their ids, also by their names · parts: of all bodies, by their ids, the numbers in the
+    segmentation."""
+
+    targets: Targets[DescribedTarget]
+    parts: Mapping[int, DescribedPart]
+
+
+def read_description(root: Path) -> Description:
+    """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
+    one."""
+    if os.path.isfile(root):
+        raise InputError("is a file", where=root, do="give its folder")
+    folder = Folder(root)
+    if folder.type_of(DESCRIPTION) is None:
+        do = "give the folder that spin-usd render made"
+        raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
+    found = read_json(folder, DESCRIPTION, "dataset-1")
+    parts = (_part(int(number), part) for number, part in found["parts"].items())
+    return Description(targets=Targets(map(_target, found["targets"])), parts={part.id: part for part in parts})
+
+
+def _part(number: int, found: Mapping[str, Any]) -> DescribedPart:
+    return DescribedPart(
+        id=number, path=found["path"], name=found["name"], class_name=found["class"], target=found["target"]
+    )
+
+
+def _target(found: Mapping[str, Any]) -> DescribedTarget:
+    names, points = tuple(found["keypoints"]), np.reshape(list(found["keypoints"].values()), (-1, 3))
+    return DescribedTarget(
+        id=found["id"],
+        name=found["name"],
+        path=found["path"],
+        size=finite(found["size"], (3,), "size"),
+        box=finite(found["box"], (2, 3), "box"),
+        keypoints=Keypoints(names=names, points=finite(points, (len(names), 3), "keypoints")),
+    )

@@ -1,0 +1,360 @@
+"""One picture of a dataset, as those who train and test with it read it."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float, frozen
+from spin_usd.errors import InputError
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.size_limits import MAX_RECORD
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
+from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.nesting import finite_json
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.store.description import DescribedPart, Description, Named, Targets
+from spin_usd.store.names import record_of
+from spin_usd.store.picture_file import read_picture_file
+from spin_usd.store.pictured_target import PicturedTarget
+
+SCHEMA = "record-1"
+INSTANCE = "instance"
+CHECK = "run spin-usd check on the dataset"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointCloud:
+    """N points in the order of their beams. The LiDAR's axes are x forward, y left, z up; metres.
+
+    Arrays of the file are the caller's own, to be changed at will.
+
+    Attributes:
+        table: (N,) the file's columns side by side, which the properties below give one by one.
+        T_cam_lidar: (4, 4) float64, from the LiDAR's axes to the camera's: p_cam = T_cam_lidar @ (x, y, z, 1).
+    """
+
+    table: NDArray[np.void]
+    T_cam_lidar: Float
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(N, 3) float32: the points as measured, noise included, in the LiDAR's axes."""
+        return self.table["points"]
+
+    @property
+    def points_cam(self) -> Float:
+        """(N, 3) float64: the same in the camera's axes."""
+        return np.asarray(self.points @ self.T_cam_lidar[:3, :3].T + self.T_cam_lidar[:3, 3])
+
+    @property
+    def ranges(self) -> NDArray[np.float32]:
+        """(N,) float32: the measured ranges, noise included."""
+        return self.table["ranges"]
+
+    @property
+    def exact_ranges(self) -> NDArray[np.float32]:
+        """(N,) float32: the ranges without noise."""
+        return self.table["exact_ranges"]
+
+    @property
+    def beams(self) -> NDArray[np.uint32]:
+        """(N,) uint32: each point's beam, from 0: row i / columns and column i % columns of the pattern."""
+        return self.table["beams"]
+
+    @property
+    def parts(self) -> NDArray[np.uint16]:
+        """(N,) uint16: the ids of the parts that the points lie on, the keys of `Picture.parts`."""
+        return self.table["parts"]
+
+    @property
+    def targets(self) -> NDArray[np.uint16]:
+        """(N,) uint16: the ids of the targets that the points lie on; 0 for what is no target."""
+        return self.table["targets"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureFile:
+    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it; of a
+    table each column's, by its name · channels: how many it has, or columns."""
+
+    path: str
+    dtype: str | Mapping[str, str]
+    channels: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """One frame of one variant: its image, its labels, and what its record says.
+
+    The image and the labels are read when they are first asked for, and kept as long as the picture is; `label` reads
+    its file at each call. Arrays of files are the caller's own, to be changed at will. Arrays of geometry (pose, camera
+    and keypoints) are read-only. Pickling leaves out the arrays that were read: the other process reads its own.
+
+    Two pictures are equal when they have the same dataset's folder, variant and frame.
+
+    Every pixel coordinate has (0, 0) at the corner of the image, so the first pixel's centre is (0.5, 0.5) and the
+    pixel in row r and column c has its centre at (c + 0.5, r + 0.5). OpenCV's functions that look up pixels, such as
+    `remap` and `undistort`, put (0, 0) at the first pixel's centre: subtract 0.5 from cx and cy for those.
+
+    Metres, radians and pixels throughout. The camera's axes are OpenCV's: x right, y down, z forward. The body's axes
+    are those of the target's model. Of several targets `targets` has each one's pose; the picture's own pose and
+    keypoints are the first one's, whose id is 1.
+
+    Attributes:
+        root: the dataset's folder.
+        frame: the picture's name, such as "img000001"; the same in all variants.
+        variant: the name of its variant, such as "nominal".
+        index: the picture's place in the stage, from 0.
+        files: its files by what they are: "image", "depth" and so on.
+        record: all that the dataset's record says of it, by schemas/record-1.schema.json.
+        camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
+        T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
+        description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
+    """
+
+    root: Path
+    frame: str
+    variant: str
+    index: int
+    files: Mapping[str, PictureFile]
+    record: Mapping[str, Any]
+    camera: Camera
+    T_cam_body: Float
+    description: Description
+
+    def __repr__(self) -> str:
+        return f"Picture({self.frame!r} of {self.variant!r}, in {str(self.root)!r})"
+
+    def __eq__(self, other: object) -> bool:
+        return self._identity == other._identity if isinstance(other, Picture) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = {field.name for field in fields(self)}
+        return {name: value for name, value in self.__dict__.items() if name in names}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.T_cam_body.flags.writeable = False  # numpy forgets it on the way
+
+    @property
+    def _identity(self) -> tuple[Path, str, str]:
+        return self.root, self.variant, self.frame
+
+    @property
+    def camera_matrix(self) -> Float:
+        """The camera's matrix K (3, 3) float64, pixels; (0, 0) is the corner of the image."""
+        return frozen(self.camera.matrix)
+
+    @property
+    def distortion(self) -> Float:
+        """The lens's k1, k2, p1, p2, k3 (5,) float64, as OpenCV orders them."""
+        return frozen(self.camera.distortion)
+
+    @property
+    def q_cam_body(self) -> Float:
+        """The rotation of `T_cam_body` as a unit quaternion (4,) float64, scalar first, Hamilton."""
+        return frozen(self.record["pose"]["q_cam_body"])
+
+    @property
+    def t_cam_body(self) -> Float:
+        """The origin of the body's axes in the camera's axes (3,) float64, metres."""
+        return frozen(self.record["pose"]["t_cam_body"])
+
+    @property
+    def parts(self) -> Mapping[int, DescribedPart]:
+        """The bodies' parts by their ids, which are the numbers in `segmentation`."""
+        return self.description.parts
+
+    @cached_property
+    def targets(self) -> Targets[PicturedTarget]:
+        """The targets with their poses, in order of their ids; targets["tango"] is the one of that name. Raises
+        InputError where the record has none, or others than dataset.json."""
+        path = self.root / record_of(self.variant, self.frame)
+        with _reading_record(path):
+            found = Targets(map(PicturedTarget.of, self.record["targets"]))
+        if _named(found) != _named(self.description.targets):
+            said = f"has the targets {_named(found)}, and dataset.json {_named(self.description.targets)}"
+            raise InputError(said, where=path, do=CHECK)
+        return found
+
+    def mask(self, target: int | str) -> NDArray[np.bool_]:
+        """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
+        is none."""
+        target_id = self.description.targets[target].id if isinstance(target, str) else target
+        if target_id not in (target.id for target in self.description.targets):
+            known = ", ".join(str(target.id) for target in self.description.targets)
+            raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
+        if INSTANCE in self.files:
+            return np.asarray(self.label(INSTANCE) == target_id)
+        own = np.zeros(np.iinfo(np.uint16).max + 1, bool)
+        own[[part.id for part in self.parts.values() if part.target == target_id]] = True
+        shown = np.flatnonzero(self.segmentation.any(1))
+        mask = np.zeros(self.segmentation.shape, bool)
+        if len(shown):  # to look up a number for each pixel costs more than all else
+            rows = slice(shown[0], shown[-1] + 1)
+            mask[rows] = own[self.segmentation[rows]]
+        return mask
+
+    @property
+    def keypoints(self) -> Keypoints:
+        """The first target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self.description.targets[0].keypoints
+
+    @cached_property
+    def keypoint_pixels(self) -> Float:
+        """The keypoints in the picture, (N, 2) float64 pixels x and y, hidden ones too; NaN where the lens sees
+        none."""
+        points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
+        return frozen(self.camera.project(points))
+
+    def heatmaps(self, size: tuple[int, int] = (192, 128), *, sigma: float = 2.0) -> NDArray[np.float32]:
+        """Return (K, height, width) float32: for each keypoint a Gaussian of height 1 around its place, in maps of the
+        whole frame of `size` (width, height).
+
+        `sigma` is in pixels of the map. Hidden keypoints have one too; a map is 0 all over where the keypoint is
+        outside the frame. Raises InputError for a size or a sigma that is not positive.
+        """
+        frame = (self.camera.width, self.camera.height)
+        return heatmaps_of(self.keypoint_pixels, frame, size=size, sigma=sigma)
+
+    def relative_pose(self, other: "Picture") -> Float:
+        """Return (4, 4) float64, from this picture's camera axes to those of the `other`, along with the target: where
+        a point of the target here, (x, y, z, 1) in the camera's axes, is there. `dataset[i + 1]` is the next frame."""
+        return frozen(other.T_cam_body @ np.linalg.inv(self.T_cam_body))
+
+    @cached_property
+    def image(self) -> NDArray[Any]:
+        """The image that the sensor saw, (H, W) uint8, or (H, W, 3) of R, G and B; its curve is `encoding` in the
+        record."""
+        return self._array("image")
+
+    @cached_property
+    def depth(self) -> NDArray[np.float32]:
+        """Depth (H, W) float32: planar z in the camera's axes, metres; 0 where nothing is."""
+        return self._array("depth")
+
+    @cached_property
+    def segmentation(self) -> NDArray[np.uint16]:
+        """Part ids (H, W) uint16, the keys of `parts`; 0 where nothing is."""
+        return self._array("segmentation")
+
+    @cached_property
+    def dense_pose(self) -> NDArray[np.float32]:
+        """The surface point seen in each pixel (H, W, 3) float32: x, y, z in the body's axes, metres; 0 where nothing
+        is."""
+        return self._array("dense_pose")
+
+    @cached_property
+    def lidar(self) -> PointCloud:
+        """The points that the LiDAR measured, N of them, in its own axes: see PointCloud."""
+        lidar = self.record.get("lidar", {})
+        pose = _pose_matrix(lidar.get("q_cam_lidar", (1, 0, 0, 0)), lidar.get("t_cam_lidar", (0, 0, 0)))
+        return PointCloud(table=self._array("lidar"), T_cam_lidar=pose)
+
+    def label(self, name: str, *, rows: range | None = None) -> NDArray[Any]:
+        """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
+        says; a LiDAR's points are a table (N,). Of an image `rows` decodes these alone.
+
+        The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
+        has no such label.
+        """
+        return self._array(name, rows)
+
+    def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
+        """Read the numbers in the picture's file of that kind, of an image all `rows` or these. Raises InputError where
+        it has none, or a damaged one."""
+        if kind not in self.files:
+            do = f"choose among {', '.join(self.files)}, or render {kind} too"
+            raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
+        file = FileIn(Folder(self.root), self.files[kind].path)
+        array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels, rows)
+        height = self.camera.height if rows is None else len(rows)
+        if kind not in CLOUD_LABELS and array.shape[:2] != (height, self.camera.width):
+            raise InputError(f"is {array.shape[:2]}, and its camera is not", where=file.path, do=CHECK)
+        return array
+
+
+def read_picture(root: Path, name: str, description: Description) -> Picture:
+    """Read the picture whose record is the file `name` in the dataset `root`. Raises InputError for a broken record.
+
+    The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
+    """
+    path = root / name
+    with _reading_record(path):
+        record = finite_json(Folder(root).read(name, MAX_RECORD))
+        if record["schema"] != SCHEMA:
+            found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
+            raise InputError(found, where=path, do="read it with the spin_usd that made it")
+        pose, camera = record["pose"], record["camera"]
+        return Picture(
+            root=root,
+            frame=record["frame"],
+            variant=record["variant"],
+            index=record["index"],
+            files={kind: _file(entry) for kind, entry in record["files"].items()},
+            record=record,
+            camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
+            T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
+            description=description,
+        )
+
+
+@contextmanager
+def _reading_record(path: Path) -> Iterator[None]:
+    """Raise InputError on the record at `path` where the block meets what no record has."""
+    try:
+        yield
+    except InputError:
+        raise
+    except KeyError as e:
+        raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
+    except (AttributeError, IndexError, OverflowError, RecursionError, TypeError, ValueError) as e:
+        raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
+
+
+def _named(targets: Iterable[Named]) -> str:
+    return ", ".join(f"{target.id} {target.name!r}" for target in targets) or "none"
+
+
+def _file(entry: dict[str, Any]) -> PictureFile:
+    return PictureFile(path=str(entry["path"]), dtype=entry["dtype"], channels=len(entry["channels"]))
+
+
+def _pose_matrix(q_cam_body: Sequence[float], t_cam_body: Sequence[float]) -> Float:
+    return frozen(Transform.from_quaternion(to="cam", of="body", q=q_cam_body, t=t_cam_body).matrix)
+
+
+def heatmaps_of(pixels: Float, frame: tuple[int, int], *, size: tuple[int, int], sigma: float) -> NDArray[np.float32]:
+    """Return (K, height, width) float32: around each of the `pixels` (K, 2) of a `frame` (width, height) a Gaussian of
+    height 1, in maps of `size` (width, height).
+
+    `sigma`: in pixels of the map. A map is of the whole frame, and has its pixels' centres at (c + 0.5, r + 0.5). It is
+    0 all over where the place is outside the frame, or NaN. Raises InputError for a size or a sigma that is not
+    positive.
+    """
+    if min(size) < 1 or not 0 < sigma < np.inf:
+        raise InputError(f"heatmaps cannot be of size {size} and sigma {sigma}", do="make both positive")
+    places = pixels * np.divide(size, frame)
+    inside = ((places >= 0) & (places < size)).all(-1)
+    x, y = (_falloff(places[:, axis], size[axis], sigma) for axis in (0, 1))
+    return np.asarray(np.where(inside[:, None, None], y[:, :, None] * x[:, None, :], 0), np.float32)
+
+
+def _falloff(places: Float, length: int, sigma: float) -> Float:
+    """Return (K, length) of the Gaussian along one axis."""
+    away = np.arange(length) + 0.5 - np.nan_to_num(places)[:, None]
+    fallen: Float = np.exp(-(away**2) / (2 * sigma**2))
+    return fallen
