@@ -7,9 +7,12 @@ are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W
 import re
 from collections.abc import Callable, Mapping
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.formats.toml_file import read_toml_file
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SPAN = re.compile(rf"({NUMBER})\.\.({NUMBER})")
@@ -181,3 +184,9 @@ POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
     "v_share": ("v_share", _numbers),
 }
 """The words for poses: the key of the table that each is short for, and how its value is read."""
+
+
+def read_sampling_file(path: str | Path) -> dict[str, Any]:
+    """Read the tables of the file at `path`, not yet held against their schema. Raises InputError that names the
+    file."""
+    return read_toml_file(Path(path), MAX_SPECIFICATION)

@@ -16,7 +16,7 @@ from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.formats.poses.read_pose_list import read_pose_list
-from spin_usd.formats.sampling_file import read_sampling_file
+from spin_usd.formats.sampling_text import read_sampling_file
 from spin_usd.formats.spec_file import read_spec_file
 
 

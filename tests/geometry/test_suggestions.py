@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from spin_usd.geometry.suggestions import random_directions, spread, spread_and_seen
+from spin_usd.commands.keypoints.suggestions import random_directions, spread, spread_and_seen
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.scene.sensor import Optics
-from spin_usd.sensor.optics import bloom
+from spin_usd.sensor.develop import bloom
 
 WIDE = Optics(bloom_intensity=1.0, bloom_scatter=0.7, bloom_threshold=1.0)
 

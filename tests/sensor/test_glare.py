@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.scene.sensor import Optics
-from spin_usd.sensor.optics import scatter
+from spin_usd.sensor.develop import scatter
 
 ENERGY = 1e-4
 PROFILE = 0.01  # relative: the coarse grids' kernels are Gaussians to this

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.sensor import Optics
-from spin_usd.sensor.optics import convolved, gaussian, spread, through_optics
+from spin_usd.sensor.develop import convolved, gaussian, spread, through_optics
 
 ENERGY = 1e-4  # what the optics may lose or gain of a point's light
 FLOAT32 = 2e-6  # relative: sums of a thousand float32 numbers

@@ -7,7 +7,7 @@ import pytest
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.derived.vignetting import least_gain
 from spin_usd.scene.sensor import Optics
-from spin_usd.sensor.optics import vignetting_gain
+from spin_usd.sensor.develop import vignetting_gain
 from tests.cases import scenes
 
 

@@ -24,7 +24,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.sensor.detector import detect
-from spin_usd.sensor.optics import through_optics
+from spin_usd.sensor.develop import through_optics
 from spin_usd.sensor.tone import encode
 
 WIDTH, HEIGHT = 1920, 1200

@@ -1,8 +1,9 @@
 """Sample a `sample` table for an opened stage: distributions, units and constraints meet what the stage holds."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
 from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
+from spin_usd.scene.material import LIMITS
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.body_axes import body_rotations
-from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.augment.parameter import Parameter
-from spin_usd.stage.augment.parameters import parameter_named
+from spin_usd.stage.augment.parameters import FIELDS, MATERIAL, parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
 from spin_usd.stage.augment.sun_and_planet import read_sky
 from spin_usd.stage.usd.values import Range
@@ -253,3 +254,46 @@ def cut(distribution: Distribution, limits: Range) -> Distribution:
         return distribution
     low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)
     return replace(distribution, low=low, high=high)
+
+
+def is_material_factor(name: str) -> bool:
+    """Return whether the parameter multiplies an input of a material."""
+    found = MATERIAL.fullmatch(name)
+    return bool(found and found[3])
+
+
+def check_factor(base: BaseStage, name: str, value: Any) -> None:
+    """Raise InputError, where it is the name, for a factor that takes an input of `base` beyond a material's limits."""
+    allowed = _allowed(name)
+    for number in _multiplied(base, name, value):
+        if number not in allowed:
+            found = f"may be sampled as {value}, which turns an input into {number:g}"
+            raise InputError(found, where=name, do=f"choose factors with which it is one of the {allowed}")
+
+
+def factor_limits(base: BaseStage, name: str) -> Range:
+    """Return the limits of a factor that is one number."""
+    allowed, own = _allowed(name), [number for number in _multiplied(base, name, 1.0) if number > 0]
+    limits = parameter_named(name).limits
+    return Range(
+        max([limits.low, *(allowed.low / number for number in own)]),
+        min([limits.high, *(allowed.high / number for number in own)]),
+    )
+
+
+def _allowed(name: str) -> Range:
+    limits = LIMITS[FIELDS[_input(name)]]
+    return Range(limits.low, limits.high)
+
+
+def _input(name: str) -> str:
+    return name.split(".")[2]
+
+
+def _multiplied(base: BaseStage, name: str, factor: Any) -> Iterator[float]:
+    """Yield the products of the factor and inputs without an image, at the first picture."""
+    change = parameter_named(name).make(base, (name,))
+    values = change.values({name: factor}, base.times[0])
+    for attribute, value in zip(change.attributes, values, strict=True):
+        if attribute.name == f"inputs:{_input(name)}":
+            yield from (float(number) for number in np.ravel(np.array(value, np.float64)))

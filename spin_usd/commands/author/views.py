@@ -1,25 +1,30 @@
 """Find what the pictures of a stage just authored show, from its first picture and the poses it was made of."""
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 
 from spin_usd.errors import SpinError
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.geometry.triangles import areas
-from spin_usd.scene.derived.emission import dim_emissions
 from spin_usd.scene.derived.lit_share import suns_of
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.derived.views import Views, views_of
 from spin_usd.scene.light import DistantLight
+from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.poses import PoseList
+from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)
 METAL = 0.9  # metallic, of a material that scatters next to no light
 MOSTLY = 0.9  # of the surface
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, of which the Sun is compared with the target
+DIM = 0.1
+"""Of white in the Sun: an emission below it looks dark in a picture that is exposed for what the Sun lights."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,3 +86,25 @@ def _metal_notes(scene: Scene) -> tuple[str, ...]:
         "highlights where the Sun is the only light: light it from around too (a DomeLight, --environment earth), or "
         "make it less metallic",
     )
+
+
+def dim_emissions(scene: Scene) -> tuple[str, ...]:
+    """Return a sentence for each material that emits, and so little beside white in the Sun that it will hardly
+    show."""
+    suns = [light.at_target for light in scene.lights if isinstance(light, DistantLight)]
+    white = float(np.sum(suns, axis=0).max()) / pi if suns else 0.0
+    peaks = [(material.path, _peak(material, scene.target.mesh)) for material in scene.target.materials]
+    return tuple(
+        f"{path} emits at most {peak:.3g} W/m2/sr, {peak / white:.2g} of the {white:.3g} of a white surface in this "
+        "stage's Sun, so it will look dark: raise its emissiveColor if it should be visible"
+        for path, peak in peaks
+        if 0 < peak < DIM * white
+    )
+
+
+def _peak(material: Material, mesh: Mesh) -> float:
+    """Return the most that any band of the material emits, W/m2/sr."""
+    value = material.emissive_color
+    if isinstance(value, Texture):
+        return float(extremes(value)[1].max())
+    return float(np.max(mesh.primvars[value.name] if isinstance(value, Primvar) else value))

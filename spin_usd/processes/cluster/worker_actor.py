@@ -20,7 +20,7 @@ from spin_usd.processes.cluster.worker_folder import Output, WorkerFolder
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.processes.readable import readable
-from spin_usd.store.publish.publish_picture import publish_picture
+from spin_usd.store.publish.mirror import publish_picture
 
 LOOK_S = 1.0  # between two looks at whether a worker grows
 REPORT_S = 2.0  # between two reports of what a worker does with the processors

@@ -2,6 +2,11 @@
 
 A lens is one to one where it can be inverted, so the outermost points of what it makes of a surface lie on edges of its
 triangles, or on the rim of what the lens sees.
+
+The box around the projection of straight edges, exact under lens distortion, beyond the frame too.
+
+Straight edges bow under distortion: the furthest point of one may lie between its ends, and is looked for where the bow
+could reach beyond what is found already.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.bounds import NEAR
 from spin_usd.geometry.camera import MAX_PIXELS_PER_SIDE, Camera
-from spin_usd.scene.derived.projected_box import NOTHING, box_of_edges, box_of_points, hold, rim_of_lens, seen_by_lens
+from spin_usd.geometry.lens import invertible_radius
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 
@@ -20,6 +26,14 @@ RIM_STEPS = 1 << 16  # on SPEED+ the box may be 1e-3 px short between two
 
 Meets = Callable[[Float], NDArray[np.bool_]]
 """Whether the rays (x, y, 1) of the coordinates (N, 2) meet the target: (N,)."""
+
+INSIDE = 1 - 1e-9  # of the lens's invertible radius: its rim has no pixel
+STEPS = np.linspace(0, 1, 33)  # along an edge
+ROUNDS = 4  # each looks between the neighbours of the best step before: at the end to 4e-6 of the edge
+CHUNK = 1 << 16  # edges worked on at once
+PARALLEL = 1e-12  # a line that is nearer than this to the cone's own slope is taken for one that is flatter
+NOTHING = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+"""The box of no points: any other holds it."""
 
 
 def surface_box(scene: Scene, meets: Meets) -> Float | None:
@@ -66,3 +80,135 @@ def _on_rays(xy: Float) -> Float:
 
 def _size(camera: Camera) -> Float:
     return np.array([camera.width, camera.height], np.float64)
+
+
+def seen_by_lens(camera: Camera, points_cam: Float) -> NDArray[np.bool_]:
+    """Return (N,) whether the points (N, 3), camera frame, lie before the camera and where the lens is one to one."""
+    x, y, z = points_cam.T
+    limit = INSIDE * invertible_radius(camera.distortion)
+    return np.asarray((z > NEAR) & (np.hypot(x, y) < limit * np.maximum(z, NEAR)))
+
+
+def box_of_points(camera: Camera, points_cam: Float) -> Float:
+    """Return the box (2, 2), least and greatest u and v in pixels, of the points (N, 3) that the lens sees; NOTHING
+    where it sees none."""
+    return _box(camera.pixels(_normalised(points_cam[seen_by_lens(camera, points_cam)])))
+
+
+def box_of_edges(camera: Camera, points_cam: Float, edges: NDArray[np.integer]) -> Float:
+    """Return the box (2, 2), least and greatest u and v in pixels, of what the lens sees of the `edges` (E, 2) between
+    points (P, 3), camera frame; NOTHING where it sees none."""
+    box = NOTHING
+    for start in range(0, len(edges), CHUNK):
+        first, last = points_cam[edges[start : start + CHUNK].T]
+        first, last = _seen_part(camera, first, last)
+        box = hold(box, hold(_box(camera.pixels(_normalised(first))), _box(camera.pixels(_normalised(last)))))
+        if camera.distorted:
+            box = _with_bows(camera, first, last, box)
+    return box
+
+
+def hold(box: Float, other: Float) -> Float:
+    """Return the smallest box (2, 2) that holds both."""
+    return np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
+
+
+def rim_of_lens(camera: Camera, steps: int) -> Float:
+    """Normalised coordinates (steps, 2) around the rim of what the lens sees; none of them where it has no rim."""
+    limit = invertible_radius(camera.distortion)
+    if not np.isfinite(limit):
+        return np.zeros((0, 2))
+    angle = 2 * np.pi * np.arange(steps) / steps
+    rim: Float = INSIDE * limit * np.stack([np.cos(angle), np.sin(angle)], -1)
+    return rim
+
+
+def _normalised(points_cam: Float) -> Float:
+    xy: Float = points_cam[..., :2] / points_cam[..., 2:]
+    return xy
+
+
+def _box(pixels: Float) -> Float:
+    return np.stack([pixels.min(0), pixels.max(0)]) if len(pixels) else NOTHING
+
+
+def _with_bows(camera: Camera, first: Float, last: Float, box: Float) -> Float:
+    """Return the `box` of the ends of segments (N, 3) and (N, 3), grown to hold what bows out of it between them."""
+    if not len(first):
+        return box
+    ends = camera.pixels(_normalised(np.stack([first, last])))
+    reach = _bow(camera, first, last)
+    box = box.copy()
+    for side, sign in ((0, -1), (1, 1)):
+        for axis in (0, 1):
+            furthest = (sign * ends[..., axis]).max(0)
+            some = furthest + reach[:, axis] > sign * box[side, axis]
+            found = _furthest(camera, first[some], last[some], axis, sign)
+            box[side, axis] = sign * max(sign * box[side, axis], found)
+    return box
+
+
+def _bow(camera: Camera, first: Float, last: Float) -> Float:
+    """Return (N, 2) pixels by which the image of each segment lies beside the straight line between its ends at most:
+    an eighth of its length squared times the most that the lens curves it."""
+    k1, k2, p1, p2, k3 = camera.distortion
+    a, b = _normalised(first), _normalised(last)
+    r2 = np.maximum((a * a).sum(1), (b * b).sum(1))
+    curve = np.sqrt(r2) * (6 * abs(k1) + r2 * (20 * abs(k2) + r2 * 42 * abs(k3))) + 8 * (abs(p1) + abs(p2))
+    bow: Float = (((b - a) ** 2).sum(1) * curve / 8)[:, None] * np.array([camera.fx, camera.fy])
+    return bow
+
+
+def _furthest(camera: Camera, first: Float, last: Float, axis: int, sign: int) -> float:
+    """Return the greatest of `sign` times a pixel coordinate along segments between (N, 3) and (N, 3)."""
+    low, high = np.zeros(len(first)), np.ones(len(first))
+    best = np.full(len(first), -np.inf)
+    for _ in range(ROUNDS):
+        share = low[:, None] + STEPS * (high - low)[:, None]
+        points = first[:, None] + share[..., None] * (last - first)[:, None]
+        values = sign * camera.pixels(_normalised(points))[..., axis]
+        at = values.argmax(1)
+        best = np.maximum(best, values.max(1))
+        rows = np.arange(len(at))
+        low, high = share[rows, np.maximum(at - 1, 0)], share[rows, np.minimum(at + 1, len(STEPS) - 1)]
+    return float(best.max(initial=-np.inf))
+
+
+def _seen_part(camera: Camera, first: Float, last: Float) -> tuple[Float, Float]:
+    """Return the ends (M, 3) and (M, 3) of what the lens sees of the segments between `first` and `last` (N, 3): one
+    piece of each at most, for it sees a convex cone."""
+    whole = seen_by_lens(camera, first) & seen_by_lens(camera, last)
+    if whole.all():
+        return first, last
+    a, d = first[~whole], last[~whole] - first[~whole]
+    low, high = np.zeros(len(a)), np.ones(len(a))
+    for enter, leave in (_before_camera(a, d), _within_cone(a, d, INSIDE * invertible_radius(camera.distortion))):
+        low, high = np.maximum(low, enter), np.minimum(high, leave)
+    some = low < high
+    starts, ends = (a[some] + t[some, None] * d[some] for t in (low, high))
+    return np.concatenate([first[whole], starts]), np.concatenate([last[whole], ends])
+
+
+def _before_camera(a: Float, d: Float) -> tuple[Float, Float]:
+    """Return from where to where (N,) the lines a + t d (N, 3) are further than NEAR before the camera."""
+    crossing = (2 * NEAR - a[:, 2]) / np.where(d[:, 2] == 0, 1, d[:, 2])
+    never = (d[:, 2] == 0) & (a[:, 2] <= NEAR)
+    enter = np.where(d[:, 2] > 0, crossing, np.where(never, np.inf, -np.inf))
+    return enter, np.where(d[:, 2] < 0, crossing, np.inf)
+
+
+def _within_cone(a: Float, d: Float, slope: float) -> tuple[Float, Float]:
+    """Return from where to where (N,) the lines a + t d (N, 3) are within the cone |xy| < slope * z, whose other half,
+    behind the camera, is left to `_before_camera`."""
+    if not np.isfinite(slope):
+        return np.full(len(a), -np.inf), np.full(len(a), np.inf)
+    signs = np.array([-1, -1, slope * slope])  # within: signs * p * p > 0
+    square, half, constant = (signs * d * d).sum(1), (signs * a * d).sum(1), (signs * a * a).sum(1)
+    size = (d * d).sum(1)
+    square = np.where(np.abs(square) <= PARALLEL * size, -PARALLEL * np.maximum(size, PARALLEL), square)
+    inside = half * half - square * constant
+    root = np.sqrt(np.maximum(inside, 0))
+    one, other = (-half - root) / square, (-half + root) / square
+    steep = square > 0  # such a line enters one half of the cone and leaves the other
+    enter = np.where(steep, np.where(d[:, 2] > 0, other, -np.inf), np.where(inside > 0, other, np.inf))
+    return enter, np.where(steep, np.where(d[:, 2] > 0, np.inf, one), one)

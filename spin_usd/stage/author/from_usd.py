@@ -6,6 +6,8 @@ A reference includes one prim with all below it, and loses its relationships to 
 """
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,8 +17,7 @@ from pxr import Sdf, Usd, UsdUtils
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target_asset import TargetAsset, describe, open_source
 from spin_usd.stage.author.target_root import notes_on_root, outside, target_root
-from spin_usd.stage.composition.backslashes import slashes
-from spin_usd.stage.composition.files import files_of
+from spin_usd.stage.composition.files import LAYERS, files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.missing_images import dispensable_images
 from spin_usd.stage.composition.open_layer import stage_on
@@ -153,3 +154,37 @@ def _move(stage: Usd.Stage, path: Sdf.Path, below: Sdf.Path, file: Path) -> None
         raise InputError(
             f"its prim {path} cannot be moved", where=file.name, do="author a defaultPrim that holds it all"
         )
+
+
+@contextmanager
+def slashes(source: Path) -> Iterator[None]:
+    """Within this context, and in memory only, replace backslashes by slashes in asset paths of all layers that
+    `source` depends on, where the file exists. Raises StageError as `files_of`, for what they named before and name
+    then."""
+    changed: list[Sdf.Layer] = []
+    while more := [layer for layer in _layers(source) if _fix(layer)]:
+        changed += more  # what these name now may name others
+    try:
+        yield
+    finally:
+        for layer in changed:
+            layer.Reload(force=True)
+
+
+def _layers(source: Path) -> list[Sdf.Layer]:
+    files = (file for file in files_of(source).found if file.suffix.lower() in LAYERS)
+    return [layer_at(file) for file in files]
+
+
+def _fix(layer: Sdf.Layer) -> bool:
+    folder, found = Path(layer.realPath).parent, []
+
+    def slashed(path: str) -> str:
+        other = path.replace("\\", "/")
+        if other == path or (folder / path).exists() or not (folder / other).is_file():
+            return path
+        found.append(path)
+        return other
+
+    UsdUtils.ModifyAssetPaths(layer, slashed)
+    return bool(found)

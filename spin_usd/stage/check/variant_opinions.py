@@ -3,15 +3,21 @@ value.
 
 Strength is Local > Inherits > Variants > References: a value that a variant changes must be referenced. Of the sets on
 a prim the first one wins; the set `augmentation` is made to override the others, so it never conflicts.
+
+The opinions on a composed prim, strongest first, and the variant selections that contribute them.
+
+Opinions of a layer that a variant references count as the variant's: they are as strong.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TypeAlias
 
-from pxr import Sdf, Usd
+from pxr import Pcp, Sdf, Usd
 
+from spin_usd.errors import StageError
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.check.every_picture import MAX_VARIANTS
 from spin_usd.stage.check.poses_and_cameras import camera_findings
@@ -19,11 +25,77 @@ from spin_usd.stage.check.properties import property_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.opinions import has_opinion
-from spin_usd.stage.composition.prim_opinions import Opinion, VariantSelection, opinions
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.usd import schema
 
 FIELDS = ("active", "instanceable")  # of a prim; the strongest opinion holds
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantSelection:
+    """The `variant` of the set `name` on the prim at `owner`, as composed."""
+
+    owner: Sdf.Path
+    name: str
+    variant: str
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.variant}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Opinion:
+    """One layer's spec of a prim. through: the selections that contribute it, outermost first."""
+
+    spec: Sdf.PrimSpec
+    through: tuple[VariantSelection, ...]
+
+    @cached_property
+    def properties(self) -> dict[str, Sdf.PropertySpec]:
+        """Its property specs, by name. Raises StageError where a damaged layer lists one that it does not hold."""
+        specs = list(self.spec.properties)
+        if not all(specs):
+            where = f"{self.spec.layer.identifier} {self.spec.path}"
+            raise StageError("lists a property that the layer does not hold", where=where, do="write the layer again")
+        return {spec.name: spec for spec in specs}
+
+    @cached_property
+    def selections(self) -> dict[str, str]:
+        """Its variant selections, by variant set."""
+        return dict(self.spec.variantSelections.items())
+
+
+def opinions(prim: Usd.Prim) -> list[Opinion]:
+    """List all opinions on `prim`, strongest first, without the session layer, which is used for trials."""
+    session = prim.GetStage().GetSessionLayer()
+    return list(_of_node(prim.GetPrimIndex().rootNode, prim.GetPath(), (), session))
+
+
+def _of_node(
+    node: Pcp.NodeRef, composed: Sdf.Path, above: tuple[VariantSelection, ...], session: Sdf.Layer
+) -> Iterator[Opinion]:
+    through = above + tuple(each for each in _selections(node.path, composed) if each not in above)
+    if node.hasSpecs:
+        for layer in node.layerStack.layers:
+            spec = layer.GetPrimAtPath(node.path) if layer != session else None
+            if spec:
+                yield Opinion(spec=spec, through=through)
+    for child in node.children:  # in the order of their strength
+        yield from _of_node(child, composed, through, session)
+
+
+def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[VariantSelection]:
+    """Yield the selections on the way to `path`, for the prim that is at `composed` on the stage."""
+    for prefix in path.GetPrefixes():
+        if prefix.IsPrimVariantSelectionPath():
+            below = path.StripAllVariantSelections().pathElementCount
+            below -= prefix.StripAllVariantSelections().pathElementCount
+            owner = composed
+            for _ in range(below):
+                owner = owner.GetParentPath()
+            name, variant = prefix.GetVariantSelection()
+            yield VariantSelection(owner=owner, name=name, variant=variant)
+
 
 Statements: TypeAlias = dict[tuple[str, str], VariantSelection]
 """The opinions of a variant set: (where, what) -> a variant that has that opinion."""

@@ -1,18 +1,18 @@
 """The environment behind the target, at a time, in camera axes: SpinPlanetAPI, SpinStarsAPI, SpinBackPlateAPI."""
 
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from math import radians
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
+from spin_usd.arrays import Float, frozen
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
 from spin_usd.identity_memo import IdentityMemo
-from spin_usd.scene.derived.star_field import irradiance, random_stars
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.emission import EMISSIONS
@@ -36,6 +36,14 @@ LIMITS = Range(-30, 10)  # half a million stars; fainter ones do not show beside
 MAGNITUDES = Range(-30, 40)  # the Sun has -26.8; the faintest that were ever seen have 31
 LENGTHS = Range(1e-100, 1e100)  # of direction vectors, whose squares must be finite and not 0
 TEMPERATURES = Range(1000, 100_000)  # UsdLux gives one blue for all from 10,000 K up, which is close
+# Irradiance of apparent bolometric magnitude 0, W/m2. Source: IAU 2015 resolution B2. The Sun's 1361 W/m2 are -26.83.
+ZERO_MAGNITUDE = 2.518021002e-8
+# Stars down to magnitude 6.5, and the slope of their number's decimal logarithm. The Yale Bright Star Catalogue (5th
+# edition) has 9,096 down to about there; equally bright stars throughout space would give a slope of 0.6, dust and the
+# galaxy's edge leave some 0.5 at these magnitudes (Allen's Astrophysical Quantities, star counts).
+BRIGHT_STARS = 9000
+BRIGHT_LIMIT = 6.5
+SLOPE = 0.51
 
 
 class EnvironmentReader:
@@ -170,3 +178,24 @@ def _refuse_outside(prim: Usd.Prim, name: str, values: Float, allowed: Range, qu
     for star in np.flatnonzero(~((values >= allowed.low) & (values <= allowed.high))):
         found = f"{quantity}is {values[star]:g}"
         raise StageError(found, where=f"{prim.GetPath()}.{name}[{star}]", do=f"choose {allowed}, or remove the star")
+
+
+def irradiance(magnitude: ArrayLike) -> Float:
+    """W/m2, over all wavelengths, of stars of apparent bolometric `magnitude`."""
+    return ZERO_MAGNITUDE * 10 ** (-0.4 * np.asarray(magnitude, np.float64))
+
+
+def star_count(limit: float) -> int:
+    """Return the number of stars brighter than magnitude `limit`."""
+    return round(BRIGHT_STARS * 10 ** (SLOPE * (limit - BRIGHT_LIMIT)))
+
+
+@lru_cache(maxsize=2)
+def random_stars(seed: int, limit: float) -> tuple[Float, Float]:
+    """Directions (N, 3), unit, uniform over the sphere, and magnitudes (N,) of `star_count(limit)` stars."""
+    rng, count = np.random.default_rng(seed), star_count(limit)
+    directions = rng.standard_normal((count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    # The share of the stars brighter than m is 10 ** (SLOPE * (m - limit)).
+    magnitudes = limit + np.log10(1 - rng.random(count)) / SLOPE
+    return frozen(directions), frozen(magnitudes)

@@ -15,7 +15,7 @@ import secrets
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -23,14 +23,17 @@ from typing import Any
 import psutil
 
 from spin_usd.errors import InputError, OutputError
-from spin_usd.files.changes import make_folder, write_bytes
+from spin_usd.files.changes import make_folder, remove_file, write_bytes
+from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
 from spin_usd.nesting import finite_json
 from spin_usd.picture.make_picture import KINDS
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
+from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, RECORDS, STAGE
 from spin_usd.store.publish.dataset_url import MARKER, DatasetUrl, below
+from spin_usd.store.unfinished import recorded_files
 
 Snapshot = dict[str, tuple[int, int]]
 """The size and the time of change of files, by name."""
@@ -148,3 +151,38 @@ def _refuse_other(url: DatasetUrl, own: dict[str, Any]) -> None:
         said = f"is being written by another run (process {process} on {host})"
         do = f"wait for its end; {OVER_S:.0f} s after it was killed this goes on where it stopped"
         raise InputError(said, where=url.shown, do=do)
+
+
+def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
+    """Move the picture whose record is so named, from the dataset's folder `root` to `url`.
+
+    An old record goes first, a new one comes last, then what the old one alone described goes. Raises OutputError, and
+    InputError where the record is not one.
+    """
+    variant, frame = _picture_of(record)
+    new = recorded_files(read_json(Folder(root), record, "record-1"), variant, frame)
+    old = recorded_files(_old_record(url, record), variant, frame)
+    if old:
+        url.remove(record)
+    for name in (*new.values(), record):
+        url.put(name, Folder(root).path(name))
+    for name in set(old.values()) - set(new.values()):
+        url.remove(name)
+    for name in (record, *new.values()):
+        remove_file(Folder(root), name)
+
+
+def _picture_of(record: str) -> tuple[str, str]:
+    """Return the variant and the frame whose record is so named: a child says the name, which may be anybody's."""
+    match PurePosixPath(record).parts:
+        case (folder, variant, file) if folder == RECORDS and file.endswith(".json"):
+            return variant, file.removesuffix(".json")
+    raise OutputError("is not the name of a record", where=record)
+
+
+def _old_record(url: DatasetUrl, name: str) -> Mapping[str, Any]:
+    try:
+        record = finite_json(url.read(name) or b"{}")
+    except ValueError:
+        return {}
+    return record if isinstance(record, dict) else {}

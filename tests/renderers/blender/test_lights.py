@@ -18,9 +18,8 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.area_light import MAX_DISTANCE_M, MIN_SIZE_M
 from spin_usd.stage.read.emission import EMISSIONS
-from spin_usd.stage.read.lights import LightReader
+from spin_usd.stage.read.lights import MAX_DISTANCE_M, MIN_SIZE_M, LightReader
 from spin_usd.stage.usd.camera_space import CameraSpace
 from tests.authorities import irradiance as by
 from tests.cases.scenes import with_first

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.derived.projected_box import box_of_edges, box_of_points, rim_of_lens, seen_by_lens
+from spin_usd.scene.derived.surface_box import box_of_edges, box_of_points, rim_of_lens, seen_by_lens
 from tests.cases.scenes import BARREL, FOLDING, PINCUSHION, SPEEDPLUS, pose
 
 PLAIN = Camera(width=320, height=240, fx=300, fy=310, cx=150, cy=110)

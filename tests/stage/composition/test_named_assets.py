@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf
 
 from spin_usd.errors import StageError
-from spin_usd.stage.check.layers import layer_findings
+from spin_usd.stage.check.check_stage import layer_findings
 from spin_usd.stage.composition.copy_stage import copy_stage
 from spin_usd.stage.composition.files import files_of
 from spin_usd.stage.composition.open_stage import open_stage

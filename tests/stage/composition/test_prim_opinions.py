@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd
 
 from spin_usd.errors import StageError
-from spin_usd.stage.composition.prim_opinions import opinions
+from spin_usd.stage.check.variant_opinions import opinions
 
 HEADER = 88  # bytes; behind it lie the lists of prims and of properties
 NO_TOKEN = 255

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from spin_usd.errors import SpinError
-from spin_usd.store.publish.publish_picture import publish_picture
+from spin_usd.store.publish.mirror import publish_picture
 
 
 class Listing:

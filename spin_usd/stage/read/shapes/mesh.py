@@ -1,18 +1,28 @@
-"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; its arrays are checked first."""
+"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; its arrays are checked first.
+
+Polygons cut into triangles: a fan where a polygon is convex (as Hydra does), ear clipping where it is not.
+
+Source of ear clipping: G. H. Meisters, "Polygons have ears" (1975).
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.polygons import newell
 from spin_usd.stage.read.shapes.deformation import Deformation
 from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar, known_interpolation
 from spin_usd.stage.read.shapes.subdivision import SCHEMES, subdivided
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
-from spin_usd.stage.read.shapes.triangulate import triangulate
 from spin_usd.stage.usd.values import VECTORS, array, read, refuse
+
+MAX_CONCAVE_CORNERS = 2000  # ear clipping takes time with the cube of it
+# A smaller angle, in radians, counts as straight: points are float32.
+STRAIGHT = 1e-6
 
 
 def read_mesh(
@@ -116,3 +126,101 @@ def _without_holes(mesh: UsdGeom.Mesh, time: Usd.TimeCode, triangles: Triangles,
     holes = array(mesh.GetHoleIndicesAttr(), time, np.int64)
     refuse((holes < 0) | (holes >= faces), "holeIndices", holes, f"there are {faces} faces", mesh.GetPath())
     return triangles.kept(~np.isin(triangles.source, holes)) if len(holes) else triangles
+
+
+def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tuple[Int, Int]:
+    """Return triangles (T, 3) as positions in `indices`, and the face (T,) of each, in face order.
+
+    points (P, 3); counts (F,) corners of each face; indices (sum of counts,). Concave faces are cut in the plane that
+    fits them. Raises StageError for a face that crosses itself.
+    """
+    starts = np.cumsum(counts) - counts
+    corners, source = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    for size in np.unique(counts):
+        faces = np.flatnonzero(counts == size)
+        ring = starts[faces][:, None] + np.arange(size)
+        convex: NDArray[np.bool_] = np.ones(len(faces), bool) if size == 3 else _convex(points[indices[ring]])
+        fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], -1)
+        corners.append(ring[convex][:, fan].reshape(-1, 3))
+        source.append(np.repeat(faces[convex], size - 2))
+        for face, own in zip(faces[~convex], ring[~convex], strict=True):
+            corners.append(own[_clip_ears(_flattened(points[indices[own]]), f"{where} face {face}")])
+            source.append(np.full(size - 2, face))
+    order = np.argsort(np.concatenate(source), kind="stable")
+    return np.concatenate(corners)[order], np.concatenate(source)[order]
+
+
+def _convex(polygons: Float) -> NDArray[np.bool_]:
+    """Return which of the polygons (K, n, 3) are convex. Polygons without area count: a fan of them loses nothing."""
+    normal = newell(polygons)
+    size = np.linalg.norm(normal, axis=-1, keepdims=True)
+    normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    after = np.roll(polygons, -1, axis=1) - polygons
+    before = np.roll(after, 1, axis=1)
+    sine = (np.cross(before, after) * normal[:, None]).sum(-1)
+    turn = np.arctan2(sine, (before * after).sum(-1))
+    once: NDArray[np.bool_] = (turn > -STRAIGHT).all(1) & (turn.sum(1) < 3 * np.pi)
+    empty: NDArray[np.bool_] = size[:, 0] == 0
+    return np.logical_or(once, empty)
+
+
+def _flattened(polygon: Float) -> Float:
+    """Project the polygon (n, 3) to the plane that fits it, (n, 2), counter-clockwise."""
+    normal = newell(polygon)
+    normal /= np.linalg.norm(normal)
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    u /= np.linalg.norm(u)
+    plane: Float = np.stack([u, np.cross(normal, u)], -1)
+    return np.asarray((polygon - polygon[0]) @ plane, np.float64)
+
+
+def _clip_ears(p: Float, where: str) -> Int:
+    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3)."""
+    if len(p) > MAX_CONCAVE_CORNERS:
+        raise UnsupportedError(f"is concave and has {len(p)} corners", where=where, do="triangulate it")
+    crossing = StageError("is a polygon that crosses itself", where=where, do="split it into simple polygons")
+    if _crosses(p):
+        raise crossing
+    rest, ears = list(range(len(p))), []
+    while len(rest) > 3:
+        # A corner on a straight line goes last, so that it stays a corner of some triangle where it can.
+        corners = range(len(rest))
+        ear = next(
+            (i for i in corners if _is_ear(p, rest, i)), next((i for i in corners if _straight(p, rest, i)), None)
+        )
+        if ear is None:
+            raise crossing
+        ears.append([rest[ear - 1], rest[ear], rest[(ear + 1) % len(rest)]])
+        del rest[ear]
+    return np.array([*ears, rest])
+
+
+def _crosses(p: Float) -> bool:
+    """Return whether two edges of a polygon (n, 2) cross; touching does not count."""
+    q = np.roll(p, -1, axis=0)
+    side_p = _cross((q - p)[:, None], p[None] - p[:, None])  # of each edge's line, every corner
+    side_q = np.roll(side_p, -1, axis=1)
+    apart = side_p * side_q < -((STRAIGHT * np.ptp(p, axis=0).max() ** 2) ** 2)
+    return bool((apart & apart.T).any())
+
+
+def _is_ear(p: Float, rest: list[int], i: int) -> bool:
+    """Return whether corner i of the rest can be cut off: it is convex and no corner lies within the triangle."""
+    a, b, c = p[rest[i - 1]], p[rest[i]], p[rest[(i + 1) % len(rest)]]
+    if _cross(b - a, c - b) <= 0 or _straight(p, rest, i):
+        return False
+    others = p[[k for k in rest if k not in (rest[i - 1], rest[i], rest[(i + 1) % len(rest)])]]
+    inside = (_cross(b - a, others - a) >= 0) & (_cross(c - b, others - b) >= 0) & (_cross(a - c, others - c) >= 0)
+    touching = (others[:, None] == np.stack([a, b, c])).all(-1).any(1)  # a bridge to a hole visits a corner twice
+    return not (inside & ~touching).any()
+
+
+def _straight(p: Float, rest: list[int], i: int) -> bool:
+    """Return whether corner i of the rest lies on the line between its neighbours."""
+    before, after = p[rest[i]] - p[rest[i - 1]], p[rest[(i + 1) % len(rest)]] - p[rest[i]]
+    return bool(abs(_cross(before, after)) <= STRAIGHT * np.linalg.norm(before) * np.linalg.norm(after))
+
+
+def _cross(a: Float, b: Float) -> Float:
+    result: Float = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return result

@@ -9,8 +9,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.polygons import newell
-from spin_usd.stage.read.shapes.mesh import read_mesh
-from spin_usd.stage.read.shapes.triangulate import triangulate
+from spin_usd.stage.read.shapes.mesh import read_mesh, triangulate
 
 AREA_TOLERANCE = 1e-12  # double precision sums of a few triangles
 FLOAT32 = 1e-6
