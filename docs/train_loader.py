@@ -19,7 +19,7 @@ def collate(pictures: Sequence[spin_usd.Picture]) -> tuple[np.ndarray, np.ndarra
 
 
 def reprojection_error(picture: spin_usd.Picture) -> float:
-    """How far OpenCV projects the dense pose from the centres of the pixels that show it: pixels, at the most."""
+    """How far OpenCV projects the dense pose from the centres of the pixels that show it: pixels, at most."""
     rows, columns = np.nonzero(picture.segmentation)
     points, (rotation, _) = picture.dense_pose[rows, columns].astype(float), cv2.Rodrigues(picture.T_cam_body[:3, :3])
     found = cv2.projectPoints(points, rotation, picture.t_cam_body, picture.camera_matrix, picture.distortion)[0][:, 0]
@@ -34,4 +34,4 @@ dataset = spin_usd.Dataset(folder / "dataset")
 for start in range(0, len(dataset), 2):
     images, poses = collate([dataset[place] for place in range(start, min(start + 2, len(dataset)))])
     print(f"batch: images {images.shape} {images.dtype}, poses {poses.shape} {poses.dtype}")
-print(f"dense pose: {max(map(reprojection_error, dataset)):.6f} pixels off at the most, of {len(dataset)} pictures")
+print(f"dense pose: {max(map(reprojection_error, dataset)):.6f} pixels off at most, of {len(dataset)} pictures")

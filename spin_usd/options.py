@@ -319,7 +319,7 @@ class ResolvedOptions(EffortOptions, ChosenPictures):
     error: Annotated[
         str | float | None,
         Option(
-            "The cheapest settings whose relative error spin-usd measure found to be X at the most, such as 0.05; auto "
+            "The cheapest settings whose relative error spin-usd measure found to be X at most, such as 0.05; auto "
             "for the noise of the stage's own detector.",
             "X",
         ),

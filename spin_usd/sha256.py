@@ -3,8 +3,8 @@
 import hashlib
 from pathlib import Path
 
-from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import UNBOUNDED
+from spin_usd.files.user_file import open_file
 
 
 def sha256_of(file: Path, *, most: int = UNBOUNDED) -> str:

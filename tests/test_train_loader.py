@@ -23,6 +23,6 @@ def run(*arguments: object, cwd: Path) -> str:
 def test_the_loader_s_labels_reproject_to_their_pixels(tmp_path: Path) -> None:
     *_, batch, last = run(DOCS / "train_loader.py", tmp_path / "made", cwd=tmp_path).splitlines()
     assert batch == "batch: images (2, 1200, 1920) uint8, poses (2, 4, 4) float64"
-    found = re.fullmatch(r"dense pose: (\S+) pixels off at the most, of 2 pictures", last)
+    found = re.fullmatch(r"dense pose: (\S+) pixels off at most, of 2 pictures", last)
     assert found
     assert float(found[1]) < REPROJECTION_TOLERANCE

@@ -94,7 +94,7 @@ class Folder:
         """Yield the names of the files among them."""
         return (node.name for node in self.walk(within) if node.type is NodeType.FILE)
 
-    def strange(self, names: Iterable[str]) -> Iterator[Node]:
+    def special_files(self, names: Iterable[str]) -> Iterator[Node]:
         """Yield what is neither file nor folder, of what has these names and of all below."""
         for name in names:
             own = self.type_of(name)

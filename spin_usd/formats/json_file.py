@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import read_text
+from spin_usd.files.user_file import read_text
 from spin_usd.nesting import NestingError, parsed_json
 
 

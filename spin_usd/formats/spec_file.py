@@ -14,8 +14,8 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.toml_file import tables_in
 from spin_usd.resources import schemas
 from spin_usd.scene.model import NOMINAL
@@ -73,7 +73,7 @@ def read_spec_file(path: str | Path) -> Specification:
             raise InputError(f"{name!r} is the name of {RESERVED[name]}", where=path, do="choose another")
         if len(name) > LONGEST_NAME:
             found = f"an augmentation's name has {len(name)} characters: {name[:20]}..."
-            raise InputError(found, where=path, do=f"take {LONGEST_NAME} at the most")
+            raise InputError(found, where=path, do=f"take {LONGEST_NAME} at most")
     return Specification(
         name=path.stem,
         sha256=hashlib.sha256(data).hexdigest(),

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import read_bytes
+from spin_usd.files.user_file import read_bytes
 
 MAX_LINE = 2**24  # characters: a face of a million corners
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

@@ -13,9 +13,9 @@ from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_TEXTURE
-from spin_usd.formats.named_file import file_within
+from spin_usd.files.user_file import read_bytes
+from spin_usd.formats.referenced_file import file_within
 from spin_usd.scene.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"

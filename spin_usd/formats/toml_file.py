@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import decoded, read_bytes
+from spin_usd.files.user_file import decoded, read_bytes
 from spin_usd.nesting import parsed_toml
 
 

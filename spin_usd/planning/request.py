@@ -88,7 +88,7 @@ class RenderRequest:
         return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
 
     @property
-    def offered(self) -> tuple[str, ...]:
+    def if_lidar(self) -> tuple[str, ...]:
         """Labels that are made too where the stage has what they are made of."""
         return tuple(CLOUD_LABELS) if "all" in names_in(self.options.labels) else ()
 

@@ -74,7 +74,7 @@ def variant_table(
     """
     store = Store(root=out.absolute()) if out else None
     if store:
-        store.refuse_strange()
+        store.refuse_special_files()
     held = held_keys(store) if store else {}
     measured = read_measured(store.folder, MEASURED) if store else Timings()
     if renders and not measured.has_measured(BEAUTY_PASS):

@@ -28,9 +28,9 @@ class RendererEntry:
     name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
     needs and that not every Python has, and the Python that has it · graphics: the module that lists the graphics
     processors it can use, "" for one that renders on the CPU alone · effort: the settings of
-    scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
-    does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
-    bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
+    scene.effort.Effort it supports; others are refused · skips_work: whether its class takes `crop` and `keep`,
+    and does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region
+    into bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
     image_costs: seconds of one core for each unit of a render, where the units are those of plan.work; `tools/bench
     calibrate` measures them, and units that do not stand here cost nothing.
     """
@@ -109,7 +109,7 @@ def renderer_entry(name: str) -> RendererEntry:
 
 
 def default_effort(name: str) -> Effort:
-    """Return the effort of a render that is not asked for one: DEFAULT_QUALITY, as far as the renderer `name` heeds
+    """Return the effort of a render that is not asked for one: DEFAULT_QUALITY, as far as the renderer `name` supports
     it. Raises InputError where there is no such renderer."""
     wanted = QUALITIES[DEFAULT_QUALITY]
     return Effort(**{setting: getattr(wanted, setting) for setting in renderer_entry(name).effort})

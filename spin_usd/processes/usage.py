@@ -18,7 +18,7 @@ import psutil
 
 NANOSECOND = 1e-9
 TICK_S = 1 / os.sysconf("SC_CLK_TCK")
-LONGEST_LOOK_S = 2.0  # what a look counts as idle at the most: we slept, or had no processor ourselves, in what is more
+LONGEST_LOOK_S = 2.0  # what a look counts as idle at most: we slept, or had no processor ourselves, in what is more
 FULL = 0.9  # of the time since the last look: a thread that ran so much leaves nothing to look for in others
 DISK_SHARE = 0.1  # of waiting for a disk that counts as idle: a file server may take minutes, but not for ever
 RUNNABLE, DISK, STOPPED, TRACED = "R", "D", "T", "t"  # proc(5), /proc/pid/stat, state

@@ -59,6 +59,6 @@ class DiffReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag=
     after: Annotated[str, Meta(description="The second variant, as it was given.")]
     differences: list[TriedDifference]
     pictures: ComparedPictures
-    redrawn: Annotated[
+    resampled: Annotated[
         bool, Meta(description="Whether what is sampled at random for each picture differs: noise and back plates.")
     ]

@@ -58,7 +58,7 @@ class OpenableScene:
     """A scene as people open it in a renderer's own program.
 
     scene: with its lights as they are · effort, seed: of the render that the program is to make · behind: (H, W, 3)
-    float32, W/m2/sr, of the whole frame, what lies behind the bodies; None where that is black · camera_path: the
+    float32, W/m2/sr, of the whole frame, the background; None where that is black · camera_path: the
     camera's prim · exposure: the factor from radiance to the screen's white, for the eye alone · readme: a text on what
     is in the file.
     """

@@ -1,4 +1,4 @@
-"""The environment: all that lies behind the target. Units are metres in the camera frame `cam`, W/m2/sr, linear RGB."""
+"""The environment, which is the background. Units are metres in the camera frame `cam`, W/m2/sr, linear RGB."""
 
 from dataclasses import dataclass, field
 

@@ -1,7 +1,7 @@
 """Lights, in physical units: radiance in W/m2/sr, irradiance in W/m2, radiant intensity in W/sr; linear RGB.
 
 Positions and directions are in the camera frame `cam`, metres. Sources are not seen by the camera themselves, except a
-dome, which is also what lies behind everything; reflections show all of them.
+dome, which is also the background; reflections show all of them.
 """
 
 import math

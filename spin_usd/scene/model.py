@@ -73,7 +73,7 @@ class Shutter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code, and the LiDAR,
+    """Camera, bodies and their poses, lights, the background, optics and sensor at one time code, and the LiDAR,
     where there is one.
 
     bodies: targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of

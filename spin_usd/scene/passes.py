@@ -41,7 +41,7 @@ class Radiance:
 
     groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.light_groups) makes of the
     bodies; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that they cover.
-    The radiance is that of the whole pixel (premultiplied): what lies behind adds (1 - coverage) times its own. Outside
+    The radiance is that of the whole pixel (premultiplied): the background adds (1 - coverage) times its own. Outside
     the region they are nowhere.
     """
 

@@ -68,7 +68,7 @@ NEGLIGIBLE = 1e-8  # of a kernel's middle
 def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *, seed: int) -> NDArray[Any]:
     """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16.
 
-    `sky` (H, W, 3): linear radiance of what lies behind the target, None where that is black.
+    `sky` (H, W, 3): linear radiance of the background, None where that is black.
     """
     sensor = exposed(scene.sensor, radiance)
     return detect(_collected(scene, sensor, radiance, sky), sensor, seed=seed)

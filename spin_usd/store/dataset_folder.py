@@ -91,22 +91,22 @@ class Store:
             return True
         return all(self.folder.type_of(name) is NodeType.FOLDER for name in (STAGE, RECORDS))
 
-    def prepare(self, *, strange_stays: bool = False) -> None:
+    def prepare(self, *, special_files_stay: bool = False) -> None:
         """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
-        dataset, or, unless `strange_stays`, one that `refuse_strange` refuses; OutputError where it is not a folder, or
-        cannot be read."""
-        held = self.held()
+        dataset, or, unless `special_files_stay`, one that `refuse_special_files` refuses; OutputError where it is not a
+        folder, or cannot be read."""
+        held = self.contents()
         if held and DESCRIPTION not in held:  # another shard may be starting or ending just now
             for lock in filter(_is_lock, held):
                 await_token(self.root / lock)
-            held = [name for name in self.held() if name in {*held, DESCRIPTION}]
+            held = [name for name in self.contents() if name in {*held, DESCRIPTION}]
         if not held:
             return
         if DESCRIPTION not in held and not {STAGE, RECORDS} < set(held) <= {*OWN, LOCK}:
             stage = "is a stage, and a dataset's folder is expected" if ROOT_LAYER in held else None
             found = stage or f"holds {held[0]} but no {DESCRIPTION}"
             raise InputError(found, where=self.root, do="choose an empty folder")
-        self._refuse_other_types() if strange_stays else self.refuse_strange()
+        self._refuse_other_types() if special_files_stay else self.refuse_special_files()
         if DESCRIPTION in held:
             self._refuse_other_description()
 
@@ -118,7 +118,7 @@ class Store:
             do = "if it is a dataset's, run spin-usd check --repair; if not, choose another folder"
             raise InputError(e.found, where=self.root / DESCRIPTION, do=do) from e
 
-    def held(self) -> list[str]:
+    def contents(self) -> list[str]:
         """Return the names in the folder, but those of a run that goes on or was killed. Raises OutputError where there
         is something that is not a folder, or cannot be read."""
         try:
@@ -135,10 +135,10 @@ class Store:
         token = token_in(self.root / lock)
         return (lock, self.work(token).name) if token else ()
 
-    def refuse_strange(self) -> None:
+    def refuse_special_files(self) -> None:
         """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
         leads to is not the dataset's, and is neither read nor written nor removed."""
-        refuse_strange(self.folder, OWN)
+        refuse_special_files(self.folder, OWN)
         self._refuse_other_types()
 
     def _refuse_other_types(self) -> None:
@@ -176,7 +176,7 @@ class Store:
                     self.root.rmdir()
 
     @contextmanager
-    def turn(self) -> Iterator[None]:
+    def exclusively(self) -> Iterator[None]:
         """Wait for the other shards that change what all shards of the dataset share, and hold them off. Raises
         OutputError."""
         with held(self.root / TURN, stays=True):
@@ -233,13 +233,13 @@ def refuse_dataset(out: Path, dataset: Path) -> None:
         raise InputError("lies in the dataset", where=out, do="choose a folder beside it")
 
 
-def refuse_strange(folder: Folder, names: tuple[str, ...]) -> None:
+def refuse_special_files(folder: Folder, names: tuple[str, ...]) -> None:
     """Raise InputError where one of these in the folder, or something below it, is neither file nor folder."""
-    for node in folder.strange(names):
-        raise strange_error(folder, node)
+    for node in folder.special_files(names):
+        raise special_file_error(folder, node)
 
 
-def strange_error(folder: Folder, node: Node) -> InputError:
+def special_file_error(folder: Folder, node: Node) -> InputError:
     """Return the error over something in the folder that is neither file nor folder."""
     do = "put what it stands for in its place, or remove it"
     return InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)

@@ -6,8 +6,8 @@ from msgspec import convert
 
 from spin_usd.accuracy.measurement import Measurement
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.files.user_file import read_bytes
 from spin_usd.store.json_schema import valid
 
 FOLDER = "measured"

@@ -14,29 +14,29 @@ PATIENCE_S = 60
 
 
 class Watched:
-    """A running command, its page's address, and the news that it sends."""
+    """A running command, its page's address, and the states that it sends."""
 
     def __init__(self, process, address):
         self.process, self.address = process, address
-        self._stream = urllib.request.urlopen(f"{address}news", timeout=PATIENCE_S)
+        self._stream = urllib.request.urlopen(f"{address}state", timeout=PATIENCE_S)
 
-    def news(self, when):
-        """The next news for which `when` holds."""
+    def state(self, when):
+        """The next state for which `when` holds."""
         until, latest = time.monotonic() + PATIENCE_S, None
         for line in self._stream:
             assert time.monotonic() < until, f"waited in vain; the latest is {latest}"
             if line.startswith(b"data: "):
-                latest = news = json.loads(line.removeprefix(b"data: "))
-                if when(news):
-                    return news
-        raise AssertionError("the news ended")
+                latest = found = json.loads(line.removeprefix(b"data: "))
+                if when(found):
+                    return found
+        raise AssertionError("the states ended")
 
     def shown(self, light="raycast"):
-        """The next news of pictures whose image has that light."""
-        return self.news(lambda news: news["status"] == "shown" and news["light"] == light)
+        """The next state of pictures whose image has that light."""
+        return self.state(lambda state: state["status"] == "shown" and state["light"] == light)
 
     def faulty(self):
-        return self.news(lambda news: news["status"] == "faulty")
+        return self.state(lambda state: state["status"] == "faulty")
 
     def picture(self, kind):
         return urllib.request.urlopen(f"{self.address}picture/{kind}", timeout=PATIENCE_S).read()

@@ -115,7 +115,7 @@ def test_a_list_names_links_and_goes_into_none(folder: Folder) -> None:
     ]
     assert list(folder.files("a")) == ["a/b/file"]
     assert list(folder.walk("to_folder")) == list(folder.walk("none")) == []
-    assert [node.name for node in folder.strange(["a", "pipe", "none"])] == ["a/up", "pipe"]
+    assert [node.name for node in folder.special_files(["a", "pipe", "none"])] == ["a/up", "pipe"]
 
 
 def test_a_list_ends_where_folders_are_nested_too_deep(tmp_path: Path) -> None:

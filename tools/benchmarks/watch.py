@@ -63,13 +63,13 @@ def of_stage(name: str, repeats: int) -> dict[str, Any]:
 
 
 def _measured(address: str, stage: Path, repeats: int) -> dict[str, Any]:
-    with urllib.request.urlopen(f"{address}news") as stream:
-        news = _news(stream)
-        _shown(news, "blender")
-        return {kind: _edited(address, news, stage, edit, repeats) for kind, edit in EDITS.items()}
+    with urllib.request.urlopen(f"{address}state") as stream:
+        states = _states(stream)
+        _shown(states, "blender")
+        return {kind: _edited(address, states, stage, edit, repeats) for kind, edit in EDITS.items()}
 
 
-def _edited(address: str, news: Iterator[Any], stage: Path, edit: Edit, repeats: int) -> dict[str, float]:
+def _edited(address: str, states: Iterator[Any], stage: Path, edit: Edit, repeats: int) -> dict[str, float]:
     taken: dict[str, list[float]] = {"raycast": [], "blender": []}
     for number in range(repeats):
         file, text = edit(stage, number + 1)
@@ -78,21 +78,21 @@ def _edited(address: str, news: Iterator[Any], stage: Path, edit: Edit, repeats:
         began = time.monotonic()
         os.replace(beside, file)
         for light, seconds in taken.items():
-            _shown(news, light)
+            _shown(states, light)
             urllib.request.urlopen(f"{address}picture/image").read()
             seconds.append(time.monotonic() - began)
     return {"preview": median(taken["raycast"]), "blender": median(taken["blender"])}
 
 
-def _news(stream: Any) -> Iterator[Any]:
+def _states(stream: Any) -> Iterator[Any]:
     for line in stream:
         if line.startswith(b"data: "):
             yield json.loads(line.removeprefix(b"data: "))
 
 
-def _shown(news: Iterator[Any], light: str) -> None:
+def _shown(states: Iterator[Any], light: str) -> None:
     """Wait for an image by that renderer."""
-    for each in news:
+    for each in states:
         assert each["status"] != "faulty", each["message"]
         if each["status"] == "shown" and each["light"] == light:
             return

@@ -89,7 +89,7 @@ def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source:
 def _refuse_replacing(layers: Path, name: str) -> None:
     """Raise InputError where the augmentations `name` in the folder `layers`, or the layer beside them that refers to
     them, are not all as an earlier run wrote them: a new run replaces them whole."""
-    for node in Folder(layers).strange((name, f"{name}.usda")):
+    for node in Folder(layers).special_files((name, f"{name}.usda")):
         raise InputError(f"is a {node.type}, and would be replaced", where=layers / node.name, do="move it elsewhere")
     layer = _layer_of(layers / name)
     for file in changed(layers / name, beside=[layer.name, name]):  # the latter where it is a file

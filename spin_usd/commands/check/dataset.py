@@ -9,8 +9,8 @@ from typing import Any
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.commands.check.provenance import RENDER_AGAIN, provenance_findings
+from spin_usd.commands.check.special_files import special_file_finding
 from spin_usd.commands.check.stage import StageAnswer, stage_call
-from spin_usd.commands.check.strange import strange_finding
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
@@ -44,7 +44,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
 
 def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
     store, nodes = Store(root=root), list(Folder(root).walk())
-    yield from (strange_finding(node) for node in nodes if node.type in STRANGE)
+    yield from (special_file_finding(node) for node in nodes if node.type in STRANGE)
     present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
     inventory = Inventory(root=root, description=None, present=present)
     try:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from spin_usd.commands.check.strange import strange_finding
+from spin_usd.commands.check.special_files import special_file_finding
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
@@ -27,7 +27,7 @@ def digest_findings(root: Path, name: str, sha256: str) -> Iterator[Finding]:
 
 def _unread(folder: Folder, name: str, reason: str) -> Finding:
     if node := folder.in_the_way(name):
-        return strange_finding(node)
+        return special_file_finding(node)
     match folder.type_of(name):
         case None:
             message = f"the file is missing; {MAKE_AGAIN}"

@@ -6,7 +6,7 @@ from typing import Any
 
 from spin_usd.commands.check.digests import digest_findings
 from spin_usd.commands.check.inventory import Inventory
-from spin_usd.commands.check.strange import LINK, SPECIAL
+from spin_usd.commands.check.special_files import LINK, SPECIAL
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.names import STAGE
 from spin_usd.store.stage_layers import layers_of

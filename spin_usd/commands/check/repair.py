@@ -28,7 +28,7 @@ from spin_usd.progress import Note, Progress, no_note
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
-from spin_usd.store.dataset_folder import LOCK, OWN, Store, strange_error
+from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error
 from spin_usd.store.file_digests import has_list, sums, unlisted
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, picture_of, record_of
@@ -66,7 +66,7 @@ class _Repair:
     def __init__(self, store: Store, progress: Progress, note: Note) -> None:
         self.store, self.progress, self.note = store, progress, note
         self.records = valid_records(store)
-        self.strange = list(store.folder.strange(OWN))
+        self.strange = list(store.folder.special_files(OWN))
         self.repaired: list[str] = []
         self.unrepaired: list[str] = []
 
@@ -100,8 +100,8 @@ class _Repair:
         """Raise InputError where a link is in the way, or it is not sure that the folder is a dataset's alone."""
         for node in self.strange:
             if node.name.partition("/")[0] in (DESCRIPTION, STAGE):
-                raise strange_error(self.store.folder, node)
-        strange = sorted(set(self.store.held()) - {*OWN, LOCK})
+                raise special_file_error(self.store.folder, node)
+        strange = sorted(set(self.store.contents()) - {*OWN, LOCK})
         if strange:
             raise InputError(f"cannot be written again beside {strange[0]}", do="move that elsewhere")
         if not self.records:
@@ -138,7 +138,7 @@ class _Repair:
             if node := obstacle(name, self.strange):
                 left[node].append(name)
         for node, pictures in left.items():
-            self.unrepaired.append(f"{', '.join(pictures)}: {strange_error(self.store.folder, node)}")
+            self.unrepaired.append(f"{', '.join(pictures)}: {special_file_error(self.store.folder, node)}")
         return names - {name for pictures in left.values() for name in pictures}
 
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:

@@ -108,12 +108,12 @@ def _summary(answer: "DiffReport") -> Iterator[str]:
 def _cost(answer: "DiffReport") -> str:
     pictures = answer.pictures
     labels, renders, images = pictures.geometry, pictures.radiance, pictures.exposure
-    if not images and not answer.redrawn:
+    if not images and not answer.resampled:
         return "nothing differs in any picture"
     if not images:
         return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
     if not renders:
-        developed = pluralise(pictures.compared if answer.redrawn else images, "image")
+        developed = pluralise(pictures.compared if answer.resampled else images, "image")
         return f"nothing is rendered again: {developed} developed from the same renders"
     again = f"{renders} of {pluralise(pictures.compared, 'picture')} rendered again"
     return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

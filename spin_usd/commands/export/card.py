@@ -16,7 +16,7 @@ from spin_usd.store.contact_sheet import draw_contact_sheet, spread
 
 CARD, SHEET = "README.md", "contact_sheet.jpg"
 SHOWN = 8  # pictures on the contact sheet
-CAMERAS = 20  # at the most that are listed
+CAMERAS = 20  # at most that are listed
 PIXELS = (
     "Here (0, 0) is the corner of the image, so the first pixel's centre is (0.5, 0.5). Functions that put (0, 0) at "
     "the first pixel's centre need cx - 0.5 and cy - 0.5."

@@ -123,7 +123,7 @@ def blaming_records(dataset: Path) -> Iterator[None]:
 
 def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
     """Raise InputError where the folder holds anything but what is `described`, begun or finished. Write nothing."""
-    held = Store(root=out).held()
+    held = Store(root=out).contents()
     if not held:
         return
     if SELF not in held:

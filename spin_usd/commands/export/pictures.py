@@ -15,8 +15,8 @@ from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.writer import Counts, RowText, Writer
 from spin_usd.errors import SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.files.given_file import read_text
 from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.files.user_file import read_text
 from spin_usd.geometry.camera import Camera
 from spin_usd.nesting import parsed_json
 from spin_usd.processes.ask_child import unreadable

@@ -147,8 +147,8 @@ class Panel:
 
     def _state_html(self) -> str:
         session = self._session
-        said = f"<b style='color:#d1242f'>{escape(session.said.text)}</b>" if session.said.refused else ""
-        said = said or escape(session.said.text)
+        said = f"<b style='color:#d1242f'>{escape(session.status.text)}</b>" if session.status.refused else ""
+        said = said or escape(session.status.text)
         count = pluralise(len(session.keypoints.names), "keypoint")
         if session.unsaved:
             where = f"<b style='color:#d1242f'>NOT saved: {escape(session.unsaved)}</b>"

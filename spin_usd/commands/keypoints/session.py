@@ -24,7 +24,7 @@ State = TypeVar("State")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Said:
+class Status:
     """What the tool last said to the user, and whether it refused something."""
 
     text: str
@@ -49,7 +49,7 @@ class Session:
         self.pick: Pick | None = None
         self.selected: str | None = keypoints.names[0] if keypoints.names else None
         self.suggested: Float = NONE.points
-        self.said = Said(text="Click on the target to pick a point.")
+        self.status = Status(text="Click on the target to pick a point.")
         self.saved_in = where
         self.unsaved: str | None = None
         self.on_change: Callable[[], None] = lambda: None
@@ -72,7 +72,7 @@ class Session:
             try:
                 self._do(action)
             except Exception as defect:
-                self.said = Said(text=f"an internal error: {defect}", refused=True)
+                self.status = Status(text=f"an internal error: {defect}", refused=True)
                 raise
             finally:
                 self.on_change()
@@ -181,9 +181,9 @@ class Session:
         before = self.keypoints
         try:
             text = action()
-            self.said = self.said if text is None else Said(text=text)
+            self.status = self.status if text is None else Status(text=text)
         except SpinError as refused:
-            self.said = Said(text=str(refused), refused=True)
+            self.status = Status(text=str(refused), refused=True)
         if self.keypoints is not before:
             with suppress(SpinError):
                 self.save()

@@ -33,7 +33,7 @@ NOISE_PICTURES = 4  # with the detector's noise, each with its own seed
 class DevelopedReference:
     """The reference after the detector.
 
-    scene: exposed as the reference asks · sky: what lies behind · image (H, W) or (H, W, 3): without noise or rounding,
+    scene: exposed as the reference asks · sky: the background · image (H, W) or (H, W, 3): without noise or rounding,
     digital numbers · variance: of the image, over the target's pixels, by the reference's own error · noise: root mean
     square of the detector's own noise and rounding there.
     """

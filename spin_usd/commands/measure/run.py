@@ -40,7 +40,7 @@ from spin_usd.processes.open_renderer import require_renderer
 from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
 from spin_usd.store.atomic import write_atomically, write_text
-from spin_usd.store.dataset_folder import Lease, Store, refuse_strange
+from spin_usd.store.dataset_folder import Lease, Store, refuse_special_files
 from spin_usd.store.measurement_file import FILE, folder_of, read_measurement
 from spin_usd.store.stage_path import existing_stage
 
@@ -140,8 +140,8 @@ def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) 
 def _prepare(folder: Path) -> None:
     """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
     else, or not a measurement, OutputError where it is not a folder."""
-    held = Store(root=folder).held()
-    refuse_strange(Folder(folder), OURS)
+    held = Store(root=folder).contents()
+    refuse_special_files(Folder(folder), OURS)
     own = held and Folder(folder).type_of(f"{RUNS}/{render_file(SUBJECT)}") is NodeType.FILE
     runs = (name for name in Folder(folder).files(RUNS) if not is_render_file(name.removeprefix(f"{RUNS}/")))
     strays = [*(name for name in held if not own or name not in OURS), *runs]

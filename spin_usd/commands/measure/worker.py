@@ -125,7 +125,7 @@ class MeasuringWorker:
     ) -> dict[str, Any]:
         """Return what the runs of the settings say of the picture: its "frame" and its "figures", as JSON.
 
-        `seed`: the dataset's, for what lies behind the target; `capped`: the reference ended before it was good enough.
+        `seed`: the dataset's, for the background; `capped`: the reference ended before it was good enough.
         """
         picture = self._picture(index, reference)
         image = picture.developed(seed)

@@ -38,7 +38,7 @@ def read_dataset(root: Path) -> MergedDataset:
         raise InputError(
             f"is not a dataset: it has no {DESCRIPTION}", where=root, do="give a folder of spin-usd render"
         )
-    store.refuse_strange()
+    store.refuse_special_files()
     refuse_changed_stage(store, "is not as spin-usd wrote it", do="restore it, or render that shard again")
     try:
         return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from spin_usd.commands.plan.report import PlanReport
     from spin_usd.planning.variant_table import VariantRow, VariantTable
 
-NAMED = 6  # variants at the most that are named
+NAMED = 6  # variants at most that are named
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 

@@ -137,7 +137,7 @@ class DatasetRun:
         """Put the stage, whose root layer is `root` then, and dataset.json into the folder, and return how many
         pictures of another stage were removed from it."""
         store, work = self._store, self._lease.work
-        with postponed(), store.turn():
+        with postponed(), store.exclusively():
             if not self._own:
                 refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=self._copied)
             if manifest:
@@ -185,11 +185,11 @@ class DatasetRun:
                 if stop.number is not None:
                     listener.stopped()
             if report.made:
-                with self._store.turn():
+                with self._store.exclusively():
                     write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
 
     def _workers(self, tasks: int) -> tuple[int, int]:
-        """Return how many workers there are at the most, and how many processors these share: in a cluster each has
+        """Return how many workers there are at most, and how many processors these share: in a cluster each has
         its own."""
         if self._destination.cluster:
             count = min(self._options.workers or MAX_WORKERS, tasks)

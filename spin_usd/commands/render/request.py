@@ -29,7 +29,7 @@ def plan(
     question = PlanRequest(
         request=request,
         devices=request.devices(),
-        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.offered, *had)),
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.if_lidar, *had)),
         copy_to=copy_to,
         explain=explain,
     )
@@ -38,7 +38,7 @@ def plan(
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
-    what is offered where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none, and for one
+    what is if_lidar where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none, and for one
     that cannot hold so many targets."""
     _refuse_targets(request, len(plan.description["targets"]))
     has_lidar, clouds = plan.description["lidar"], [kind for kind in request.kinds if kind in CLOUD_LABELS]
@@ -47,8 +47,8 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
         raise InputError(f"has no LiDAR, which the label {clouds[0]} needs", where=request.stage, do=do)
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
     more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
-    offered = request.offered if has_lidar else ()
-    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *offered))
+    if_lidar = request.if_lidar if has_lidar else ()
+    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *if_lidar))
 
 
 def _refuse_targets(request: RenderRequest, count: int) -> None:

@@ -66,7 +66,7 @@ def render_dataset(
         raise InputError(f"is a URL, where {option} is not possible", where=out, do=do)
     with opened(out, options.cluster) as destination:
         store = destination.store
-        store.prepare(strange_stays=only is not None)  # a repair leaves it where it is
+        store.prepare(special_files_stay=only is not None)  # a repair leaves it where it is
         with store.locked(shard.name if shard else None) as lease:
             report = DatasetRun(destination, lease, request, options, shard, only, progress, note).complete()
             if not report.failed and shard is None and not destination.mirror:  # others may be using the cache

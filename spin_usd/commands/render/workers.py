@@ -24,7 +24,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import StopRequest
 from spin_usd.store.dataset_folder import Lease
 
-MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at most; 300-400 MB is usual
 WORKER_MODULE = "spin_usd.commands.render.worker"  # named as text: it loads USD
 HULL_MODULE = "scipy.spatial"  # for the hull of every target; it takes a third of a second to load
 USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together

@@ -73,7 +73,7 @@ def reproduce_picture(dataset: Path, frame: str, *, variant: str = NOMINAL, devi
     if device is not None:
         refuse_unknown_device(device)
     store = Store(root=dataset.absolute())
-    store.refuse_strange()
+    store.refuse_special_files()
     Dataset(dataset).require(frame, variant)
     record = read_json(store.folder, record_of(variant, frame), "record-1")
     recorded = recorded_settings(record)

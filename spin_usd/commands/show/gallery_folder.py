@@ -17,7 +17,7 @@ from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.records.descriptions import GalleryDescription
 from spin_usd.resources import PACKAGE
 from spin_usd.store.atomic import write_atomically, write_json
-from spin_usd.store.dataset_folder import Store, refuse_strange
+from spin_usd.store.dataset_folder import Store, refuse_special_files
 from spin_usd.store.json_schema import read_json
 
 SCHEMA = "gallery-1"
@@ -28,12 +28,12 @@ PAGE_FOLDER = PACKAGE / "commands" / "show" / "page"
 def refuse_other(out: Path) -> None:
     """Raise InputError where the folder holds anything but a gallery, begun or finished, or a link in it. Write
     nothing."""
-    held = Store(root=out).held()
+    held = Store(root=out).contents()
     if held and SELF not in held:
         raise InputError(f"holds {held[0]} but no {SELF}", where=out, do="choose an empty folder")
     if held:
         read_json(Folder(out), SELF, SCHEMA)
-        refuse_strange(Folder(out), (PAGE, INDEX, SELF, PROGRAM, *BY_KEY))
+        refuse_special_files(Folder(out), (PAGE, INDEX, SELF, PROGRAM, *BY_KEY))
 
 
 class GalleryFolder:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from spin_usd import __version__
 from spin_usd.commands.show.data_file import KEY_LENGTH, DataFile
 from spin_usd.commands.show.gallery_folder import GalleryFolder
-from spin_usd.commands.show.survey import SurveyedPicture
+from spin_usd.commands.show.read_records import ReadPicture
 from spin_usd.commands.show.values.columns import Column
 from spin_usd.commands.show.values.measures import described
 from spin_usd.labels.table import PIXEL_LABELS
@@ -21,7 +21,7 @@ Arrays = dict[str, NDArray[Any]]
 DIGEST = re.compile("[0-9a-f]{64}")
 
 
-def pictures_of(pictures: Sequence[SurveyedPicture]) -> tuple[Header, Arrays]:
+def pictures_of(pictures: Sequence[ReadPicture]) -> tuple[Header, Arrays]:
     """Return the pictures in order: the numbers of frame and variant of each, and the key of its image."""
     frames = list(dict.fromkeys(picture.frame for picture in pictures))
     variants = list(dict.fromkeys(picture.variant for picture in pictures))

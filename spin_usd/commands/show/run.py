@@ -12,8 +12,8 @@ from spin_usd.commands.show.gallery_folder import GalleryFolder, refuse_other
 from spin_usd.commands.show.index import Arrays, Header, columns_of, described_dataset, measures_of, pictures_of
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys
+from spin_usd.commands.show.read_records import ReadPicture, read_records
 from spin_usd.commands.show.report import GalleryReport
-from spin_usd.commands.show.survey import SurveyedPicture, survey
 from spin_usd.commands.show.values.columns import Columns
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.geometry.lens import invertible_radius
@@ -45,12 +45,12 @@ def show(options: ShowOptions) -> GalleryReport:
     with Store(root=options.page_folder).locked() as lease:
         folder = GalleryFolder(options.page_folder, lease.work)
         folder.describe(Path(options.dataset))
-        pictures, header, arrays = _survey(dataset, options, folder, progress)
-        missing = lacking(pictures, folder.present)
-        of_files = written(pictures, missing, options, lease.work, progress=progress)
+        pictures, header, arrays = _read_all(dataset, options, folder, progress)
+        missing = missing_files(pictures, folder.present)
+        of_files = write_files(pictures, missing, options, lease.work, progress=progress)
         faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
         if beside:
-            others, numbers = _survey_beside(beside, options, progress)
+            others, numbers = _read_beside(beside, options, progress)
             header, arrays = header | {"beside": others}, arrays | numbers
         header |= {"given": str(options.dataset), "faults": faults}
         folder.write_page(DataFile(header, arrays))
@@ -73,12 +73,12 @@ def _opened(path: Path) -> Dataset:
     return dataset
 
 
-def _survey(
+def _read_all(
     dataset: Dataset, request: ShowOptions, folder: GalleryFolder, progress: Progress
-) -> tuple[list[SurveyedPicture], Header, Arrays]:
+) -> tuple[list[ReadPicture], Header, Arrays]:
     """Read all records and write them and their columns; return the pictures, and the index as far as it is known."""
     pictures, columns, shelf, kinds = [], Columns(), RecordFiles(folder), dict[str, None]()
-    for picture in survey(dataset, request, what="reading: record", progress=progress):
+    for picture in read_records(dataset, request, what="reading: record", progress=progress):
         columns.add(picture.values)
         shelf.add(picture)
         kinds |= dict.fromkeys(picture.keys.kinds)
@@ -93,10 +93,10 @@ def _survey(
     return pictures, header, arrays | numbers
 
 
-def _survey_beside(dataset: Dataset, request: ShowOptions, progress: Progress) -> tuple[Header, Arrays]:
+def _read_beside(dataset: Dataset, request: ShowOptions, progress: Progress) -> tuple[Header, Arrays]:
     """Read the records of the dataset beside; return its measures."""
     columns = Columns()
-    for picture in survey(dataset, request, what="reading: record beside", progress=progress):
+    for picture in read_records(dataset, request, what="reading: record beside", progress=progress):
         columns.add(picture.values)
     measures, arrays = measures_of(dataset, dict(columns.columns()), prefix="beside ")
     return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays
@@ -109,7 +109,7 @@ class RecordFiles:
         self.files: list[str] = []
         self._folder, self._held = folder, list[dict[str, Any]]()
 
-    def add(self, picture: SurveyedPicture) -> None:
+    def add(self, picture: ReadPicture) -> None:
         """Add the next picture."""
         self._held.append(_described(picture, picture.picture) if picture.picture else {})
         if len(self._held) == PER_FILE:
@@ -122,15 +122,15 @@ class RecordFiles:
             self._held = []
 
 
-def _described(surveyed: SurveyedPicture, picture: Picture) -> dict[str, Any]:
+def _described(read: ReadPicture, picture: Picture) -> dict[str, Any]:
     """Return what the page shows of the picture: its record, its files, and up to which radius its lens is one to
     one; None for an endless one."""
     radius = invertible_radius(picture.camera.distortion)
     limit = radius if radius < float("inf") else None
-    return {"record": picture.record, "lens_limit": limit, "files": surveyed.keys.names}
+    return {"record": picture.record, "lens_limit": limit, "files": read.keys.names}
 
 
-def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int, PictureKeys]:
+def missing_files(pictures: Sequence[ReadPicture], present: set[str]) -> dict[int, PictureKeys]:
     """Return the keys of the files that are not `present`, by the place of the picture that they are made of. Where
     pictures share a file, it is made of the first."""
     begun, found = set(present), {}
@@ -142,8 +142,8 @@ def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int,
     return found
 
 
-def written(
-    pictures: Sequence[SurveyedPicture],
+def write_files(
+    pictures: Sequence[ReadPicture],
     missing: Mapping[int, PictureKeys],
     request: ShowOptions,
     work: Path,
@@ -168,7 +168,7 @@ def written(
     return faults
 
 
-def _call(picture: SurveyedPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> Call:
+def _call(picture: ReadPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> Call:
     arguments = {
         "dataset": str(request.dataset),
         "frame": picture.frame,

@@ -15,8 +15,8 @@ from spin_usd.commands.watch.file_states import FileStates, states_of
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.arrays.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
@@ -43,7 +43,7 @@ MAX_LAYERS = 1000  # that are watched of a stage of which nobody can say what it
 
 class Viewer:
     """A viewer that lives in a child process. What an edit leaves as it was is kept: decoded images, the same targets,
-    what lies behind them; so what renderers made of these stays too."""
+    what is behind them; so what renderers made of these stays too."""
 
     def __init__(self, *, renderer: str, effort: Mapping[str, Any]) -> None:
         self._caster = EmbreeCaster()
@@ -113,7 +113,7 @@ class Viewer:
         return develop(scene, radiance, self._sky(scene, sampled), seed=sampled)
 
     def _sky(self, scene: Scene, seed: int) -> NDArray[Any] | None:
-        """Return what lies behind; that of the view before where lights, surroundings and camera are the same."""
+        """Return the background; that of the view before where lights, surroundings and camera are the same."""
         key = key_of([scene.lights, scene.environment, scene.camera, seed])
         if key != self._behind[0]:
             self._behind = key, sky(scene, seed=seed)

@@ -7,8 +7,8 @@ from threading import Condition, Thread
 from types import TracebackType
 from typing import Any, Self
 
-from spin_usd.commands.watch.board import Board
 from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
+from spin_usd.commands.watch.state import SharedState
 from spin_usd.commands.watch.viewer_child import ViewerChild
 from spin_usd.errors import SpinError
 from spin_usd.picture.make_picture import IMAGE
@@ -17,10 +17,10 @@ from spin_usd.processes.child_limits import RENDER_PATIENCE_S
 
 
 class LightRender:
-    """Renders the picture that was last asked for, and posts it on the board."""
+    """Renders the picture that was last asked for, and posts it to the shared state."""
 
-    def __init__(self, request: WatchRequest, board: Board, tell: Callable[[str], None]) -> None:
-        self._request, self._board, self._tell = request, board, tell
+    def __init__(self, request: WatchRequest, shared: SharedState, tell: Callable[[str], None]) -> None:
+        self._request, self._shared, self._tell = request, shared, tell
         self._child = ViewerChild(request.renderer, request.effort)
         self._changed = Condition()
         self._wanted: tuple[WatchedPicture, float] | None = None
@@ -67,7 +67,7 @@ class LightRender:
             self._render_all()
         except Exception as defect:
             self._defect = defect
-            self._board.post(rendering=False)
+            self._shared.post(rendering=False)
 
     def _render_all(self) -> None:
         while (wanted := self._next()) is not None:
@@ -97,9 +97,9 @@ class LightRender:
 
     def _post(self, answer: dict[str, Any], seconds: float) -> None:
         if "fault" in answer:
-            self._board.post(rendering=False, notes=(f"{self._request.renderer}: {answer['fault']}",))
+            self._shared.post(rendering=False, notes=(f"{self._request.renderer}: {answer['fault']}",))
             self._tell(f"{self._request.renderer}: {answer['fault']}")
             return
         image = b64decode(answer["pictures"][IMAGE])
-        self._board.post(rendering=False, light=self._request.renderer, seconds=seconds, pictures={IMAGE: image})
+        self._shared.post(rendering=False, light=self._request.renderer, seconds=seconds, pictures={IMAGE: image})
         self._tell(f"{answer['frame']}: the picture by {self._request.renderer} after {seconds:.2f} s")

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.browser.own_page import LOCAL, cannot_listen, is_own
-from spin_usd.commands.watch.board import Board
 from spin_usd.commands.watch.request import WatchedPicture
+from spin_usd.commands.watch.state import SharedState
 from spin_usd.files.folder import Folder
 from spin_usd.nesting import finite_json
 
@@ -35,11 +35,11 @@ MAX_CHOICE_BYTES = 4096
 
 
 @contextmanager
-def page_server(board: Board, port: int) -> Iterator[str]:
-    """Serve what is on the board until the block ends, and give the page's address. Raises InputError where the port
+def page_server(shared: SharedState, port: int) -> Iterator[str]:
+    """Serve the shared state until the block ends, and give the page's address. Raises InputError where the port
     cannot be had."""
     try:
-        server = PageServer(board, port)
+        server = PageServer(shared, port)
     except (OSError, OverflowError) as error:
         raise cannot_listen(LOCAL, port, error) from None
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.1}, name="page server")
@@ -53,13 +53,13 @@ def page_server(board: Board, port: int) -> Iterator[str]:
 
 
 class PageServer(ThreadingHTTPServer):
-    """A server with a board; each connection has a thread, which does not keep the program."""
+    """A server of the shared state; each connection has a thread, which does not keep the program."""
 
     daemon_threads = True
     block_on_close = False
 
-    def __init__(self, board: Board, port: int) -> None:
-        self.board = board
+    def __init__(self, shared: SharedState, port: int) -> None:
+        self.shared = shared
         super().__init__((LOCAL, port), PageHandler)
 
     def handle_error(self, request: object, client_address: object) -> None:
@@ -67,7 +67,7 @@ class PageServer(ThreadingHTTPServer):
 
 
 class PageHandler(BaseHTTPRequestHandler):
-    """Answers the page: its files, its news as server-sent events, pictures, and its choice of a picture."""
+    """Answers the page: its files, its state as server-sent events, pictures, and its choice of a picture."""
 
     server: PageServer
     timeout = QUIET_S
@@ -80,9 +80,9 @@ class PageHandler(BaseHTTPRequestHandler):
         elif path in PAGES:
             name, kind = PAGES[path]
             self._answer(HTTPStatus.OK, PAGE.read(name, MAX_PAGE_BYTES), kind)
-        elif path == "/news":
-            self._send_news()
-        elif path.startswith("/picture/") and (png := self.server.board.picture(path.removeprefix("/picture/"))):
+        elif path == "/state":
+            self._send_state()
+        elif path.startswith("/picture/") and (png := self.server.shared.picture(path.removeprefix("/picture/"))):
             self._answer(HTTPStatus.OK, png, "image/png")
         else:
             self._answer(HTTPStatus.NOT_FOUND, b"There is nothing here.\n")
@@ -92,7 +92,7 @@ class PageHandler(BaseHTTPRequestHandler):
         if choice is None:
             self._answer(HTTPStatus.FORBIDDEN, b"This cannot be chosen.\n")
         else:
-            self.server.board.choose(choice)
+            self.server.shared.choose(choice)
             self._answer(HTTPStatus.OK, b"")
 
     def log_message(self, format: str, *_: Any) -> None:
@@ -113,13 +113,13 @@ class PageHandler(BaseHTTPRequestHandler):
                 return WatchedPicture(frame=given["frame"], variant=given["variant"])
         return None
 
-    def _send_news(self) -> None:
+    def _send_state(self) -> None:
         self.send_response(HTTPStatus.OK)
         self._send_headers("text/event-stream")
         version = 0
-        while not self.server.board.closed:
-            version, news = self.server.board.news_after(version, KEEP_ALIVE_S)
-            self.wfile.write(f"data: {json.dumps(news)}\n\n".encode() if news else b": still here\n\n")
+        while not self.server.shared.closed:
+            version, state = self.server.shared.state_after(version, KEEP_ALIVE_S)
+            self.wfile.write(f"data: {json.dumps(state)}\n\n".encode() if state else b": still here\n\n")
             self.wfile.flush()
 
     def _answer(self, status: HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> None:

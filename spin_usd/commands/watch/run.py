@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from spin_usd.commands.watch.board import FAULTY, READING, SHOWN, Board
 from spin_usd.commands.watch.file_states import FileStates, states_of
 from spin_usd.commands.watch.light_render import LightRender
 from spin_usd.commands.watch.page_server import page_server
 from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
+from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState
 from spin_usd.commands.watch.viewer_child import ViewerChild
 from spin_usd.errors import UnknownPictureError
 from spin_usd.processes.child import ChildInternalError
@@ -30,18 +30,18 @@ def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Calla
     InputError where the page cannot be served or the stage has no such picture, UnsupportedError without the
     renderer."""
     require_renderer(request.renderer, instead=ANOTHER_RENDERER)
-    board = Board(request.choice, on_image)
+    shared = SharedState(request.choice, on_image)
     with suppress(Stopped), ExitStack() as stack:
-        stack.callback(board.close)
-        tell(f"{stack.enter_context(page_server(board, request.options.port))}   (open it in a browser; Ctrl-C ends)")
-        follow = Follower(request, board, tell)
+        stack.callback(shared.close)
+        tell(f"{stack.enter_context(page_server(shared, request.options.port))}   (open it in a browser; Ctrl-C ends)")
+        follow = Follower(request, shared, tell)
         stack.callback(follow.close)
         if request.renderer != PREVIEW:
-            follow.light = stack.enter_context(LightRender(request, board, tell))
-        follow.show(board.choice, first=True)
+            follow.light = stack.enter_context(LightRender(request, shared, tell))
+        follow.show(shared.choice, first=True)
         while True:
             follow.wait()
-            follow.show(board.choice)
+            follow.show(shared.choice)
 
 
 class Follower:
@@ -49,8 +49,8 @@ class Follower:
 
     light: LightRender | None = None
 
-    def __init__(self, request: WatchRequest, board: Board, tell: Callable[[str], None]) -> None:
-        self._request, self._board, self._tell = request, board, tell
+    def __init__(self, request: WatchRequest, shared: SharedState, tell: Callable[[str], None]) -> None:
+        self._request, self._shared, self._tell = request, shared, tell
         self._child = ViewerChild(PREVIEW, Effort(samples=1))
         self._shown = request.choice
         self._files: FileStates = {str(request.stage.absolute()): None}
@@ -65,14 +65,14 @@ class Follower:
         edited = time.monotonic()
         if self.light is not None:
             self.light.cancel()
-        self._board.post(status=READING, rendering=False)
+        self._shared.post(status=READING, rendering=False)
         self._shown, known = choice, states_of(self._files)
         answer = self._view(choice)
         if first and answer.get("unknown"):
             raise UnknownPictureError(answer["fault"])
         if "fault" in answer:
             self._files = {**known, **answer["files"]}
-            self._board.post(status=FAULTY, message=answer["fault"])
+            self._shared.post(status=FAULTY, message=answer["fault"])
             self._tell(answer["fault"])
         else:
             self._files = answer["files"]
@@ -82,14 +82,14 @@ class Follower:
 
     def wait(self) -> None:
         """Wait for an edit or another choice; of an edit until nothing is written any more."""
-        while self._board.choice == self._shown:
+        while self._shared.choice == self._shown:
             began = time.monotonic()
             if self.light is not None:
                 self.light.raise_defect()
             if (now := states_of(self._files)) != self._files:
                 self._settle(now)
                 return
-            self._board.wait_for_choice(self._shown, max(LOOK_S, SHARE * (time.monotonic() - began)))
+            self._shared.wait_for_choice(self._shown, max(LOOK_S, SHARE * (time.monotonic() - began)))
 
     def _settle(self, now: FileStates) -> None:
         until = time.monotonic() + MAX_SETTLE_S
@@ -112,7 +112,7 @@ class Follower:
                 return {"files": {}, "fault": str(fault)}
 
     def _post(self, choice: WatchedPicture, answer: Mapping[str, Any], seconds: float) -> None:
-        self._board.post(
+        self._shared.post(
             status=SHOWN,
             message="",
             frame=answer["frame"],

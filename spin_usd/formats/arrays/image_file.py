@@ -19,9 +19,9 @@ from PIL import Image as PillowImage
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import open_file, path_of
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.files.user_file import open_file, path_of
 
 Image = NDArray[Any]
 

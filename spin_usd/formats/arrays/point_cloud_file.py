@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import open_file
 from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.files.user_file import open_file
 
 Cloud = NDArray[np.void]
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import GLTF_ENTRIES, MAX_MODEL, MAX_UNSTORED
+from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.mesh.gltf_json import JsonObject, parsed_object
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT, Compressed, decoded_view
-from spin_usd.formats.named_file import file_within
+from spin_usd.formats.referenced_file import file_within
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.scene.asset import ImageFile
 from spin_usd.scene.shape import MAX_FACES

@@ -17,7 +17,7 @@ from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL, MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
-from spin_usd.formats.named_file import file_within
+from spin_usd.formats.referenced_file import file_within
 from spin_usd.formats.text_file import MAX_LINE, lines_of
 from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material

@@ -18,9 +18,9 @@ from plyfile import PlyData, PlyElement
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
+from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import refuse_long_lines

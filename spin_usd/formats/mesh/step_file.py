@@ -5,8 +5,8 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_MODEL
+from spin_usd.files.user_file import read_bytes
 
 LINEAR, ANGULAR = 0.002, 0.2  # of edges' lengths, and radians between neighbouring faces: 32 to a circle
 INSTALL = "run pip install '.[step]' where spin_usd's source is, or convert it to GLB, as FreeCAD does"

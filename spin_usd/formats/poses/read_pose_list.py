@@ -9,8 +9,8 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_SHARD
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
 from spin_usd.formats.poses.pose_formats import POSE_FORMATS
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
@@ -18,7 +18,7 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
-ROUNDED = 1e-3  # off a norm of 1, as four decimals leave a quaternion at the most, and some that are worse
+ROUNDED = 1e-3  # off a norm of 1, as four decimals leave a quaternion at most, and some that are worse
 
 
 def read_pose_list(path: str | Path) -> PoseList:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.numbers import finite_numbers
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.faults import decoding
-from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_RECORD, MAX_SHARD
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.poses.record import pose_of_record
 from spin_usd.nesting import parsed_json

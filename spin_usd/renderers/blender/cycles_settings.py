@@ -55,7 +55,7 @@ RENDER: Mapping[str, Any] = {
     "use_overwrite": True,
     "use_placeholder": False,
     "use_file_extension": False,
-    "film_transparent": True,  # alpha is the target's coverage; what lies behind is composed later
+    "film_transparent": True,  # alpha is the target's coverage; the background is composed later
     "dither_intensity": 0.0,
     "threads_mode": "AUTO",
 }

@@ -42,7 +42,7 @@ class Keys:
 
     geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, renderer, shading,
     materials, where light comes from, depth of field, shutter, effort, seed and device; not how strong or of what
-    colour the lights are · exposure: decides the image's numbers: radiance, lights as they are, what lies behind,
+    colour the lights are · exposure: decides the image's numbers: radiance, lights as they are, the background,
     optics, sensor and seed · targets: poses, meshes and keypoints of all targets, also where no picture shows them.
     """
 

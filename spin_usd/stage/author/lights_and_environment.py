@@ -1,4 +1,4 @@
-"""Surroundings: layers of a stage's lights, and of what lies behind its target.
+"""Surroundings: layers of a stage's lights, and of its background.
 
 Those that travel with spin_usd lie in `stages/environments`; a user may give others. The default prim of a layer of
 lights is Lights, that of an environment is Environment.

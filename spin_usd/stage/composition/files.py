@@ -17,8 +17,8 @@ import numpy as np
 from pxr import Ar, Sdf
 
 from spin_usd.errors import StageError
-from spin_usd.files.given_file import open_file, read_bytes
 from spin_usd.files.model_root import root_of
+from spin_usd.files.user_file import open_file, read_bytes
 from spin_usd.resources import stages
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM

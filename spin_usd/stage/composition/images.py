@@ -21,8 +21,8 @@ from pxr import Ar, Sdf, Usd
 
 from spin_usd.arrays import digest
 from spin_usd.errors import InputError, SpinError, StageError, UnsupportedError
-from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import UNBOUNDED
+from spin_usd.files.user_file import open_file
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.texture import FileImage, Image, Tiles
 from spin_usd.sha256 import sha256_of

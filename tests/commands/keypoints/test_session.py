@@ -87,15 +87,15 @@ def test_a_click_on_a_marker_selects_it_and_one_behind_the_target_does_not(sessi
 
 def test_refusals_are_one_sentence_and_change_nothing(session) -> None:
     session.do(lambda: session.add("tip"))
-    assert session.said.refused
-    assert "click on the target first" in session.said.text
+    assert session.status.refused
+    assert "click on the target first" in session.status.text
     click(session, ABOVE + np.array([9, 0, 0]))
-    assert "met nothing" in session.said.text
+    assert "met nothing" in session.status.text
     click(session)
     session.do(lambda: session.add("tip"))
     click(session, ABOVE - [0.8, 0, 0])
     session.do(lambda: session.add("tip"))
-    assert session.said.refused
+    assert session.status.refused
     assert session.keypoints.names == ("tip",)
     assert session.pick is not None
 
@@ -184,7 +184,7 @@ def test_an_error_of_ours_is_shown_as_a_change_that_is_not_saved(session, monkey
 
     shown: list[tuple[str, str | None]] = []
     monkeypatch.setattr(session, "_save", fail)
-    monkeypatch.setattr(session, "on_change", lambda: shown.append((session.said.text, session.unsaved)))
+    monkeypatch.setattr(session, "on_change", lambda: shown.append((session.status.text, session.unsaved)))
     click(session)
     with pytest.raises(RuntimeError):
         session.do(lambda: session.add("a"))

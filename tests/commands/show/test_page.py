@@ -14,7 +14,7 @@ from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.in_child.label_file import STEP_M
 from spin_usd.commands.show.index import pictures_of
 from spin_usd.commands.show.picture_keys import PictureKeys
-from spin_usd.commands.show.survey import SurveyedPicture
+from spin_usd.commands.show.read_records import ReadPicture
 from spin_usd.commands.show.values.columns import Columns
 
 RAY_M = 1e-6  # what a point is off where the page's ray and ours differ by rounding, with float32's 6e-8 of 10 m
@@ -364,8 +364,7 @@ def test_of_sixty_thousand_pictures_a_window_of_tiles_is_there(shown, opened, tm
     folder = shutil.copytree(shown, tmp_path / "page")
     key = next((folder / "thumbnails").rglob("*.jpg")).stem
     pictures = [
-        SurveyedPicture(frame=f"img{number:06}", variant="nominal", keys=PictureKeys(image=key))
-        for number in range(60_000)
+        ReadPicture(frame=f"img{number:06}", variant="nominal", keys=PictureKeys(image=key)) for number in range(60_000)
     ]
     header, arrays = pictures_of(pictures)
     columns = Columns()

@@ -51,7 +51,7 @@ def test_a_further_edit_cancels_the_older_render(page, stage):
     save(stage, lit(400))
     page.shown("raycast")
     save(stage, lit(700))
-    assert page.news(lambda news: news["status"] == "shown")["light"] == "raycast"
+    assert page.state(lambda state: state["status"] == "shown")["light"] == "raycast"
     page.shown("blender")
     latest = page.picture("image")
     save(stage, lit(700) + "\n")

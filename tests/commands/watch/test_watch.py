@@ -6,10 +6,10 @@ import time
 import psutil
 import pytest
 
-from spin_usd.commands.watch.board import Board
 from spin_usd.commands.watch.light_render import LightRender
 from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
+from spin_usd.commands.watch.state import SharedState
 from spin_usd.scene.effort import Effort
 from tests.cases.root_layers import over_stage
 from tests.cases.watching import save, watching
@@ -96,8 +96,8 @@ def test_a_stage_that_was_deleted_comes_back(page, stage):
 def test_the_page_chooses_the_frame(page):
     before = page.picture("depth")
     assert page.choose("3") == 200
-    news = page.news(lambda news: news["status"] == "shown" and news["place"] == 3)
-    assert (news["frame"], news["frames"]) == ("img000004", FRAMES)
+    state = page.state(lambda state: state["status"] == "shown" and state["place"] == 3)
+    assert (state["frame"], state["frames"]) == ("img000004", FRAMES)
     assert page.picture("depth") != before
     page.choose("99")
     assert "0 to 7" in page.faulty()["message"]
@@ -133,14 +133,14 @@ def test_what_ends_the_render_s_thread_ends_the_command(stage):
     choice = WatchedPicture(frame="0", variant="nominal")
     options = WatchOptions(stage, frame="0", max_width=60)
     request = WatchRequest(stage=stage, options=options, renderer="raycast", effort=Effort(samples=1))
-    board = Board(choice, refuse)
-    with LightRender(request, board, lambda line: None) as light:
+    shared = SharedState(choice, refuse)
+    with LightRender(request, shared, lambda line: None) as light:
         light.raise_defect()
         light.render(choice, time.monotonic())
-        board.news_after(1, within_s=60)  # the image's is the first news
+        shared.state_after(1, within_s=60)  # the image's is the first state
         with pytest.raises(BrokenPipeError):
             light.raise_defect()
-    assert board.news_after(0, 0)[1]["rendering"] is False
+    assert shared.state_after(0, 0)[1]["rendering"] is False
 
 
 @pytest.mark.parametrize(

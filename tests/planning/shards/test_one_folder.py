@@ -69,7 +69,7 @@ def test_shards_hold_the_folder_together_and_the_last_one_leaves_it_clean(impati
     store = Store(root=tmp_path)
     with ExitStack() as first, store.locked("1-of-2") as second:
         lease = first.enter_context(store.locked("0-of-2"))
-        with store.turn():
+        with store.exclusively():
             assert {*store.shards_at_work()} == {lease.work, second.work}
         first.close()
         assert {*store.shards_at_work()} == {second.work}
@@ -82,7 +82,7 @@ def test_what_a_killed_shard_left_goes_with_the_next_whole_run(tmp_path) -> None
     code = (
         "import os, pathlib, sys; from spin_usd.store.dataset_folder import Store\n"
         "store = Store(root=pathlib.Path(sys.argv[1]))\n"
-        "with store.locked('0-of-2') as lease, store.turn():\n"
+        "with store.locked('0-of-2') as lease, store.exclusively():\n"
         "    (lease.work / 'half').write_text('x'); os.kill(os.getpid(), 9)"
     )
     subprocess.run([sys.executable, "-c", code, tmp_path])

@@ -1,4 +1,4 @@
-"""What lies behind: places, energy and light of planets, stars, domes and back plates, against formulas and sums."""
+"""The background: places, energy and light of planets, stars, domes and back plates, against formulas and sums."""
 
 from dataclasses import replace
 

@@ -418,7 +418,7 @@ def test_many_lamps_add_up(blender, plane) -> None:
 
 
 def test_lamps_do_not_hide_each_other(blender, plane) -> None:
-    """A ray of a surface that meets a lamp goes on to what lies behind: here a larger one, whose light is mostly found
+    """A ray of a surface that meets a lamp goes on to the background: here a larger one, whose light is mostly found
     that way."""
     near = read(lux("SphereLight", "float inputs:radius = 0.6", at=(0, 0, -3)))
     large = read(lux("DiskLight", "float inputs:radius = 3"))

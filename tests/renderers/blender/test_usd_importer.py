@@ -295,7 +295,7 @@ def test_the_importers_faults_are_still_there(blender, tmp_path, name) -> None:
 
 
 def test_a_clear_surface_reflects_as_the_importers_does(blender, tmp_path) -> None:
-    """Reflection and body alone: the importer refracts what passes, so it never shows what lies behind (alpha 1)."""
+    """Reflection and body alone: the importer refracts what passes, so it never shows the background (alpha 1)."""
     ours, theirs = both(blender, tmp_path, (DIFFUSE + ROUGH + "float inputs:opacity = 0.4\n", ""))
     assert difference(ours[..., :3], theirs[..., :3]) < LIKE_THE_IMPORTER
     assert theirs[..., 3].max() == 1

@@ -106,7 +106,7 @@ def test_far_target_through_a_distorted_lens(blender, make_scene, needles, speed
 
 @pytest.mark.parametrize("t", [(0, 0, 0.0), (-0.75, -0.1, 0.3), (0, 0.1, 0.7)])
 def test_camera_inside_the_bounding_box(blender, make_scene, needles, speedplus, t) -> None:
-    """In the tube, beyond the ball, before the tube: what lies behind the camera is not seen."""
+    """In the tube, beyond the ball, before the tube: what is behind the camera is not seen."""
     camera = replace(speedplus, fx=80.0, fy=80.0, distortion=(0.0,) * 5)
     scene = make_scene(*needles, camera=camera, t=t)
     assert scene.region == camera.frame

@@ -30,7 +30,7 @@ Labels = Mapping[str, NDArray[Any]]
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
     """The `quantity` that differs in so many `pixels` of a `place`, "at edges" or "elsewhere", where `allowed` may
-    differ. worst: by how much at the most, with its unit; "" for a quantity that is the same or another."""
+    differ. worst: by how much at most, with its unit; "" for a quantity that is the same or another."""
 
     quantity: str
     place: str

@@ -26,7 +26,7 @@ def compare(*, stage: str, before: str, after: str, frames: str | None, progress
     "differences" holds what `stage.diff` lists, each with its "effect": the first of the keys "geometry", "radiance",
     "exposure" that it changes by itself, "nothing", or None, as Trials.effect finds. "pictures" holds how many pictures
     both have ("compared"), in how many of them each key differs, and how many only one has ("only_before",
-    "only_after"). "redrawn" is true where the two are other augmentations: the pictures' own seeds, which the keys
+    "only_after"). "resampled" is true where the two are other augmentations: the pictures' own seeds, which the keys
     leave out, then differ, and so do noise and back plates.
     """
     selections = Selection.parse(before), Selection.parse(after)
@@ -57,9 +57,9 @@ def compare(*, stage: str, before: str, after: str, frames: str | None, progress
         listed.append(TriedDifference(**asdict(each), effect=trials.effect(each)))
     if found:
         progress("trying alone: difference", len(found), len(found))
-    redrawn = selections[0].variant != selections[1].variant
+    resampled = selections[0].variant != selections[1].variant
     counts = ComparedPictures(**pictures)
-    report = DiffReport(before=before, after=after, differences=listed, pictures=counts, redrawn=redrawn)
+    report = DiffReport(before=before, after=after, differences=listed, pictures=counts, resampled=resampled)
     answer: dict[str, Any] = to_builtins(report)
     return answer
 

@@ -29,7 +29,7 @@ function filled(made, properties, children) {
     return made;
 }
 
-/** Return the number for people: as many digits as tell it from its neighbours, six at the most. */
+/** Return the number for people: as many digits as tell it from its neighbours, six at most. */
 function shown(value, digits = 6) {
     if (typeof value !== "number" || Number.isNaN(value)) return "–";
     if (Number.isInteger(value)) return String(value);

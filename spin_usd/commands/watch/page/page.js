@@ -1,42 +1,42 @@
-// The page of `spin-usd watch`: it shows the news that the server sends, and sends back what is to be shown.
+// The page of `spin-usd watch`: it shows the state that the server sends, and sends back what is to be shown.
 
 const LIGHTS = { raycast: "preview (raycast)", blender: "Blender" };
 const element = (id) => document.getElementById(id);
-let news = null;
+let state = null;
 
-const stream = new EventSource("news");
+const stream = new EventSource("state");
 stream.onmessage = (message) => show(JSON.parse(message.data));
 stream.onerror = () => say("spin-usd watch has ended, or cannot be reached; start it again", true);
 
 function show(latest) {
-  news = latest;
+  state = latest;
   showPictures();
-  element("name").textContent = news.frame ? `${news.frame} of ${news.variant}` : "spin-usd watch";
-  document.title = news.frame ? `${news.frame} · spin-usd watch` : "spin-usd watch";
-  element("frames").textContent = news.frames ? `of 0 to ${news.frames - 1}` : "";
-  element("light").textContent = news.light ? light() : "";
+  element("name").textContent = state.frame ? `${state.frame} of ${state.variant}` : "spin-usd watch";
+  document.title = state.frame ? `${state.frame} · spin-usd watch` : "spin-usd watch";
+  element("frames").textContent = state.frames ? `of 0 to ${state.frames - 1}` : "";
+  element("light").textContent = state.light ? light() : "";
   element("status").textContent = status();
-  say(news.message, news.status === "faulty");
-  document.body.classList.toggle("stale", news.status === "faulty");
+  say(state.message, state.status === "faulty");
+  document.body.classList.toggle("stale", state.status === "faulty");
   showChoice();
-  element("notes").replaceChildren(...news.notes.map((note) => item(note)));
+  element("notes").replaceChildren(...state.notes.map((note) => item(note)));
 }
 
 function showPictures() {
-  for (const [kind, version] of Object.entries(news.pictures)) {
+  for (const [kind, version] of Object.entries(state.pictures)) {
     const picture = element(kind), source = `picture/${kind}?${version}`;
     if (picture && picture.getAttribute("src") !== source) picture.src = source;
   }
 }
 
 function light() {
-  const by = LIGHTS[news.light] ?? news.light;
-  return news.rendering ? `${by}; Blender is at work on its own …` : by;
+  const by = LIGHTS[state.light] ?? state.light;
+  return state.rendering ? `${by}; Blender is at work on its own …` : by;
 }
 
 function status() {
-  if (news.status === "reading") return "reading …";
-  return news.status === "shown" ? `in ${news.seconds.toFixed(2)} s` : "the last good picture";
+  if (state.status === "reading") return "reading …";
+  return state.status === "shown" ? `in ${state.seconds.toFixed(2)} s` : "the last good picture";
 }
 
 function say(text, isFault) {
@@ -45,14 +45,14 @@ function say(text, isFault) {
 }
 
 function showChoice() {
-  if (news.status !== "shown") return;
+  if (state.status !== "shown") return;
   const variant = element("variant");
-  if (variant.options.length !== news.variants.length || news.variants.some((name, i) => variant.options[i].value !== name)) {
-    variant.replaceChildren(...news.variants.map((name) => new Option(name, name)));
+  if (variant.options.length !== state.variants.length || state.variants.some((name, i) => variant.options[i].value !== name)) {
+    variant.replaceChildren(...state.variants.map((name) => new Option(name, name)));
   }
-  variant.value = news.variant;
-  element("place").max = Math.max(news.frames - 1, 0);
-  if (document.activeElement !== element("place")) element("place").value = news.place;
+  variant.value = state.variant;
+  element("place").max = Math.max(state.frames - 1, 0);
+  if (document.activeElement !== element("place")) element("place").value = state.place;
 }
 
 function item(text) {
@@ -62,10 +62,10 @@ function item(text) {
 }
 
 function choose(place) {
-  if (!news || !news.frames) return;
-  const inside = Math.min(Math.max(Number(place) || 0, 0), news.frames - 1);
+  if (!state || !state.frames) return;
+  const inside = Math.min(Math.max(Number(place) || 0, 0), state.frames - 1);
   element("place").value = inside;
-  const choice = { frame: String(inside), variant: element("variant").value || news.variant };
+  const choice = { frame: String(inside), variant: element("variant").value || state.variant };
   fetch("choice", { method: "POST", body: JSON.stringify(choice) });
 }
 

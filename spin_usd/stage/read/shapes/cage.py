@@ -133,11 +133,11 @@ def inherited(parent: Cage, child: Cage) -> Float:
     # Numbers ascend, so the old end of a half edge comes first and its middle second.
     half = (child.edges[:, 0] < n) & (child.edges[:, 1] >= n) & (child.edges[:, 1] < n + e)
     sharpness = child.edge_sharpness.copy()
-    sharpness[half] = np.maximum(sharpness[half], worn(parent.edge_sharpness)[child.edges[half, 1] - n])
+    sharpness[half] = np.maximum(sharpness[half], sharpness_after_step(parent.edge_sharpness)[child.edges[half, 1] - n])
     return sharpness
 
 
-def worn(sharpness: Float) -> Float:
+def sharpness_after_step(sharpness: Float) -> Float:
     """Return the sharpness after one step: one less, unless it is infinite."""
     return np.where(sharpness >= INFINITE, sharpness, np.maximum(sharpness - 1, 0))
 

@@ -16,8 +16,8 @@ from spin_usd.stage.read.shapes.cage import (
     inherited,
     neighbour_sum,
     previous_corner,
+    sharpness_after_step,
     sums,
-    worn,
 )
 from spin_usd.stage.read.shapes.triangles import Int
 
@@ -39,7 +39,7 @@ def refine(c: Cage) -> Cage:
         np.full(len(quads), 4),
         quads.reshape(-1),
         {},
-        np.concatenate([worn(c.point_sharpness), np.zeros(len(edges) + len(c.counts))]),
+        np.concatenate([sharpness_after_step(c.point_sharpness), np.zeros(len(edges) + len(c.counts))]),
     )
     return replace(refined, source=c.source[faces], edge_sharpness=inherited(c, refined))
 

@@ -17,8 +17,8 @@ from spin_usd.stage.read.shapes.cage import (
     neighbour_sum,
     next_corner,
     previous_corner,
+    sharpness_after_step,
     sums,
-    worn,
 )
 
 
@@ -36,7 +36,7 @@ def refine(c: Cage) -> Cage:
         np.full(4 * len(c.counts), 3),
         triangles.reshape(-1),
         {},
-        np.concatenate([worn(c.point_sharpness), np.zeros(len(c.edges))]),
+        np.concatenate([sharpness_after_step(c.point_sharpness), np.zeros(len(c.edges))]),
     )
     return replace(refined, source=np.repeat(c.source, 4), edge_sharpness=inherited(c, refined))
 

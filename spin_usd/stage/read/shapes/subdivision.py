@@ -52,8 +52,8 @@ def subdivided(
     c = cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
     mode = str(read(mesh.GetFaceVaryingLinearInterpolationAttr(), time))
     cages = [primvar_cage(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
-    worn = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
-    for _ in range(max(LEVELS, int(max(worn)))):
+    sharpest = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
+    for _ in range(max(LEVELS, int(max(sharpest)))):
         c = scheme.refine(all_sharp(c) if bilinear else c)
         cages = [each.refined() for each in cages]
     limit = c.points if bilinear else scheme.limit(c)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from spin_usd.files.given_file import names_in
+from spin_usd.files.user_file import names_in
 
 
 def file_within(folder: Path, beside: Path, named: str) -> Path | None:

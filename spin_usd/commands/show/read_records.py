@@ -19,7 +19,7 @@ UNREADABLE = (AttributeError, IndexError, KeyError, OverflowError, RecursionErro
 
 
 @dataclass(frozen=True, kw_only=True)
-class SurveyedPicture:
+class ReadPicture:
     """What a page says of a picture. picture: None where its record is damaged · values: by the names of columns ·
     fault: what is wrong with the record, "" else."""
 
@@ -41,15 +41,15 @@ class SurveyedPicture:
         return self.fault or "; ".join(dict.fromkeys(filter(None, own)))
 
 
-def survey(dataset: Dataset, request: ShowOptions, *, what: str, progress: Progress) -> Iterator[SurveyedPicture]:
+def read_records(dataset: Dataset, request: ShowOptions, *, what: str, progress: Progress) -> Iterator[ReadPicture]:
     """Yield every picture of the dataset in order, and report progress as `what`."""
     for done, (frame, variant) in enumerate(dataset.names):
         progress(what, done, len(dataset))
         try:
-            yield _surveyed(dataset.picture(frame, variant), frame, variant, request)
+            yield _read_picture(dataset.picture(frame, variant), frame, variant, request)
         except UNREADABLE as fault:
             found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({_words(fault)})"
-            yield SurveyedPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")
+            yield ReadPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")
     progress(what, len(dataset), len(dataset))
 
 
@@ -57,7 +57,7 @@ def _words(fault: Exception) -> str:
     return f"it lacks {fault}" if isinstance(fault, KeyError) else str(fault)
 
 
-def _surveyed(picture: Picture, frame: str, variant: str, request: ShowOptions) -> SurveyedPicture:
+def _read_picture(picture: Picture, frame: str, variant: str, request: ShowOptions) -> ReadPicture:
     """Return what is known of the picture that has this frame and variant by its record's name. Raises one of
     UNREADABLE, which InputError is too."""
     if (picture.frame, picture.variant) != (frame, variant):
@@ -65,7 +65,7 @@ def _surveyed(picture: Picture, frame: str, variant: str, request: ShowOptions) 
     if not FRAME_NAME.fullmatch(frame):
         raise InputError("has a name that no frame can have")
     filtered = {name: value for name, value in picture.record.items() if name not in NOT_FILTERED_BY}
-    return SurveyedPicture(
+    return ReadPicture(
         frame=frame,
         variant=variant,
         picture=picture,

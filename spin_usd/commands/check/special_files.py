@@ -7,7 +7,7 @@ from spin_usd.store.dataset_folder import LOCK, OWN
 LINK, SPECIAL = "link", "special"
 
 
-def strange_finding(node: Node) -> Finding:
+def special_file_finding(node: Node) -> Finding:
     """Return a finding on a node that is neither file nor folder: a render refuses it where the dataset's own should
     be."""
     severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING

@@ -12,7 +12,7 @@ READING, SHOWN, FAULTY = "reading", "shown", "faulty"
 
 
 @dataclass(frozen=True, kw_only=True)
-class News:
+class State:
     """What is known at one time. status: READING after an edit, SHOWN, or FAULTY, and then `message` says why, while
     the last good pictures stay · light: what made the image, a renderer's name · rendering: whether another renderer is
     at work on it · pictures: by kind, when each was made; other numbers are other pictures · seconds: how long that
@@ -32,14 +32,14 @@ class News:
     seconds: float = 0.0
 
 
-class Board:
-    """The news, the pictures and the choice of what to show, for several threads."""
+class SharedState:
+    """The state, the pictures and the choice of what to show, for several threads."""
 
     def __init__(self, choice: WatchedPicture, on_image: Callable[[bytes], None] = lambda png: None) -> None:
         """`on_image` is called with each new image (PNG), in the thread that posts it."""
         self._on_image = on_image
         self._changed = Condition()
-        self._news, self._version = News(), 0
+        self._state, self._version = State(), 0
         self._pictures: dict[str, bytes] = {}
         self._choice, self._closed = choice, False
 
@@ -65,24 +65,24 @@ class Board:
         with self._changed:
             self._changed.wait_for(lambda: self._choice != other_than or self._closed, timeout=within_s)
 
-    def post(self, *, pictures: dict[str, bytes] | None = None, **news: Any) -> None:
-        """Post news by the names of News, and pictures (PNG) by their kinds."""
+    def post(self, *, pictures: dict[str, bytes] | None = None, **state: Any) -> None:
+        """Post state by the names of State, and pictures (PNG) by their kinds."""
         with self._changed:
             self._version += 1
-            made = dict(self._news.pictures) | dict.fromkeys(pictures or {}, self._version)
+            made = dict(self._state.pictures) | dict.fromkeys(pictures or {}, self._version)
             self._pictures |= pictures or {}
-            self._news = replace(self._news, **news, pictures=tuple(made.items()))
+            self._state = replace(self._state, **state, pictures=tuple(made.items()))
             self._changed.notify_all()
         if pictures and IMAGE in pictures:
             self._on_image(pictures[IMAGE])
 
-    def news_after(self, version: int, within_s: float) -> tuple[int, dict[str, Any] | None]:
-        """Wait for news later than `version`; return theirs and what they are as JSON, None where none came."""
+    def state_after(self, version: int, within_s: float) -> tuple[int, dict[str, Any] | None]:
+        """Wait for state later than `version`; return theirs and what they are as JSON, None where none came."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > version or self._closed, timeout=within_s)
             if self._version <= version:
                 return version, None
-            return self._version, {**asdict(self._news), "pictures": dict(self._news.pictures)}
+            return self._version, {**asdict(self._state), "pictures": dict(self._state.pictures)}
 
     def picture(self, kind: str) -> bytes | None:
         """Return the last picture of that kind (PNG)."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.files.given_file import open_file, path_of, read_bytes, read_text
+from spin_usd.files.user_file import open_file, path_of, read_bytes, read_text
 from spin_usd.formats.arrays.image_file import read_image
 from spin_usd.formats.arrays.point_cloud_file import read_point_cloud
 from spin_usd.formats.camera_file import read_camera_file
