@@ -46,7 +46,7 @@ def found(tmp_path_factory):
     return Figures()
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("name", MEASURED)
 def test_each_says_on_what_machine_it_was_run(name, found) -> None:
     machine = found[name]["machine"]
@@ -54,7 +54,7 @@ def test_each_says_on_what_machine_it_was_run(name, found) -> None:
     assert set(machine) == {"architecture", "cores", "memory_gib", "system", "versions"}
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_makers_of_the_same_pictures_are_held_against_the_cropped_script(found) -> None:
     """Picture by picture, every ratio is that of its processor seconds to the script's."""
     figures, makers = found["frames"], found["frames"]["makers"]
@@ -70,7 +70,7 @@ def test_makers_of_the_same_pictures_are_held_against_the_cropped_script(found) 
         assert maker["total_cpu_over_script"] == pytest.approx(sum(seconds) / sum(script), abs=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_growth_is_a_line_through_the_seconds(found) -> None:
     """Of two numbers of pictures it goes through both."""
     (sweep,) = found["growth"]["sweeps"].values()
@@ -80,13 +80,13 @@ def test_growth_is_a_line_through_the_seconds(found) -> None:
         assert row["cpu_s"]["median"] == pytest.approx(line, rel=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_plans_are_of_pictures_variants_and_prims(found) -> None:
     cases = [(row["frames"], row["variants"], row["prims"]) for row in found["plan"]["cases"]]
     assert cases == [(8, 1, 0), (8, 2, 0), (8, 1, 100)]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_predictions_are_held_against_what_was_taken(found) -> None:
     (case,) = found["predict"]["cases"]
     assert case["predicted_over_taken"] == pytest.approx(case["predicted_s"] / case["taken_s"]["median"], rel=0.02)
@@ -94,7 +94,7 @@ def test_predictions_are_held_against_what_was_taken(found) -> None:
     assert 0 < case["work_s"]["median"] < case["taken_s"]["median"]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_every_label_has_its_cost(found) -> None:
     """Of one picture each, they are less than all together."""
     figures = found["labels"]
@@ -102,7 +102,7 @@ def test_every_label_has_its_cost(found) -> None:
     assert sum(each["least"] for each in figures["seconds"].values()) <= figures["in_all"]["least"] + 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_error_of_glints_is_their_noise_and_bias(found) -> None:
     """Of an effort that differs from the reference in its samples: all of the target's light is there."""
     figures = found["glints"]
@@ -142,6 +142,6 @@ class TestEqualError:
         assert off == pytest.approx(0.1 / 2**0.5 / weight, rel=0.03)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_every_kind_of_edit_is_timed(found) -> None:
     assert set(found["watch"]["stages"]["matt"]) == {"pose", "light", "material", "lens"}

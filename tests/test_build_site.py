@@ -39,13 +39,13 @@ def site(tmp_path_factory):
     return out
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_every_document_is_a_page(site) -> None:
     for document in (REPOSITORY / "docs").rglob("*.md"):
         assert (site / document.relative_to(REPOSITORY)).with_suffix(".html").is_file(), document
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("page", OFFERED)
 def test_the_reference_has_all_that_the_code_offers(site, page) -> None:
     text = re.sub(r"<[^>]*>", "", (site / "docs" / "reference" / f"{page}.html").read_text())

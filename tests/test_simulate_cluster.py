@@ -16,7 +16,7 @@ def simulated(stage, *options):
     return json.loads(done.stdout)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_each_frame_stands_for_as_many_as_were_left_out(small_stage) -> None:
     found = simulated(small_stage, "--every", 2, "--shards", 2, 4, "--machines", 2, "--spread", 0, 0)
     assert (found["pictures"], found["renders"]) == (8, 8)

@@ -29,6 +29,7 @@ def gprims(stage: Usd.Stage) -> list[Usd.Prim]:
     return [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points)]
 
 
+@pytest.mark.campaign
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
     subprocess.run([sys.executable, REPOSITORY / "tools" / "build_stand_ins", tmp_path], check=True)
     for name in SIZES:

@@ -87,6 +87,7 @@ def triangles_of(mesh: UsdGeom.Mesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(points_of(mesh).astype(float), indices[corner_triangles(mesh)], process=False)
 
 
+@pytest.mark.campaign
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
     subprocess.run([sys.executable, REPOSITORY / "tools" / "build_tango", tmp_path], check=True)
     written, committed = (
