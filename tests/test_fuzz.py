@@ -2,57 +2,53 @@
 
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 
 from tests.conftest import REPOSITORY
 
-
-@pytest.fixture
-def fuzzing(monkeypatch):
-    """Its modules, which lie beside the tool."""
-    monkeypatch.syspath_prepend(REPOSITORY / "tools")
+sys.path.insert(0, str(REPOSITORY / "tools"))
+from fuzz import Sandbox, Verdict, attempt, verdict_of
+from fuzz_inputs import SUBJECTS, make_seeds, mutate
 
 
 @pytest.fixture
-def sandbox(fuzzing, tmp_path):
-    from fuzzing.sandbox import Sandbox
-
-    (tmp_path / "seeds").mkdir()
-    (tmp_path / "seeds" / "texture.png").write_bytes(b"png")
-    return Sandbox(tmp_path / "sandbox", tmp_path / "seeds")
+def sandbox(tmp_path):
+    return Sandbox(tmp_path / "sandbox")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="files that are only read are seen by inotify")
 def test_what_is_only_read_outside_is_an_escape(sandbox) -> None:
     sandbox.begin()
     (sandbox.outside / "secret.json").read_text()
-    sandbox.end()
-    assert "opened: outside/secret.json" in sandbox.escapes()
+    assert list(sandbox.faults()) == [(Verdict.ESCAPE, "read: outside/secret.json")]
 
 
-def test_what_is_deleted_or_made_outside_is_an_escape(sandbox) -> None:
+def test_what_is_changed_deleted_or_made_outside_is_an_escape(sandbox) -> None:
     sandbox.begin()
-    (sandbox.outside / "run.tmp-1").unlink()
+    (sandbox.outside / "secret.json").unlink()
+    (sandbox.outside / "secret.mtl").write_text("mine")
     (sandbox.outside / "new").touch()
-    sandbox.end()
-    assert {"changed: outside/run.tmp-1", "changed: outside/new"} <= set(sandbox.escapes())
+    said = {f"{what}: outside/{name}" for what, name in (("changed", "secret.json"), ("changed", "secret.mtl"))}
+    assert set(sandbox.faults()) == {(Verdict.ESCAPE, each) for each in (*said, "made: outside/new")}
 
 
 def test_what_the_user_had_and_what_stays_behind_are_losses(sandbox) -> None:
-    sandbox.write("ds/thesis.txt", "precious")
-    sandbox.write("ds/record.json", "{}")
+    (sandbox.work / "ds").mkdir()
+    for name in ("poses.json", "ds/record.json"):
+        (sandbox.work / name).write_text("{}")
     sandbox.begin()
-    sandbox.write("ds/record.json", "[]")
-    sandbox.write("ds/thesis.txt", "gone")
-    sandbox.write(".out.123", "")
-    sandbox.end()
-    assert sandbox.losses(("ds",)) == ["lost: work/ds/thesis.txt", "left: work/.out.123"]
-    assert sandbox.escapes() == []
+    (sandbox.work / "poses.json").unlink()
+    (sandbox.work / "ds" / "record.json").write_text("[]")
+    (sandbox.work / "ds" / "thesis.txt").write_text("gone")
+    (sandbox.work / ".out.123").touch()
+    (sandbox.folder / "tmp" / "left").touch()
+    said = ["lost: work/ds/thesis.txt", "lost: work/poses.json", "left: tmp/left", "left: work/.out.123"]
+    assert list(sandbox.faults()) == [(Verdict.LOSS, each) for each in said]
 
 
 @pytest.mark.parametrize(
-    ("code", "err", "verdict"),
+    ("code", "said", "verdict"),
     [
         (0, "", "fine"),
         (1, "", "findings"),
@@ -64,59 +60,31 @@ def test_what_the_user_had_and_what_stays_behind_are_losses(sandbox) -> None:
         (2, "spin-usd: \x1b[31mred", "escapes"),
     ],
 )
-def test_each_end_of_a_command_has_its_verdict(fuzzing, code, err, verdict) -> None:
-    from fuzzing.attempt import verdict_of
-    from fuzzing.running.ended import Ended, call
-
-    assert verdict_of(call("check", "x"), Ended(code=code, out="", err=err, seconds=0)) == verdict
+def test_each_end_of_a_command_has_its_verdict(code, said, verdict) -> None:
+    assert verdict_of(code, said) == verdict
 
 
-def test_the_corpus_has_its_classes_and_each_input_its_own_name(fuzzing) -> None:
-    from fuzzing.corpus.corpus import corpus
-
-    titles = [trial.title for trial in corpus()]
-    assert len(titles) == len(set(titles)) >= 300
-    assert {title.partition("/")[0] for title in titles} == {
-        *("paths", "links", "special files", "cycles", "bombs", "numbers", "indices", "counts", "nesting", "names"),
-        *("encodings", "limits", "signals"),
-    }
-
-
-def test_a_campaign_goes_on_where_its_log_ends(fuzzing, tmp_path) -> None:
-    """And tries again what failed; a part of a line, which a kill leaves, is no line."""
-    from fuzzing.log import Log
-    from fuzzing.trial import Outcome, Trial, Verdict
-
-    file = tmp_path / "log"
-    log = Log(file, seed=3)
-    for name, verdict in (("1", Verdict.REFUSED), ("2", Verdict.HANG), ("3", Verdict.HANG), ("3", Verdict.FINE)):
-        trial = Trial(kind="usda", name=name, prepare=lambda sandbox: [])
-        log.add(trial, Outcome(verdict=verdict, commands=(), why="", seconds=1))
-    whole = file.read_text()
-    file.write_text(whole + whole[:40])
-    results = Log(file, seed=3).results()
-    assert [results.held(f"usda/{name}") for name in range(1, 5)] == [True, False, True, False]
-    assert results.by_kind == {"usda": {Verdict.REFUSED: 1, Verdict.HANG: 1, Verdict.FINE: 1}}
-    with pytest.raises(SystemExit, match="seed 3"):
-        Log(file, seed=4)
-
-
-@pytest.mark.slow
-def test_every_good_file_is_accepted_before_it_is_mutated(fuzzing, tmp_path, monkeypatch) -> None:
+@pytest.mark.campaign
+@pytest.mark.timeout(600)
+def test_every_good_file_is_accepted_and_the_same_chance_gives_the_same_mutant(tmp_path, monkeypatch) -> None:
     """Else its mutants would be refused for another reason than what was done to them."""
-    from fuzzing.campaign import Campaign
-    from fuzzing.mutation import mutants
-    from fuzzing.mutation.subjects import SUBJECTS
-    from fuzzing.trial import Verdict
+    seeds = tmp_path / "seeds"
+    seeds.mkdir()
+    make_seeds(seeds)
+    for subject in SUBJECTS:
+        made = []
+        for folder in (tmp_path / "a" / subject.name, tmp_path / "b" / subject.name):
+            folder.mkdir(parents=True)
+            mutate(subject, seeds, folder, "1")
+            made.append({p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()})
+        assert made[0] == made[1]
+    monkeypatch.setattr("fuzz.mutate", partial(mutate, change=lambda data, rng: data))
+    monkeypatch.setenv("SPIN_USD_IN_PROCESS", "1")
+    outcomes = [attempt(subject, seeds, 0, 0, None) for subject in SUBJECTS]
+    assert [each for each in outcomes if each.verdict not in (Verdict.FINE, Verdict.FINDINGS)] == []
 
-    monkeypatch.setattr(mutants, "_changed", lambda source, rng: source.read_bytes())
-    campaign = Campaign(tmp_path, keep=None, seed=0, workers=1)
-    campaign.try_all(mutants.mutant(subject, 0, number) for subject in SUBJECTS for number in range(3))
-    seen = {kind: set(verdicts) for kind, verdicts in campaign.results.by_kind.items()}
-    assert {kind: found for kind, found in seen.items() if not found <= {Verdict.FINE, Verdict.FINDINGS}} == {}
 
-
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.timeout(600)
 def test_a_short_run_finds_nothing(tmp_path) -> None:
     command = [sys.executable, REPOSITORY / "tools" / "fuzz.py", "--minutes", "0.5", "--keep", tmp_path]
