@@ -41,6 +41,7 @@ ONLY_IN = {
     "subprocess": ("commands", "processes"),
     "tempfile": (
         "commands",
+        "exchange/layout/body_models.py",
         "processes",
         "store",
         "files/new_file.py",
@@ -54,6 +55,7 @@ CHILD_SIDE = ("stage", "renderers/blender")
 # Who may read or write files and folders.
 FILES_IN = (
     "files",
+    "exchange",
     "formats",
     "stage",
     "commands",
@@ -100,9 +102,9 @@ MAY_OPEN = {
     "formats/arrays/point_cloud_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,
-    "formats/poses/webdataset.py": "reads from an open file",
-    "formats/poses/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
-    "formats/poses/record.py": "looks for the records in a folder that the user names; `files` opens them",
+    "exchange/webdataset_poses.py": "reads from an open file",
+    "exchange/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
+    "exchange/record_poses.py": "looks for the records in a folder that the user names; `files` opens them",
     "stage/author/from_usd.py": MADE,
     "stage/author/from_mesh_file.py": MADE,
     "stage/usd/layer_file.py": MADE,
@@ -112,9 +114,10 @@ MAY_OPEN = {
     "stage/augment/write_augmentations.py": "lists those files",
     "renderers/blender/camera.py": WORK,
     "renderers/blender/passes.py": WORK,
-    "commands/export/bop/scenes.py": MADE,
-    "commands/export/layout/index_file.py": MADE,
-    "commands/export/models": WORK,
+    "exchange/layout/bop_scenes.py": MADE,
+    "exchange/layout/index_file.py": MADE,
+    "exchange/layout/body_models.py": WORK,
+    "exchange/layout/save_models.py": WORK,
     "commands/export/writer.py": WORK,
     "commands/keypoints": WORK,
     "commands/measure/run.py": MADE,
@@ -174,7 +177,7 @@ NOT_IN_DECODING = {
     "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",
     "stage/composition/images.py": "OpenImageIO says what is wrong, and raises nothing",
     "renderers/blender/passes.py": "reads what Blender has just written for us",
-    "commands/export/models/body_models.py": "reads what our own child process has just written",
+    "exchange/layout/body_models.py": "reads what our own child process has just written",
     "commands/keypoints/shown_target.py": "reads what our own child process has just written",
 }
 JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")

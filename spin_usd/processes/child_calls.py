@@ -33,7 +33,7 @@ CALLS: Mapping[str, str] = {
     "measure": "spin_usd.commands.measure.worker:MeasuringWorker.do",
     "export": "spin_usd.commands.export.in_child:export",
     "export_pictures": "spin_usd.commands.export.pictures:PictureMakers.make",
-    "save_models": "spin_usd.commands.export.models.in_child:save_models",
+    "save_models": "spin_usd.exchange.layout.save_models:save_models",
     "save_target": "spin_usd.commands.keypoints.in_child:save_target",
     "read_keypoints": "spin_usd.commands.keypoints.in_child:read_keypoints",
     "picture_part": "spin_usd.commands.keypoints.in_child:picture_part",

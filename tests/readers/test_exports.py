@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spin_usd.store.dataset import Dataset
-from tests.commands.export.conftest import blank, clone
+from tests.exchange.conftest import blank, clone
 
 PICTURES = 3
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision

@@ -9,10 +9,10 @@ from spin_usd.commands.author.additions import Additions
 from spin_usd.commands.author.camera import USD_SUFFIXES, open_camera
 from spin_usd.commands.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
+from spin_usd.exchange.read_pose_list import pose_files
 from spin_usd.faults import reading
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
-from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.lights_and_environment import open_surroundings

@@ -16,12 +16,12 @@ from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.commands.author.spec import open_spec
 from spin_usd.commands.author.views import ComposedTarget, look_notes, read_composed_target
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
+from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
-from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress

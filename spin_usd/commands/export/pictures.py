@@ -6,14 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from spin_usd.commands.export.formats.table import format_named
-from spin_usd.commands.export.layout.exported_dataset import Entry, ExportedDataset
-from spin_usd.commands.export.layout.index_file import IndexFile, csv_table
-from spin_usd.commands.export.layout.layout import Layout
-from spin_usd.commands.export.layout.output import IndexRow
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.writer import Counts, RowText, Writer
 from spin_usd.errors import SpinError
+from spin_usd.exchange.export_formats import format_named
+from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
+from spin_usd.exchange.layout.index_file import IndexFile, csv_table
+from spin_usd.exchange.layout.layout import Layout
+from spin_usd.exchange.layout.output import IndexRow
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text

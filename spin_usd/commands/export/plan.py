@@ -11,14 +11,14 @@ from typing import Any
 
 from spin_usd import __version__
 from spin_usd.arrays import digest
-from spin_usd.commands.export.formats.table import format_named
-from spin_usd.commands.export.layout.exported_dataset import Entry, ExportedDataset
-from spin_usd.commands.export.layout.exported_picture import ExportedPicture
-from spin_usd.commands.export.layout.layout import ExportFormat, Layout
-from spin_usd.commands.export.layout.survey import Survey
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.selection import poses_of, selected
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.exchange.export_formats import format_named
+from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.survey import Survey
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
 from spin_usd.scene.target import MAX_PARTS

@@ -13,7 +13,7 @@ from spin_usd.commands.author.in_child import author_sample
 from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
 from spin_usd.commands.author.spec import open_spec
 from spin_usd.errors import InputError
-from spin_usd.formats.poses.read_pose_list import read_pose_list
+from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.poses import FRAME_NAME, repeated_name

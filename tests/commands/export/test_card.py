@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 
 from spin_usd.commands.export.card import BANDS, SECTORS, views
-from tests.commands.export.conftest import clone, write_export
+from tests.exchange.conftest import clone, write_export
 
 QUARTER = [0.5**0.5, 0.5**0.5, 0.0, 0.0]  # a quarter turn about x
 

@@ -12,7 +12,7 @@ import pytest
 
 import spin_usd
 from spin_usd.errors import InputError, OutputError, UnsupportedError
-from tests.commands.export.conftest import PLAIN, blank, clone, contents, write_export
+from tests.exchange.conftest import PLAIN, blank, clone, contents, write_export
 
 MANY = 60
 
@@ -92,7 +92,7 @@ def test_a_killed_export_goes_on_to_the_same_bytes(many, tmp_path) -> None:
     write_export(many, "speedplus", tmp_path / "whole")
     out = tmp_path / "killed"
     code = (
-        "import sys; from pathlib import Path; from tests.commands.export.conftest import write_export; "
+        "import sys; from pathlib import Path; from tests.exchange.conftest import write_export; "
         "write_export(Path(sys.argv[1]), 'speedplus', Path(sys.argv[2]))"
     )
     with subprocess.Popen([sys.executable, "-c", code, many, out]) as process:

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from scipy.spatial.transform import Rotation, Slerp
 
 from spin_usd.arrays import Float
-from spin_usd.formats.poses.read_pose_list import read_pose_list
+from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer, target_in_world

@@ -1,0 +1,152 @@
+"""BOP: scenes of images, depth and masks with the poses of all bodies, and the bodies' models, in millimetres.
+
+Source: the description of the format in bop_toolkit (docs/bop_datasets_format.md).
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from spin_usd.arrays import Float
+from spin_usd.exchange.layout.body_models import body_models
+from spin_usd.exchange.layout.bop_entries import camera_matrix, pose_entry, visibility_entry
+from spin_usd.exchange.layout.bop_limits import amodal_known, depth_fits, depth_scale
+from spin_usd.exchange.layout.bop_scenes import (
+    POSES_TO_CAMERA,
+    RECTIFIED,
+    RECTIFY,
+    RECTIFY_IT,
+    RECTIFYING,
+    YES,
+    as_exported,
+    depth_file,
+    image_file,
+    image_number,
+    mask_file,
+    model_files,
+    scene_indexes,
+    scene_number,
+    scene_rows,
+)
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.limits import bodies_told_apart, undistorted
+from spin_usd.exchange.layout.output import ExportFile, IndexRow, MadeFile, Output
+from spin_usd.geometry.bounds import in_front
+from spin_usd.store.pictured_target import PicturedTarget
+
+DEPTH = "depth"
+SPLITS = {"train": "train", "validation": "val", "test": "test"}
+INDEXES = ("scene_camera", "scene_gt", "scene_gt_info")
+TARGETS = "test_targets_bop19.json"
+SEEN = 0.1  # of a body must be visible for BOP's challenge to ask for its pose
+FIRST_CENTRE = 0.0  # where the first pixel has its centre, as in OpenCV
+CONVENTIONS = (
+    "Lengths are millimetres: poses, models and their boxes and diameters. A depth image times its depth_scale is "
+    "millimetres along the camera's axis; 0 is nothing.",
+    POSES_TO_CAMERA,
+    "cam_K, and cx and cy in camera.json, are in pixels whose centres are at whole numbers: half a pixel less than in "
+    "the dataset.",
+    "Boxes are x, y, width and height, these being the greatest pixel less the least, as bop_toolkit counts them; "
+    "bbox_obj is that of the whole silhouette's pixels, out of the frame too. Where nothing is visible they are "
+    "-1 -1 -1 -1.",
+    "bop_toolkit's OpenGL renderers count (cx, cy) from the first pixel's corner: give them cx + 0.5 and cy + 0.5. Its "
+    "other programs read K as it is.",
+    "A scene is a variant in a split, and an image has the number of its place in the stage. mask is the silhouette as "
+    "if nothing else were there, mask_visib what is seen of it.",
+    "The diameter is the largest distance between two points of the model; no symmetries are given.",
+)
+
+
+def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
+    picture = as_exported(dataset, original)
+    scene = _scene(dataset, picture.split, picture.variant)
+    colour = picture.picture.files["image"].channels > 1
+    yield image_file(picture, f"{scene}/{'rgb' if colour else 'gray'}")
+    scale = depth_scale(dataset)
+    if dataset.options[DEPTH] == YES:
+        yield depth_file(picture, f"{scene}/depth", scale)
+    poses, seen = [], []
+    for place, target in enumerate(picture.targets):
+        visible, amodal = picture.mask(target.id), picture.amodal_mask(target.id)
+        yield mask_file(picture, f"{scene}/mask", place, amodal)
+        yield mask_file(picture, f"{scene}/mask_visib", place, visible)
+        poses.append(pose_entry(target.id, target.q_cam_body, target.t_cam_body))
+        outline = _outline(dataset, picture, target)
+        fraction = target.visible_fraction
+        seen.append(visibility_entry(visible=visible, amodal=amodal, fraction=fraction, outline=outline))
+    camera = {"cam_K": camera_matrix(picture.camera, first_centre=FIRST_CENTRE), "depth_scale": scale}
+    yield from scene_rows(picture, scene, dict(zip(INDEXES, (camera, poses, seen), strict=True)))
+    if picture.split == SPLITS["test"]:
+        yield from _asked_for(dataset, picture, seen)
+
+
+def _asked_for(dataset: ExportedDataset, picture: ExportedPicture, seen: list[dict[str, Any]]) -> Iterator[Output]:
+    """Yield the entries of the list of bodies whose poses are asked for in a test."""
+    place = {"im_id": image_number(picture), "scene_id": scene_number(dataset, picture.variant)}
+    for target, visibility in zip(picture.targets, seen, strict=True):
+        if visibility["visib_fract"] >= SEEN:
+            yield IndexRow(path=TARGETS, value={**place, "obj_id": target.id, "inst_count": 1})
+
+
+def _outline(dataset: ExportedDataset, picture: ExportedPicture, target: PicturedTarget) -> Float:
+    """Return pixels (N, 2), whose centres are at whole numbers and a half, of points around the target's silhouette."""
+    hull = body_models(dataset)[target.id].hull
+    points = hull @ target.T_cam_body[:3, :3].T + target.T_cam_body[:3, 3]
+    return picture.camera.project(in_front(points))
+
+
+def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
+    return f"{split}/{scene_number(dataset, variant):06d}"
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    asked_for = {TARGETS: json_list()} if SPLITS["test"] in dataset.splits else {}
+    return scene_indexes(dataset, _scene, INDEXES) | asked_for
+
+
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
+    camera = dataset.cameras[0]
+    shift = FIRST_CENTRE - 0.5
+    said = {
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx + shift,
+        "cy": camera.cy + shift,
+        "depth_scale": depth_scale(dataset),
+    }
+    yield MadeFile(path="camera.json", write=write_json_file(said))
+    yield from model_files(dataset)
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    rectify, depth = options[RECTIFY] == YES, options[DEPTH] == YES
+    return Layout(
+        needs=("image", "segmentation", *(["depth"] if depth else [])),
+        conventions=CONVENTIONS + (RECTIFIED if rectify else ()),
+        files=_files,
+        shared=_shared,
+        indexes=_indexes,
+        limits=(
+            bodies_told_apart,
+            amodal_known,
+            *(() if rectify else (undistorted(RECTIFY_IT),)),
+            *((depth_fits,) if depth else ()),
+        ),
+        splits=SPLITS,
+        several=True,
+    )
+
+
+BOP = ExportFormat(
+    name="bop",
+    holds="scenes of images, depth, masks and poses, with models",
+    layout=_layout,
+    options=(
+        RECTIFYING,
+        FormatOption(name=DEPTH, meaning="whether depth is exported", default=YES, choices=(YES, "no")),
+    ),
+)

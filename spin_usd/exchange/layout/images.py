@@ -1,0 +1,80 @@
+"""Images and masks in the forms that formats take: linked where the dataset has that form, else made."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.output import LinkedFile, MadeFile
+from spin_usd.formats.arrays.image_file import JPEG_QUALITY, write_image
+
+LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers
+GREY = "grey = 0.2126 R + 0.7152 G + 0.0722 B of the encoded numbers"
+JPEG = f"JPEG of quality {JPEG_QUALITY}, without chroma subsampling"
+GREY_JPEG = f"Images are grey, 8 bits, {JPEG} ({GREY}); those of a dataset that has them so are as they are."
+VISIBLE = 255
+
+
+def grey_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
+    """Return the image in 8-bit grey at `path`, whose ending says whether as .jpg or .png."""
+    if _is_grey(picture) and picture.linkable("image", Path(path).suffix):
+        return LinkedFile(path=path, source=picture.file("image"))
+    return MadeFile(path=path, write=partial(_write_grey, picture))
+
+
+def any_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
+    """Return the image in 8 bits, grey or in colour as it is, at `path`, whose ending says whether as .jpg or .png."""
+    if picture.linkable("image", Path(path).suffix) and picture.picture.files["image"].dtype == "uint8":
+        return LinkedFile(path=path, source=picture.file("image"))
+    return MadeFile(path=path, write=partial(_write_eight, picture))
+
+
+def own_suffix(picture: ExportedPicture) -> str:
+    """Return the ending for which `any_image` makes no image that loses what the dataset's has: .jpg or .png."""
+    return ".jpg" if picture.linkable("image", ".jpg") else ".png"
+
+
+def mask_image(picture: ExportedPicture, path: str) -> MadeFile:
+    """Return the mask of the target at `path`, a grey PNG: 255 where it is visible, else 0."""
+    return MadeFile(path=path, write=partial(_write_mask, picture))
+
+
+def part_image(picture: ExportedPicture, path: str) -> MadeFile:
+    """Return the part ids at `path`, a grey 8-bit PNG; the format's limits say that they fit."""
+    return MadeFile(path=path, write=partial(_write_parts, picture))
+
+
+def grey(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return (H, W): an image of 8 or 16 bits, in colour or not, in 8-bit grey."""
+    light = eight_bits(image)
+    return light if light.ndim == 2 else np.rint(light @ np.array(LUMA)).astype(np.uint8)
+
+
+def eight_bits(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return the image in 8 bits: of 16, the upper ones."""
+    return (image >> 8 if image.dtype == np.uint16 else image).astype(np.uint8)
+
+
+def _is_grey(picture: ExportedPicture) -> bool:
+    file = picture.picture.files["image"]
+    return file.channels == 1 and file.dtype == "uint8"
+
+
+def _write_grey(picture: ExportedPicture, path: Path) -> None:
+    write_image(path, grey(picture.image), channels=("Y",))
+
+
+def _write_eight(picture: ExportedPicture, path: Path) -> None:
+    image = eight_bits(picture.image)
+    write_image(path, image, channels=("Y",) if image.ndim == 2 else ("R", "G", "B"))
+
+
+def _write_mask(picture: ExportedPicture, path: Path) -> None:
+    write_image(path, picture.mask().view(np.uint8) * np.uint8(VISIBLE), channels=("Y",))
+
+
+def _write_parts(picture: ExportedPicture, path: Path) -> None:
+    write_image(path, picture.label("segmentation").astype(np.uint8), channels=("Y",))

@@ -1,0 +1,123 @@
+"""The layout of an export: what a format asks of the pictures, and the files that it makes of them.
+
+A format is one file in `exchange` and one entry in `export_formats.py`. The file has an `ExportFormat`, which has a
+`Layout`, or one for the options chosen. That yields `Output`s (output.py), and writes nothing itself:
+
+- `indexes` says which files list many pictures, such as train.json, and in which style (index_file.py);
+- `shared` yields what all pictures share, such as camera.json, once;
+- `files` yields the outputs of one picture: a `LinkedFile` where the dataset's file is right as it is, a `MadeFile`
+  where it is not, and an `IndexRow` for each entry in an index.
+
+The framework links, copies and makes the files, skips those that are there, streams the rows into the indexes, and puts
+everything into place atomically. Pictures come one at a time, in the dataset's order of variants and frames, and none
+is kept: an export of 10,000 takes no more memory than one of 10. A file of many pictures, such as a shard, is a
+`MadeFile` that the last of them yields; it reads them again by `ExportedDataset.picture`.
+
+What a format cannot hold is refused before anything is written: by `needs`, by `splits`, and by `limits` (limits.py),
+which are asked after a survey (survey.py) has read every record. What only a file tells, such as how far away an
+occluder is, its `write` refuses.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.index_file import IndexFile
+from spin_usd.exchange.layout.output import ExportFile, MadeFile, Output
+from spin_usd.exchange.layout.survey import Survey
+
+Limit = Callable[[Survey], None]
+"""Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""
+
+
+def _no_files(dataset: ExportedDataset) -> Iterator[ExportFile]:
+    return iter(())
+
+
+def _nothing_last(dataset: ExportedDataset, out: Path) -> Iterator[MadeFile]:
+    return iter(())
+
+
+def _no_indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """The layout that a format gives a dataset.
+
+    needs: the kinds of file that every picture must have, such as "image"
+    conventions: sentences for the card: axes, quaternion, units, pixel origin, order of boxes, what was converted
+    files: the outputs of one picture
+    shared: outputs that belong to no picture
+    indexes: the files that rows go to, by their path
+    last: outputs that need the finished indexes, which lie in the folder given
+    limits: what is refused before anything is written
+    splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
+    file: the path of a picture's image, where that is not of the first output that `files` yields for it
+    several: whether it holds all targets of a picture, or the chosen one alone
+    visible_only: whether pictures that show nothing of the target are left out, as a format of boxes has to
+    """
+
+    needs: tuple[str, ...]
+    conventions: tuple[str, ...]
+    files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
+    shared: Callable[[ExportedDataset], Iterator[ExportFile]] = _no_files
+    indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
+    last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
+    limits: tuple[Limit, ...] = ()
+    splits: Mapping[str, str] | None = None
+    file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
+    several: bool = False
+    visible_only: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormatOption:
+    """An option of a format, given as NAME=VALUE. meaning: a phrase · default: its value if it is not given · choices:
+    all that it can be; empty where `read` decides · read: the value of a text; raises ValueError."""
+
+    name: str
+    meaning: str
+    default: str
+    choices: tuple[str, ...] = ()
+    read: Callable[[str], Any] = str
+
+    def value(self, text: str) -> Any:
+        """Return the value that `text` says. Raises InputError that names the option."""
+        try:
+            if self.choices and text not in self.choices:
+                raise ValueError
+            return self.read(text)
+        except ValueError:
+            do = f"choose {' or '.join(self.choices)}" if self.choices else f"give {self.meaning}"
+            raise InputError(f"option {self.name}={text!r} is not possible", do=do) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportFormat:
+    """A format that datasets are exported to. name: in `--to` · holds: a phrase that says what it is · layout: the one
+    that it has, or what returns that for the values of its options, by name · options: those that there are."""
+
+    name: str
+    holds: str
+    layout: Layout | Callable[[Mapping[str, Any]], Layout]
+    options: tuple[FormatOption, ...] = field(default=())
+
+    def layout_for(self, options: Mapping[str, Any]) -> Layout:
+        """Return the layout for these values of its options."""
+        return self.layout if isinstance(self.layout, Layout) else self.layout(options)
+
+    def values(self, given: Mapping[str, str]) -> dict[str, Any]:
+        """Return the value of every option, `given` as text or by default. Raises InputError for one that there is
+        not."""
+        names = [option.name for option in self.options]
+        for name in given:
+            if name not in names:
+                do = f"choose among {', '.join(names)}" if names else "leave it out"
+                raise InputError(f"{self.name} has no option {name!r}", do=do)
+        return {option.name: option.value(given.get(option.name, option.default)) for option in self.options}

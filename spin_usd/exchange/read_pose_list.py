@@ -1,0 +1,133 @@
+"""A file of poses, or a folder of such files, in any of the formats of the table, to a PoseList."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
+from spin_usd.exchange.pose_formats import POSE_FORMATS
+from spin_usd.files.size_limits import MAX_SHARD
+from spin_usd.files.user_file import open_file
+from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+
+IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
+HEAD_BYTES = 4096
+ROUNDED = 1e-3  # off a norm of 1, as four decimals leave a quaternion at most, and some that are worse
+
+
+def read_pose_list(path: str | Path) -> PoseList:
+    """Read the poses of the file at `path`, in its order, or of the lists in the folder of a data set.
+
+    Raises InputError that names the file and the entry.
+    """
+    path = Path(path)
+    lists = _lists_in(path) if path.is_dir() else ((path, _format_of(path)),)
+    entries = [entry for file, of in lists for entry in _entries(file, of)]
+    if len(lists) > 1 and repeated_name([entry.name for entry in entries]):
+        entries = [replace(entry, name=f"{_place(entry.list, path)}_{entry.name}") for entry in entries]
+    names = [entry.name for entry in entries]
+    if pair := repeated_name(names):
+        do = "give every pose its own name"
+        raise InputError(f"names the same picture as entry {pair[0]}", where=entries[pair[1]].where, do=do)
+    q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
+    t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
+    q, notes = _normalised(q, entries, lists[0][1])
+    said = _said(lists) if path.is_dir() else ""
+    files = tuple(entry.pose.filename for entry in entries)
+    return PoseList(
+        names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path), lists=said, notes=notes
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedPose:
+    """An entry of a list, the name of its picture, and where it stands, for messages."""
+
+    name: str
+    pose: PoseEntry
+    list: Path
+    where: str
+
+
+def _entries(file: Path, of: PoseFormat) -> Iterator[NamedPose]:
+    """Yield the entries of the list. Raises InputError."""
+    empty = True
+    for i, pose in enumerate(of.read(file)):
+        empty = False
+        name = _picture_name(pose.filename, f"{file}, entry {i}")
+        yield NamedPose(name=name, pose=pose, list=file, where=f"{file}, entry {i} ({name!r})")
+    if empty:
+        raise InputError("holds no poses: its list is empty", where=file)
+
+
+def pose_files(path: Path) -> tuple[Path, ...]:
+    """Return the files that `read_pose_list` reads. Raises InputError."""
+    return tuple(file for file, _ in _lists_in(path)) if path.is_dir() else (path,)
+
+
+def _lists_in(folder: Path) -> tuple[tuple[Path, PoseFormat], ...]:
+    """Return the lists in the folder, which are of one format. Raises InputError where there is none, or another."""
+    found = [(file, each) for each in POSE_FORMATS for file in each.lists(folder) if _format_of(file) == each]
+    if not found:
+        do = "give a pose list, or the folder of a data set that has one"
+        raise InputError("holds no pose list of a known format", where=folder, do=do)
+    firsts = {of.name: file.relative_to(folder) for file, of in reversed(found)}
+    if len(firsts) > 1:
+        named = " and ".join(f"{name} ({file})" for name, file in reversed(firsts.items()))
+        raise InputError(f"holds pose lists of several formats: {named}", where=folder, do="give the file of one")
+    return tuple(found)
+
+
+def _said(lists: Sequence[tuple[Path, PoseFormat]]) -> str:
+    """Return how many lists these are, and of which format."""
+    return f"{len(lists)} pose list{'s' * (len(lists) > 1)} in the format {lists[0][1].name}"
+
+
+def _place(file: Path, folder: Path) -> str:
+    """Return where a list is in the folder, as the beginning of a picture's name."""
+    return "_".join(file.relative_to(folder).with_suffix("").parts)
+
+
+def _format_of(path: Path) -> PoseFormat:
+    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
+    head = ""
+    with suppress(InputError, OSError), open_file(path, MAX_SHARD) as file:
+        head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
+    return next(each for each in POSE_FORMATS if each.recognises(path, head))
+
+
+def _picture_name(filename: str, where: str) -> str:
+    """Return the picture's name: the file's without an image format's extension."""
+    stem, dot, suffix = filename.rpartition(".")  # no Path: lists have tens of thousands
+    name = stem if dot + suffix.lower() in IMAGE_SUFFIXES else filename
+    if not FRAME_NAME.fullmatch(name):
+        raise InputError(
+            f"has the filename {filename[:80]!r}, which cannot name a picture", where=where, do=FRAME_NAME_RULE
+        )
+    return name
+
+
+def _normalised(q: Float, entries: Sequence[NamedPose], of: PoseFormat) -> tuple[Float, tuple[str, ...]]:
+    """Return the quaternions (N, 4) with norm 1, and a note where rounding had left some of them visibly off. Raises
+    InputError for one that is further off, or zero."""
+    norm = np.linalg.norm(q, axis=1)
+    off = np.abs(norm - 1)
+    if (off > ROUNDED).any():
+        i = int(np.argmax(off > ROUNDED))
+        found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
+        raise InputError(f"the quaternion {found}", where=entries[i].where, do=f"give {of.rotation}")
+    rounded = np.flatnonzero(off > QUATERNION_NORM_TOLERANCE)
+    if not len(rounded):
+        return q, ()
+    worst = entries[int(np.argmax(off))]
+    note = (
+        f"{len(rounded)} of {len(q)} quaternions were normalised: norms are off 1 by up to {off.max():.2g} "
+        f"({worst.where}), as few decimals leave them"
+    )
+    return q / norm[:, None], (note,)

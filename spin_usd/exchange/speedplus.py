@@ -1,0 +1,86 @@
+"""SPEED+: camera.json, then for a domain its images, masks, and lists of poses.
+
+Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, and a mask of the same file name in masks/),
+JotaBravo/spacecraft-uda (camera.json).
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.images import GREY_JPEG, grey_image, mask_image, part_image
+from spin_usd.exchange.layout.index_file import IndexFile, json_list
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.limits import one_camera, parts_at_most
+from spin_usd.exchange.layout.output import IndexRow, Output, SecondName
+from spin_usd.exchange.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
+
+TWICE = (
+    "Readers that look for a mask under its image's name find it: masks/NAME.jpg is the same PNG, without loss; "
+    "programs that open images go by what a file holds, not by its name."
+)
+MASKS = {"silhouette": mask_image, "parts": part_image}
+MEANING = {
+    "silhouette": ("masks/NAME.png is 255 where the target is visible, else 0.", TWICE),
+    "parts": ("masks/NAME.png has the ids of parts, 0 for nothing.", TWICE),
+    "none": ("There are no masks.",),
+}
+SPLITS = {"train": "train", "validation": "validation", "test": "test"}
+
+
+def layout(options: Mapping[str, Any]) -> Layout:
+    """Return the layout for the options "domain", "image" and "masks"."""
+    masks = options["masks"]
+    return Layout(
+        needs=("image",) if masks == "none" else ("image", "segmentation"),
+        conventions=(
+            *POSE_CONVENTIONS,
+            GREY_JPEG,
+            *MEANING[masks],
+        ),
+        shared=lambda dataset: iter((camera_file(dataset),)),
+        indexes=_indexes,
+        files=_files,
+        limits=(one_camera, *([parts_at_most(255, 8)] if masks == "parts" else [])),
+        splits=SPLITS,
+    )
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {_list(dataset, split): json_list() for split in dataset.splits}
+
+
+def _list(dataset: ExportedDataset, split: str) -> str:
+    return f"{dataset.options['domain']}/{split}.json"
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    domain, masks = dataset.options["domain"], dataset.options["masks"]
+    filename = f"{picture.name}.{dataset.options['image']}"
+    yield grey_image(picture, f"{domain}/images/{filename}")
+    if masks in MASKS:
+        mask = MASKS[masks](picture, f"{domain}/masks/{picture.name}.png")
+        yield mask
+        if filename != f"{picture.name}.png":
+            yield SecondName(path=f"{domain}/masks/{filename}", of=mask.path)
+    yield IndexRow(path=_list(dataset, picture.split), value=pose_row(picture, filename, "q_vbs2tango_true"))
+
+
+SPEEDPLUS = ExportFormat(
+    name="speedplus",
+    holds="in the layout of SPEED+: poses, grey images, masks",
+    layout=layout,
+    options=(
+        FormatOption(
+            name="domain",
+            meaning="the folder of images and lists",
+            default="synthetic",
+            choices=("synthetic", "lightbox", "sunlamp"),
+        ),
+        FormatOption(name="image", meaning="the images' files", default="jpg", choices=("jpg", "png")),
+        FormatOption(
+            name="masks", meaning="what masks hold", default="silhouette", choices=("silhouette", "parts", "none")
+        ),
+    ),
+)

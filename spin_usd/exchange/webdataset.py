@@ -1,0 +1,159 @@
+"""WebDataset: shards, which are tar files of pictures one after another, and an index of them for each split.
+
+Source: the description of the format in webdataset's documentation: the files of one sample follow each other, and have
+the same name up to the first dot. The index is what its library `wids` reads. Hugging Face's `datasets` takes each
+KEY.json for a row of one table, whose types it learns from the first five: every value has one type, and none is null.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset
+from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.index_file import IndexFile, json_lists
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.output import IndexRow, MadeFile, Output
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.formats.tar_file import Member, write_tar
+from spin_usd.store.names import record_of
+from spin_usd.store.pictured_target import PicturedTarget
+
+SHARDS = "shardlist"
+DOT = "%2E"  # "%" is in no name, so no two names become one
+CONVENTIONS = (
+    "Each sample has the files of one picture as the dataset has them, KEY.KIND.SUFFIX, such as img000001.depth.exr, "
+    "its record, KEY.record.txt, which is JSON, and of that KEY.json: names, camera and targets as tables of one type, "
+    "for readers that want the same types in all samples.",
+    "KEY.json differs from the record: a target's `keypoints` are [u, v] alone, and their words are `keypoint_states`; "
+    "where the record has null, it has 0: boxes of what is not visible, points that the lens does not see.",
+    "All conventions are the dataset's: pixels with (0, 0) at the corner of the image, metres, quaternions scalar "
+    "first, the camera's axes x right, y down, z forward.",
+    "A dot in a picture's name is written %2E in its key, for a key ends at the first dot.",
+)
+
+
+def key_of(name: str) -> str:
+    """Return the sample's key for the picture of that name: without dots."""
+    return name.replace(".", DOT)
+
+
+def _pictures_a_shard(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {f"{split}.json": json_lists({"wids_version": 1, "name": split}, [SHARDS]) for split in dataset.splits}
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    """Yield the shard that the picture is the last of, if it is."""
+    shards = _shards(dataset)
+    if picture.number in shards:
+        name, numbers = shards[picture.number]
+        yield MadeFile(path=name, write=partial(_write_shard, dataset, numbers))
+        yield IndexRow(path=f"{picture.split}.json", section=SHARDS, value={"url": name, "nsamples": len(numbers)})
+
+
+@lru_cache(maxsize=1)
+def _shards(dataset: ExportedDataset) -> dict[int, tuple[str, list[int]]]:
+    """Return each shard's name and pictures, by the number of its last picture."""
+    size: int = dataset.options["pictures"]
+    found = {}
+    for split in dataset.splits:
+        numbers = [number for number, entry in enumerate(dataset.entries) if entry.split == split]
+        for place, start in enumerate(range(0, len(numbers), size)):
+            held = numbers[start : start + size]
+            found[held[-1]] = (f"{split}-{place:06d}.tar", held)
+    return found
+
+
+def _shard_of(dataset: ExportedDataset, picture: ExportedPicture) -> str:
+    """Return the name of the shard that holds the picture: the first whose last picture is not before it, of its
+    split."""
+    shards = _shards(dataset).items()
+    return next(
+        name for last, (name, numbers) in sorted(shards) if picture.number <= last and picture.number in numbers
+    )
+
+
+def _write_shard(dataset: ExportedDataset, numbers: list[int], path: Path) -> None:
+    write_tar(path, (member for number in numbers for member in _members(dataset.picture(number))))
+
+
+def _members(picture: ExportedPicture) -> Iterator[Member]:
+    """Yield the picture's files in the order of their kinds, then its record, and what is a table of it last."""
+    key = key_of(picture.name)
+    for kind in sorted(picture.picture.files):
+        source = picture.file(kind)
+        yield Member(name=f"{key}.{kind}{source.path.suffix}", source=source)
+    record = record_of(picture.variant, picture.picture.frame)
+    yield Member(name=f"{key}.record.txt", source=FileIn(Folder(picture.picture.root), record))
+    yield Member(name=f"{key}.json", source=json.dumps(_row(picture), allow_nan=False).encode())
+
+
+def _row(picture: ExportedPicture) -> dict[str, Any]:
+    """Return what every record has, each number of the type that it has in all pictures."""
+    camera = picture.camera
+    lens = {name: float(getattr(camera, name)) for name in ("fx", "fy", "cx", "cy")}
+    return {
+        "frame": picture.picture.frame,
+        "index": picture.picture.index,
+        "variant": picture.variant,
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            **lens,
+            "distortion": [float(each) for each in camera.distortion],
+        },
+        "pose": {"q_cam_body": picture.picture.q_cam_body.tolist(), "t_cam_body": picture.picture.t_cam_body.tolist()},
+        "targets": [_target_row(target) for target in picture.targets],
+    }
+
+
+def _target_row(target: PicturedTarget) -> dict[str, Any]:
+    return {
+        "id": target.id,
+        "name": target.name,
+        "pose": {"q_cam_body": target.q_cam_body.tolist(), "t_cam_body": target.t_cam_body.tolist()},
+        "range": float(target.range),
+        "pixels": {"visible": target.pixels_visible, "amodal": target.pixels_amodal},
+        "visible_fraction": _numbers(target.visible_fraction),
+        "box": {
+            "visible": [int(each) for each in _numbers(target.box_visible)],
+            "amodal": _numbers(target.box_amodal),
+            "truncated": target.truncated,
+        },
+        "box_3d": {"box": target.box.tolist(), "corners": _numbers(target.box_3d)},
+        "keypoints": _numbers(target.keypoints),
+        "keypoint_states": list(target.keypoint_states),
+    }
+
+
+def _numbers(values: Float | float) -> Any:
+    """Return the values as lists of numbers, 0 for those that there are not."""
+    return np.where(np.isnan(values), 0.0, values).tolist()
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    return Layout(needs=(), conventions=CONVENTIONS, files=_files, file=_shard_of, indexes=_indexes, several=True)
+
+
+WEBDATASET = ExportFormat(
+    name="webdataset",
+    holds="all files and records in tar shards, with an index",
+    layout=_layout,
+    options=(
+        FormatOption(
+            name="pictures", meaning="how many pictures a shard has, from 1", default="1000", read=_pictures_a_shard
+        ),
+    ),
+)
