@@ -1,6 +1,6 @@
 """The options of the commands: each stands here or with its command once, with type, default, help and limits.
 
-A command's options are a frozen dataclass. Each field is an option of the command line (`cli.arguments.parameters`),
+A command's options are a frozen dataclass. Each field is an option of the command line (`terminal.parameters`),
 an argument of the function that `import spin_usd` offers (`takes`), and what the work itself is given. A field without
 an `Option`, such as `on_progress`, is the function's alone.
 """

@@ -1,6 +1,6 @@
 """A render as a file: the target's radiance in unit light, light group by light group, of its region alone, exact.
 
-Channels: A, the coverage, and lightNNNN.R, .G, .B of each group in the order of scene.light_groups; float32.
+Channels: A, the coverage, and lightNNNN.R, .G, .B of each group in the order of scene.derived.light_groups; float32.
 """
 
 from pathlib import Path

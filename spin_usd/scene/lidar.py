@@ -26,7 +26,7 @@ GOLDEN = (math.sqrt(5) - 1) / 2  # turns of a rosette's second prism for one of 
 class Lidar:
     """A LiDAR of one scene. Its axes are x forward, y left, z up; T_cam_lidar maps them to the camera's.
 
-    pattern: a name of lidar.beams.PATTERNS, which says what rows, columns and the spans of azimuth and elevation,
+    pattern: a name of PATTERNS, which says what rows, columns and the spans of azimuth and elevation,
     degrees, are · range_limits: the least and the largest range that it measures, metres · noise_constant, metres, and
     noise_proportional, a share of the range: the standard deviation of a range is their sum · drop_out: share of the
     returns that are lost by chance · max_incidence_deg: from the surface's normal, degrees: a beam that meets a surface

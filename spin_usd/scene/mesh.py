@@ -25,7 +25,7 @@ class Mesh(Shape):
     """The whole target in body axes: its own triangles, and `instances` of others.
 
     What it has as a Shape is of its own triangles alone; all that follows here is of the whole. Faces are numbered from
-    0: its own first, then those of the instances, place after place (scene.faces looks them up).
+    0: its own first, then those of the instances, place after place (scene.derived.faces looks them up).
     Raises GeometryError as Shape, and for no faces.
     """
 

@@ -39,7 +39,7 @@ class Visibility:
 class Radiance:
     """The bodies' linear radiance in W/m2/sr over the pixels of `region`, apart by where its light came from.
 
-    groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.light_groups) makes of the
+    groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.derived.light_groups) makes of
     bodies; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that they cover.
     The radiance is that of the whole pixel (premultiplied): the background adds (1 - coverage) times its own. Outside
     the region they are nowhere.

@@ -1,6 +1,6 @@
 """The cache of renders and labels by content: each is computed once and serves every picture of the dataset.
 
-cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
+cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (picture.render_file)
 cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
 
 A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the start of
@@ -31,7 +31,7 @@ from spin_usd.store.names import CACHE
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
-MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (planning.cost)
 VERSION_DIGITS = 8
 
 

@@ -4,8 +4,8 @@ dataset.json                         schema dataset-1
 stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
-cache/                               renders and labels by content (dataset.cache)
-shards.json                          of shards: which picture is of which (dataset.shards.manifest)
+cache/                               renders and labels by content (store.cache)
+shards.json                          of shards: which picture is of which (planning.manifest)
 .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
 .lock-<I>-of-<N>, .lock-turn         of shards, which share .lock: each one's, and that of who changes what all share
 

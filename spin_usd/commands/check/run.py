@@ -2,9 +2,11 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+
+from msgspec import structs
 
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.options import CheckOptions
@@ -46,7 +48,7 @@ def check(options: CheckOptions) -> CheckReport:
     if not options.cross:
         return report
     crossed = cross_check(path, options.cross_pictures, progress=progress)
-    return replace(report, findings=[*report.findings, *crossed.findings], compared=crossed.compared)
+    return structs.replace(report, findings=[*report.findings, *crossed.findings], compared=crossed.compared)
 
 
 def check_folder(path: Path, *, progress: Progress) -> CheckReport:

@@ -1,6 +1,6 @@
 """The store of what a measurement has made so far, by content: renders with what they cost, and results.
 
-runs/<2>/<key>.exr    a render in unit light (dataset.rendered)
+runs/<2>/<key>.exr    a render in unit light (picture.render_file)
 runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
 
 <2> is the key's start. The JSON is written last, so that where it is all is.

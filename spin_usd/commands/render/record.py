@@ -76,7 +76,7 @@ def make_record(
     files: Mapping[str, Mapping[str, Any]],
     versions: dict[str, str],
 ) -> dict[str, Any]:
-    """Return the picture's record, by schema record-1. `stage`: what in_child.stage_provenance says of it."""
+    """Return the picture's record, by schema record-1. `stage`: what planning.in_child.stage_provenance says."""
     scene = picture.scene
     sun = sunlight(scene.lights, scene.T_cam_body) if files.keys() & OF_THE_SUN else None  # others stay when it moves
     measured = scene.lidar if files.keys() & CLOUD_LABELS.keys() else None

@@ -99,7 +99,7 @@ class Worker:
 
         Returns the record's name, the seconds spent by kind of work, the memory now used, of the "passes" that it
         needed, "labels" and "render", whether each was "made" now or is "shared" with others, and the picture's
-        "faults" (dataset.tones).
+        "faults" (picture.brightness).
         """
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):

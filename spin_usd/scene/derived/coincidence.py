@@ -1,6 +1,6 @@
 """Faces of a mesh that lie in one another as far as renderers can tell: pictures of them have the wrong light.
 
-The middles of some faces are looked at. renderers.embree.overlaps finds every pair that lies in one plane.
+The middles of some faces are looked at. The caster finds every pair that lies in one plane.
 """
 
 from collections.abc import Iterator

@@ -170,7 +170,7 @@ def _changed_lights(base: BaseStage, sun: Usd.Prim | None, names: tuple[str, ...
 
 
 def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
-    """Return the intensity with which a white light gives 1 W/m2: see `read.lights.distant`."""
+    """Return the intensity with which a white light gives 1 W/m2: see `stage.read.distant_light`."""
     light = UsdLux.LightAPI(sun)
     angle = float(read(sun.GetAttribute("inputs:angle"), base.first))
     size = 1.0 if angle == 0 else float(np.pi * np.sin(np.radians(angle) / 2) ** 2)

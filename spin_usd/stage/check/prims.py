@@ -93,7 +93,7 @@ def _dark_unless_normalised(prim: Usd.Prim) -> bool:
 
 
 def irradiance(prim: Usd.Prim) -> float:
-    """Compute the irradiance, W/m2, of a white distant light at its default time: see `read.lights.distant`."""
+    """Compute the irradiance, W/m2, of a white distant light at its default time: see `stage.read.distant_light`."""
     light = UsdLux.LightAPI(prim)
     half = np.radians(float(read(prim.GetAttribute("inputs:angle")))) / 2
     size = 1.0 if half == 0 or _normalised(prim) else np.pi * np.sin(half) ** 2

@@ -106,8 +106,8 @@ def test_a_worker_that_is_stopped_for_longer_than_its_limit_makes_its_picture(sm
 def test_a_picture_that_takes_too_long_has_failed_and_the_run_goes_on(small_stage, tmp_path) -> None:
     """The message says why, and its command makes that picture alone."""
     report = rendered(small_stage, tmp_path, effort=Effort(samples=10**6), picture_timeout=1)
-    assert [name for name, _ in report.failed] == ["nominal/img000001", "nominal/img000002"]
-    for index, (_, reason) in enumerate(report.failed):
+    assert [each.picture for each in report.failed] == ["nominal/img000001", "nominal/img000002"]
+    for index, reason in enumerate(each.reason for each in report.failed):
         assert "s of processor time, more than its limit of 1 s, twice; --picture-timeout gives it more; to" in reason
         assert reason.endswith(" --picture-timeout 1")
         assert (

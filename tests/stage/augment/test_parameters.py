@@ -179,8 +179,8 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "earth.altitude": (4e5, {"environment.planets.0.T_cam_planet.translation": None}),
     "earth.attitude": (list(ATTITUDE), {"environment.planets.0.T_cam_planet.rotation": None}),
     "earth.visible": (False, {"environment.planets": None}),
-    "material.Paint.roughness": (0.25, {"target.materials.0.roughness": 0.25}),
-    "material.*.diffuseColor.factor": (0.5, {"target.materials.0.diffuse_color": (0.1, 0.2, 0.3)}),
+    "material.Paint.roughness": (0.25, {"bodies.0.target.materials.0.roughness": 0.25}),
+    "material.*.diffuseColor.factor": (0.5, {"bodies.0.target.materials.0.diffuse_color": (0.1, 0.2, 0.3)}),
     "/World/Camera.spin:sensor:fullWell": (7000, {"sensor.full_well": 7000}),
 }
 ROUNDED = 1e-8  # quaternions are written with nine digits

@@ -17,7 +17,7 @@ from spin_usd.stage.composition.open_stage import open_as_it_is, open_stage
 STAGE = Path(spin_usd.__file__).parent / "stage"
 OPENERS = {"Open", "OpenMasked", "OpenAsAnonymous", "FindOrOpen", "FindOrOpenRelativeToLayer", "LocalizeAsset"}
 # What the guard has looked at may be localized; Sdf.ZipFile.Open opens no layer.
-OPENS = {"composition", "usd/layer_file.py", "author/target/from_usd.py"}
+OPENS = {"composition", "usd/layer_file.py", "author/from_usd.py"}
 CUBE = 'def Cube "Box" {\n}\n'
 
 

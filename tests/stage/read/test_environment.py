@@ -312,7 +312,7 @@ def test_our_own_environments_are_read(tmp_path, make_stage, name) -> None:
 @pytest.mark.campaign
 def test_the_committed_images_are_what_their_script_makes(tmp_path) -> None:
     """Up to what other processors and JPEG libraries round: a fifth of a level in the mean."""
-    script = Path(__file__).resolve().parents[4] / "tools" / "build_environments"
+    script = Path(__file__).resolve().parents[3] / "tools" / "build_environments"
     subprocess.run([sys.executable, script, tmp_path], check=True)
     committed = stages() / "environments" / "textures"
     names = sorted(path.name for path in committed.iterdir())

@@ -23,7 +23,7 @@ PROGRESS_EVERY = 500
 def compare(*, stage: str, before: str, after: str, frames: str | None, progress: Progress) -> dict[str, Any]:
     """Return what differs from the variant `before` to `after` of a stage, each as Selection.parse reads it.
 
-    "differences" holds what `stage.diff` lists, each with its "effect": the first of the keys "geometry", "radiance",
+    "differences" holds what `differences` lists, each with its "effect": the first of the keys "geometry", "radiance",
     "exposure" that it changes by itself, "nothing", or None, as Trials.effect finds. "pictures" holds how many pictures
     both have ("compared"), in how many of them each key differs, and how many only one has ("only_before",
     "only_after"). "resampled" is true where the two are other augmentations: the pictures' own seeds, which the keys
