@@ -392,7 +392,7 @@ class RunOptions(Options):
             "Make part I, counted from 0, of a run in N parts; spin-usd merge puts them together. See "
             "docs/how-to/cluster.md.",
             "I/N",
-            also="All shards may write one folder at the same time, or each its own.",
+            also="Each shard writes a folder of its own.",
         ),
     ] = None
     picture_timeout: Annotated[

@@ -122,7 +122,6 @@ MAY_OPEN = {
     "commands/keypoints": WORK,
     "commands/measure/run.py": MADE,
     "planning/make_plan.py": WORK,
-    "planning/manifest.py": WORK,
     "store/atomic.py": WORK,
     "store/hidden_folder.py": WORK,
     "store/dataset_folder.py": f"{WORK}; makes the folder that the user names, removes locks that it holds",

@@ -204,9 +204,6 @@ def test_an_option_is_everywhere_by_its_one_line(copy: Copy, dataset: Path) -> N
     assert "campaign: str = ''" in copy.run("-c", "import inspect, spin_usd; print(inspect.signature(spin_usd.plan))")
     record = json.loads((dataset / "records" / "nominal" / "middle.json").read_text())
     assert record["provenance"]["options"] == {"campaign": "orbit-1"}
-    sharded = ["--labels-only", "--labels", "depth", "--shard", "0/2", "--campaign", "orbit-2", "--workers", "1"]
-    copy.spin_usd("render", dataset.with_name("stage"), "--out", copy.folder / "shards", *sharded)
-    assert json.loads((copy.folder / "shards" / "shards.json").read_text())["settings"]["campaign"] == "orbit-2"
 
 
 def test_export_writes_the_new_format(copy: Copy, dataset: Path) -> None:

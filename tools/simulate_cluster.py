@@ -1,8 +1,8 @@
 """What a run on many machines would take: `tools/simulate_cluster STAGE`.
 
-Plans the stage's pictures, partitions them into shards as `render --shard` does, and simulates machines that each make
-one shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects of it
-times chance: pictures and machines differ. With --every K only each Kth frame is planned and stands for K;
+Plans the stage's pictures, deals their frames out to shards as `render --shard` does, and simulates machines that each
+make one shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects
+of it times chance: pictures and machines differ. With --every K only each Kth frame is planned and stands for K;
 docs/how-to/cluster.md has the figures of --every 30.
 """
 
@@ -10,7 +10,6 @@ import argparse
 import heapq
 import json
 import sys
-import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,8 +24,8 @@ from spin_usd.options import PictureOptions
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import expected_bytes, expected_work
 from spin_usd.planning.make_plan import sharing
-from spin_usd.planning.partition import partition
 from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.shard import Shard
 from spin_usd.planning.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
 from spin_usd.planning.work import CommonWork, Task
 from spin_usd.processes.open_renderer import default_effort
@@ -73,11 +72,10 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
     rng, (of_pictures, of_machines) = np.random.default_rng(options.seed), options.spread
     seconds = costs * rng.lognormal(-(of_pictures**2) / 2, of_pictures, len(costs))
     slowness = rng.lognormal(-(of_machines**2) / 2, of_machines, options.machines)
-    planning_s = PLANNING_S + PLANNED_S * len(pictures) / sharing(len(pictures), options.workers)
-    start_s = planning_s + START_S + OPEN_S * len(planned.variants)
-    queue_s = start_s + in_a_queue(seconds, slowness, options.workers)
+    workers_s = START_S + OPEN_S * len(planned.variants)
+    queue_s = planning_s(len(pictures), options.workers) + workers_s + in_a_queue(seconds, slowness, options.workers)
     size = sum(expected_bytes(task, chosen) for task in tasks)
-    run = Run(pictures, chosen, seconds, slowness, options.workers, start_s)
+    run = Run(pictures, costs, seconds, slowness, options.workers, workers_s)
     return {
         "pictures": len(pictures),
         "renders": len({picture.radiance for picture in pictures}),
@@ -85,9 +83,9 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
         "machines": options.machines,
         "workers": options.workers,
         "ideal_s": float(seconds.sum()) / options.machines / options.workers,
-        "planning_s": planning_s,
+        "planning_s": planning_s(len(pictures), options.workers),
         "queue_s": queue_s,
-        "partitions": [run.of(count) for count in options.shards],
+        "shards": [run.of(count) for count in options.shards],
         "pictures_per_s": len(pictures) / queue_s,
         "bytes_per_s": size / queue_s,
         "files_per_folder": max(Counter(picture.variant for picture in pictures).values()),
@@ -98,29 +96,28 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run in shards. seconds: what each picture takes · slowness: of each machine · start_s: what each shard takes
-    before its first picture."""
+    """A run in shards. costs: what is expected of each picture · seconds: what it takes · slowness: of each machine ·
+    start_s: what the workers of a shard take before its first picture."""
 
     pictures: Sequence[PlannedPicture]
-    options: CommonWork
+    costs: Any
     seconds: Any
     slowness: Any
     workers: int
     start_s: float
 
     def of(self, count: int) -> dict[str, Any]:
-        """Return the figures of a partition into so many shards, each taken by the next machine that is free."""
-        before = time.process_time()
-        found = partition(self.pictures, self.options, count)
-        partitioning_s = time.process_time() - before
-        shards, alike = np.array(found.shards), np.ones(1)
+        """Return the figures of so many shards, each taken by the next machine that is free."""
+        frames = list(dict.fromkeys(picture.frame for picture in self.pictures))
+        own = [Shard(number=number, count=count).own(frames) for number in range(count)]
+        shard_of = {frames[place]: number for number, places in enumerate(own) for place in places}
+        shards, alike = np.array([shard_of[picture.frame] for picture in self.pictures]), np.ones(1)
         took = [in_a_queue(self.seconds[shards == number], alike, self.workers) for number in range(count)]
-        start_s = self.start_s + partitioning_s
+        start_s = self.start_s + planning_s(len(self.pictures) // count, self.workers)
         return {
             "shards": count,
-            "partitioning_s": partitioning_s,
-            "unequal": max(found.seconds) / (sum(found.seconds) / count) - 1,
-            "renders_again": renders_again(self.pictures, found.shards),
+            "unequal": float(np.bincount(shards, self.costs, minlength=count).max() / (self.costs.sum() / count)) - 1,
+            "planning_s": planning_s(len(self.pictures) // count, self.workers),
             "alike_s": in_a_queue([start_s + each for each in took], np.ones(len(self.slowness)), 1),
             "seconds": in_a_queue([start_s + each for each in took], self.slowness, 1),
         }
@@ -152,6 +149,11 @@ def tasks_of(pictures: Sequence[PlannedPicture], options: CommonWork) -> list[Ta
     return tasks
 
 
+def planning_s(pictures: int, workers: int) -> float:
+    """Return the seconds that a machine with so many workers plans so many pictures."""
+    return PLANNING_S + PLANNED_S * pictures / sharing(pictures, workers)
+
+
 def in_a_queue(seconds: Any, slowness: Any, workers: int) -> float:
     """Return the end of the last picture, when every worker of every machine takes the next one."""
     ends = [(0.0, machine) for machine in range(len(slowness)) for _ in range(workers)]
@@ -159,12 +161,6 @@ def in_a_queue(seconds: Any, slowness: Any, workers: int) -> float:
         end, machine = ends[0]
         heapq.heapreplace(ends, (end + slowness[machine] * each, machine))
     return max(end for end, _ in ends)
-
-
-def renders_again(pictures: Sequence[PlannedPicture], shards: Sequence[int]) -> int:
-    """Count the renders that are made in another shard too."""
-    made = {(picture.radiance, number) for picture, number in zip(pictures, shards, strict=True)}
-    return len(made) - len({radiance for radiance, _ in made})
 
 
 def table(figures: dict[str, Any]) -> str:
@@ -176,15 +172,11 @@ def table(figures: dict[str, Any]) -> str:
         ("machines; workers of each", f"{f['machines']}; {f['workers']}"),
         ("ideal, minutes", f"{f['ideal_s'] / 60:.1f}"),
         ("one queue for all, minutes", minutes(f["queue_s"], f)),
-        *((f"{each['shards']} shards, minutes", minutes(each["seconds"], f)) for each in f["partitions"]),
-        *(
-            (f"{each['shards']} shards, machines alike, minutes", minutes(each["alike_s"], f))
-            for each in f["partitions"]
-        ),
-        *((f"longest of {each['shards']} shards by the plan", f"{each['unequal']:+.3%}") for each in f["partitions"]),
-        *((f"renders made again in {each['shards']} shards", f"{each['renders_again']}") for each in f["partitions"]),
-        ("of that to plan, minutes in each shard", f"{f['planning_s'] / 60:.1f}"),
-        ("to partition, processor seconds in each shard", f"{f['partitions'][0]['partitioning_s']:.1f}"),
+        *((f"{each['shards']} shards, minutes", minutes(each["seconds"], f)) for each in f["shards"]),
+        *((f"{each['shards']} shards, machines alike, minutes", minutes(each["alike_s"], f)) for each in f["shards"]),
+        *((f"longest of {each['shards']} shards by the plan", f"{each['unequal']:+.1%}") for each in f["shards"]),
+        ("to plan, minutes: all pictures", f"{f['planning_s'] / 60:.1f}"),
+        *((f"to plan, seconds: one of {each['shards']} shards", f"{each['planning_s']:.0f}") for each in f["shards"]),
         ("memory of a supervisor with all pictures planned, MB", f"{f['supervisor_bytes'] / 1e6:.0f}"),
         ("pictures a second; MB a second", f"{f['pictures_per_s']:.0f}; {f['bytes_per_s'] / 1e6:.0f}"),
         ("files in a folder; in one of the cache", f"{f['files_per_folder']:,}; {f['files_per_cache_folder']:.0f}"),

@@ -102,7 +102,7 @@ def open_plan(
         "device": chosen_device(devices, _scenes(root, reader, wanted, chosen)),
         "known_variants": list(reader.variants),
         "names": [frame.name for frame in reader.frames],
-        "chosen": [chosen.start, chosen.stop, chosen.step],
+        "chosen": list(chosen),
         "origin": origin_of(reader.stage),
         "description": _description(reader),
     }
@@ -123,30 +123,30 @@ def plan_pictures(
     progress: Progress,
     opened: StageReader | None = None,
 ) -> list[dict[str, Any]]:
-    """Return for each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those
-    also named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
-    that. With `explain` also "skipped", as SkippedWorkCounter.taken has it. A column is None where it is that of the
-    variant before.
+    """Return for each of the variants the pictures of the `chosen` frames, places in the stage, as columns, one entry
+    a picture, and for those also named in `provenance` what a record says of the stage; "notes" are sentences on what
+    is rendered otherwise than that. With `explain` also "skipped", as SkippedWorkCounter.taken has it. A column is None
+    where it is that of the variant before.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `renders`: whether light is
     rendered; labels alone need no texture, and a damaged one is not refused. `labels`: those that are asked for.
     `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
     where image files cannot hold a sensor's numbers.
     """
-    pictures, rendering = range(*chosen), convert(settings, RenderSettings)
+    rendering = convert(settings, RenderSettings)
     counter = SkippedWorkCounter(rendering) if explain else None
     planner = _Planner(rendering, image_suffix, labels, counter, renders=renders, keep_poses=len(variants) > 1)
     answer = []
     before: dict[str, list[Any]] = {}
     reader = opened
     for number, variant in enumerate(variants):
-        count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
+        count = partial(_report, progress, number * len(chosen), len(variants) * len(chosen))
         if reader is None or reader.variant != variant:
             reader = StageReader(
                 root, variant=variant, after=reader, check_images=renders, keep_poses=len(variants) > 1
             )
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = planner.columns(reader, pictures, views, count)
+        planned = planner.columns(reader, chosen, views, count)
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
@@ -242,12 +242,12 @@ class _Planner:
         self._checked: Sensor | None = None
 
     def columns(
-        self, reader: StageReader, chosen: range, views: ViewCollector, progress: Callable[[int], None]
+        self, reader: StageReader, chosen: Sequence[int], views: ViewCollector, progress: Callable[[int], None]
     ) -> dict[str, list[Any]]:
         """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
         with_next = needs_next_frame(self._labels)
         columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
-        for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
+        for done, frame in enumerate((reader.frames[place] for place in chosen), 1):
             scene = reader.scene(frame, with_next=with_next)
             if self._image_suffix and scene.sensor is not self._checked:
                 self._checked = scene.sensor

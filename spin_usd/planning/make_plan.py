@@ -31,11 +31,18 @@ STAGE_SHARE = 2  # of the memory that children merged may take, at most so many 
 class Plan:
     """A run planned: what the stage holds and what a run would make of it.
 
-    root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
-    pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
-    dataset.json says of the target · pictures: by variant, then in the stage's order · skipped: what of their work they
-    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says ·
-    views: what the pictures show.
+    root: the stage's root layer, or its copy's
+    variants: those wanted, in their order
+    known_variants: all of the stage's
+    names: of all of the stage's frames
+    frames: names of those wanted, in all shards
+    stages: by variant, what a record says of the stage
+    origin: what the stage was made from
+    description: what dataset.json says of the target
+    pictures: those to make, by variant, then in the stage's order
+    skipped: what of their work they do not need, where that was asked
+    notes: sentences on what is rendered otherwise than the stage says
+    views: what the pictures show
     """
 
     root: Path
@@ -43,6 +50,7 @@ class Plan:
     variants: tuple[str, ...]
     known_variants: tuple[str, ...]
     names: tuple[str, ...]
+    frames: tuple[str, ...]
     stages: Mapping[str, Mapping[str, Any]]
     origin: Mapping[str, Any]
     description: Mapping[str, Any]
@@ -81,23 +89,32 @@ def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
             seed=opened["seed"],
             device=opened["device"],
         )
-        pictures = len(range(*opened["chosen"])) * len(opened["variants"])
+        chosen = _chosen(question, opened)
+        pictures = len(chosen) * len(opened["variants"])
         count = sharing(pictures, processes)
         for number in range(1, count):
             pool.add(number, Child())
-        requests = [_request(question, opened, settings, number, count) for number in range(count)]
+        requests = [
+            _request(question, opened, settings, part, number, count)
+            for number, part in enumerate(_parts(chosen, count))
+        ]
         answers = _answers(pool, requests, lambda done: progress(PLANNING, done, pictures))
     return _merged(opened, settings, answers)
 
 
 def _request(
-    question: PlanRequest, opened: Mapping[str, Any], settings: RenderSettings, number: int, count: int
+    question: PlanRequest,
+    opened: Mapping[str, Any],
+    settings: RenderSettings,
+    chosen: Sequence[int],
+    number: int,
+    count: int,
 ) -> dict[str, Any]:
-    """Return what the `number`th of `count` children is asked."""
+    """Return what the `number`th of `count` children is asked of the `chosen` frames."""
     return {
         "root": opened["root"],
         "variants": opened["variants"],
-        "chosen": _part(range(*opened["chosen"]), number, count),
+        "chosen": chosen,
         "settings": asdict(settings),
         "image_suffix": question.request.image_suffix if question.request.image else None,
         "renders": question.request.renders,
@@ -117,6 +134,7 @@ def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequen
         variants=tuple(opened["variants"]),
         known_variants=tuple(opened["known_variants"]),
         names=tuple(opened["names"]),
+        frames=tuple(opened["names"][place] for place in opened["chosen"]),
         stages={variant: stages[variant] for variant in opened["variants"]},
         origin=opened["origin"],
         description=opened["description"],
@@ -155,11 +173,18 @@ def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
             raise
 
 
-def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
-    """Return the `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
-    bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
-    part = chosen[bounds[0] : bounds[1]]
-    return part.start, part.stop, part.step
+def _chosen(question: PlanRequest, opened: Mapping[str, Any]) -> list[int]:
+    """Return the places in the stage of the frames to plan."""
+    chosen: list[int] = opened["chosen"]
+    if question.shard is None:
+        return chosen
+    return [chosen[place] for place in question.shard.own([opened["names"][place] for place in chosen])]
+
+
+def _parts(chosen: Sequence[int], count: int) -> Iterator[Sequence[int]]:
+    """Yield `count` equal runs of the chosen frames."""
+    for number in range(count):
+        yield chosen[len(chosen) * number // count : len(chosen) * (number + 1) // count]
 
 
 def sharing(pictures: int, processes: int) -> int:

@@ -9,6 +9,7 @@ from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, PIXEL_LA
 from spin_usd.options import PictureOptions, names_in
 from spin_usd.picture.make_picture import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Chosen, setting_of
+from spin_usd.planning.shard import Shard
 from spin_usd.processes.devices import AUTO, refuse_unknown_device, require_device, usable_devices
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, RENDERERS, renderer_entry
 from spin_usd.scene.effort import CPU, Effort
@@ -138,6 +139,7 @@ class PlanRequest:
     labels: those whose keys are asked for
     copy_to: a folder to copy the stage to first
     explain: what of the work the scenes do not need
+    shard: whose pictures alone are planned, None for all
     """
 
     request: RenderRequest
@@ -145,3 +147,4 @@ class PlanRequest:
     labels: tuple[str, ...] = ()
     copy_to: Path | None = None
     explain: bool = False
+    shard: Shard | None = None

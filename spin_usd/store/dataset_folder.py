@@ -5,9 +5,8 @@ stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 cache/                               renders and labels by content (store.cache)
-shards.json                          of shards: which picture is of which (planning.manifest)
+shards.json                          of a shard: what all shards make
 .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
-.lock-<I>-of-<N>, .lock-turn         of shards, which share .lock: each one's, and that of who changes what all share
 
 These are a dataset's own; all else in the folder is its user's, and left alone.
 
@@ -18,9 +17,8 @@ lock service), Lustre where it is mounted with `flock`. A file system without lo
 
 import errno
 import os
-import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,25 +30,23 @@ from spin_usd.files.node import Node, NodeType
 from spin_usd.picture.make_picture import KINDS
 from spin_usd.stop_signals import postponed
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.lock import Lock, create_lock, new_token, refuse_other_file, take_alone, take_lock, token_in
+from spin_usd.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, is_record
 from spin_usd.store.stage_path import ROOT_LAYER
 
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE, SHARDS)
 LOCK = ".lock"
-TURN = ".lock-turn"
-LOCK_OF_SHARD = re.compile(r"\.lock-[0-9]+-of-[0-9]+")
 PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
-FIRST_LOOK_S, LONGEST_LOOK_S = 0.05, 1.0  # between two looks: a hundred machines may wait for one file server
+LOOK_EVERY_S = 0.05
 NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lease:
-    """A run's hold on a folder: the descriptors of its locks, which workers keep open too, and the folder of its
+    """A run's hold on a folder: the descriptor of its lock, which workers keep open too, and the folder of its
     temporary files."""
 
-    descriptors: tuple[int, ...]
+    descriptor: int
     work: Path
 
 
@@ -96,9 +92,8 @@ class Store:
         dataset, or, unless `special_files_stay`, one that `refuse_special_files` refuses; OutputError where it is not a
         folder, or cannot be read."""
         held = self.contents()
-        if held and DESCRIPTION not in held:  # another shard may be starting or ending just now
-            for lock in filter(_is_lock, held):
-                await_token(self.root / lock)
+        if LOCK in held and DESCRIPTION not in held:  # another run may be starting or ending just now
+            _await_token(self.lock)
             held = [name for name in self.contents() if name in {*held, DESCRIPTION}]
         if not held:
             return
@@ -127,13 +122,9 @@ class Store:
             return []
         except OSError as e:
             raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
-        ours = {name for lock in names if _is_lock(lock) for name in self._under(lock)}
+        token = token_in(self.lock)
+        ours = (LOCK, self.work(token).name) if token else ()
         return [name for name in names if name not in ours]
-
-    def _under(self, lock: str) -> tuple[str, ...]:
-        """Return the names of the lock and of the folder that was made under it; none where that is no lock of ours."""
-        token = token_in(self.root / lock)
-        return (lock, self.work(token).name) if token else ()
 
     def refuse_special_files(self) -> None:
         """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
@@ -148,55 +139,47 @@ class Store:
                 raise InputError(f"is not a {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 
     @contextmanager
-    def locked(self, shard: str | None = None) -> Iterator[Lease]:
-        """Hold the folder, which is made where there is none, for this run; with the name of a `shard`, "0-of-3",
-        beside the runs of other shards.
+    def locked(self) -> Iterator[Lease]:
+        """Hold the folder, which is made where there is none, for this run.
 
-        Takes a folder that it made back when nothing came of the run. Raises InputError when another run has it, and
-        OutputError.
+        Waits PATIENCE_S seconds for another run that has it. Takes a folder that it made back when nothing came of the
+        run. Raises InputError where another run keeps it, and OutputError.
         """
         made = self._make_root()
         try:
             with ExitStack() as stack:
-                busy = "another run is writing this dataset"
-                whole = held(self.lock, busy=busy, shared=shard is not None, at_last=self._sweep_shards)
-                locks = [stack.enter_context(whole)]
-                if shard:
-                    own = held(self.root / f".lock-{shard}", busy="another run is making this shard")
-                    locks.append(stack.enter_context(own))
-                else:
-                    self._sweep_shards()
-                work = self.work(locks[-1].token)
+                lock = self._acquired()
+                stack.callback(os.close, lock.descriptor)
+                stack.callback(self.lock.unlink, missing_ok=True)
+                work = self.work(lock.token)
                 stack.callback(self._remove_whole, work)
                 self._sweep(work)
-                yield Lease(descriptors=tuple(lock.descriptor for lock in locks), work=work)
+                yield Lease(descriptor=lock.descriptor, work=work)
         finally:
             if made:
                 with suppress(OSError):  # not empty
                     self.root.rmdir()
 
-    @contextmanager
-    def exclusively(self) -> Iterator[None]:
-        """Wait for the other shards that change what all shards of the dataset share, and hold them off. Raises
-        OutputError."""
-        with held(self.root / TURN, stays=True):
-            yield
-
-    def shards_at_work(self) -> Iterator[Path]:
-        """Yield the work folders of the shards that are being made, this process' own among them."""
-        for name in filter(LOCK_OF_SHARD.fullmatch, os.listdir(self.root)):
-            if token := token_in(self.root / name):
-                if lock := take_lock(self.root / name, shared=True):
-                    os.close(lock.descriptor)
-                else:
-                    yield self.work(token)
-
-    def _sweep_shards(self) -> None:
-        """Remove what shards left, now that none is at work: locks, and temporary files of those that were killed."""
-        for lock in filter(_is_lock, os.listdir(self.root)):
-            if lock != LOCK and (ours := self._under(lock)):
-                remove_tree(self.folder, ours[1])
-                (self.root / lock).unlink(missing_ok=True)
+    def _acquired(self) -> Lock:
+        """Take the lock, which is made where there is none."""
+        began = time.monotonic()
+        try:
+            while True:
+                with suppress(FileExistsError):
+                    create_lock(self.lock, new_token())
+                if lock := take_lock(self.lock):
+                    return lock
+                if time.monotonic() > began + PATIENCE_S:
+                    refuse_other_file(self.lock)
+                    found = "another run is writing this dataset"
+                    raise InputError(found, where=self.root, do="wait for it, or end it")
+                time.sleep(LOOK_EVERY_S)
+        except OSError as e:
+            refuse_other_file(self.lock)
+            if e.errno not in NO_LOCKS:
+                raise self._unwritable(e) from e
+            do = "mount it with locks (NFS with its lock service, Lustre with flock), or choose another folder"
+            raise OutputError(f"is on a file system without locks ({e.strerror})", where=self.root, do=do) from e
 
     def _make_root(self) -> bool:
         """Make the folder, and return whether there was none."""
@@ -245,64 +228,9 @@ def special_file_error(folder: Folder, node: Node) -> InputError:
     return InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
 
 
-def _is_lock(name: str) -> bool:
-    return name in (LOCK, TURN) or LOCK_OF_SHARD.fullmatch(name) is not None
-
-
-@contextmanager
-def held(
-    path: Path,
-    *,
-    busy: str | None = None,
-    shared: bool = False,
-    stays: bool = False,
-    at_last: Callable[[], None] = lambda: None,
-) -> Iterator[Lock]:
-    """Hold the lock at `path`, made where there is none: alone, or `shared` with others that share it.
-
-    Whoever holds it alone in the end calls `at_last` and removes it, unless it `stays`. While another run holds it this
-    waits: for ever, or for PATIENCE_S seconds where `busy` is given, which is what the InputError says then. Raises
-    OutputError.
-    """
-    try:
-        lock = _acquired(path, busy, shared)
-    except OSError as e:
-        refuse_other_file(path)
-        raise _unwritable(path, e) from e
-    try:
-        yield lock
-    finally:
-        if not stays and (not shared or take_alone(lock)):
-            at_last()
-            path.unlink(missing_ok=True)
-        os.close(lock.descriptor)
-
-
-def await_token(path: Path) -> None:
+def _await_token(path: Path) -> None:
     """Wait at most PATIENCE_S seconds for an empty lock to be written: it was made an instant ago."""
     give_up = time.monotonic() + PATIENCE_S
     with suppress(OSError):
         while path.lstat().st_size == 0 and time.monotonic() < give_up:
-            time.sleep(FIRST_LOOK_S)
-
-
-def _acquired(path: Path, busy: str | None, shared: bool) -> Lock:
-    began, pause = time.monotonic(), FIRST_LOOK_S
-    while True:
-        with suppress(FileExistsError):
-            create_lock(path, new_token())
-        if lock := take_lock(path, shared=shared):
-            return lock
-        if time.monotonic() > began + PATIENCE_S:
-            refuse_other_file(path)
-            if busy:
-                raise InputError(busy, where=path.parent, do="wait for it, or end it")
-        time.sleep(pause)
-        pause = min(2 * pause, LONGEST_LOOK_S)
-
-
-def _unwritable(path: Path, e: OSError) -> OutputError:
-    if e.errno in NO_LOCKS:
-        do = "mount it with locks (NFS with its lock service, Lustre with flock), or choose another folder"
-        return OutputError(f"is on a file system without locks ({e.strerror})", where=path.parent, do=do)
-    return OutputError(f"cannot be written ({e.strerror})", where=path.parent, do="choose another folder")
+            time.sleep(LOOK_EVERY_S)

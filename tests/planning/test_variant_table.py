@@ -134,6 +134,7 @@ def a_plan(pictures, variants):
         variants=variants,
         known_variants=variants,
         names=(),
+        frames=(),
         stages={},
         origin={},
         description={},

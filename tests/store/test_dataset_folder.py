@@ -4,6 +4,7 @@ import os
 import resource
 import subprocess
 import sys
+from threading import Timer
 from typing import Never
 
 import pytest
@@ -13,6 +14,7 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.sha256 import sha256_of
 from spin_usd.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.store.dataset_folder import Store
+from spin_usd.store.lock import TEXT
 
 
 def files(folder):
@@ -208,3 +210,12 @@ def test_a_stage_is_not_taken_for_a_datasets_folder(tmp_path) -> None:
     (tmp_path / "dataset.usda").write_text("#usda 1.0")
     with pytest.raises(InputError, match="is a stage, and a dataset's folder is expected; choose an empty folder"):
         Store(root=tmp_path).prepare()
+
+
+def test_a_lock_that_is_just_being_written_is_waited_for(tmp_path) -> None:
+    """Another run made it an instant ago; its name is there before its token."""
+    lock = tmp_path / ".lock"
+    lock.touch()
+    Timer(0.3, lock.write_text, [TEXT.format("0" * 32)]).start()
+    Store(root=tmp_path).prepare()
+    assert lock.stat().st_size

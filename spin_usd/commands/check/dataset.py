@@ -15,8 +15,7 @@ from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import STRANGE, NodeType
-from spin_usd.planning.manifest import read_manifest
-from spin_usd.planning.missing import missing_in_words, missing_pictures
+from spin_usd.planning.shard import missing_in_words, missing_pictures
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
@@ -26,7 +25,7 @@ from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import has_list, unlisted
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, picture_of
+from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many
@@ -112,10 +111,8 @@ def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
 
 def shard_findings(store: Store) -> Iterator[Finding]:
     """Yield a warning for each shard whose pictures are not all there."""
-    if manifest := read_manifest(store):
-        there = {(variant, frame) for frame, variant in map(picture_of, store.records())}
-        for shard, count in Counter(map(str, missing_pictures(manifest, there).values())).items():
-            yield Finding(code="shards", where=SHARDS, message=missing_in_words(count, shard), severity=WARNING)
+    for shard, count in Counter(map(str, missing_pictures(store).values())).items():
+        yield Finding(code="shards", where=SHARDS, message=missing_in_words(count, shard), severity=WARNING)
 
 
 def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:

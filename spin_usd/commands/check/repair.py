@@ -60,13 +60,13 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckRepo
 
 
 class _Repair:
-    """The repair of one dataset. records: those that were valid before · strange: links and the like in its own places
+    """The repair of one dataset. records: those that were valid before · special: links and the like in its own places
     · repaired, unrepaired: as in the report."""
 
     def __init__(self, store: Store, progress: Progress, note: Note) -> None:
         self.store, self.progress, self.note = store, progress, note
         self.records = valid_records(store)
-        self.strange = list(store.folder.special_files(OWN))
+        self.special = list(store.folder.special_files(OWN))
         self.repaired: list[str] = []
         self.unrepaired: list[str] = []
 
@@ -74,7 +74,7 @@ class _Repair:
         """Repair what the rest needs first."""
         self._try(DESCRIPTION, self._description)
         self._pictures()
-        if not any(node.name.partition("/")[0] == STAGE for node in self.strange):
+        if not any(node.name.partition("/")[0] == STAGE for node in self.special):
             self._try(STAGE_SUMS, partial(listed_again, self.store, self.records))
 
     def _try(self, what: str, fix: Callable[[], Iterator[str]]) -> None:
@@ -98,12 +98,12 @@ class _Repair:
 
     def _refuse_unsure(self) -> None:
         """Raise InputError where a link is in the way, or it is not sure that the folder is a dataset's alone."""
-        for node in self.strange:
+        for node in self.special:
             if node.name.partition("/")[0] in (DESCRIPTION, STAGE):
                 raise special_file_error(self.store.folder, node)
-        strange = sorted(set(self.store.contents()) - {*OWN, LOCK})
-        if strange:
-            raise InputError(f"cannot be written again beside {strange[0]}", do="move that elsewhere")
+        others = sorted(set(self.store.contents()) - {*OWN, LOCK})
+        if others:
+            raise InputError(f"cannot be written again beside {others[0]}", do="move that elsewhere")
         if not self.records:
             do = "run spin-usd render again with the stage that made the pictures"
             raise InputError("cannot be written again without records", do=do)
@@ -135,7 +135,7 @@ class _Repair:
         """Return those of the pictures whose files can be replaced, and put down what is in the way of the others."""
         left = defaultdict[Node, list[str]](list)
         for name in sorted(names):
-            if node := obstacle(name, self.strange):
+            if node := obstacle(name, self.special):
                 left[node].append(name)
         for node, pictures in left.items():
             self.unrepaired.append(f"{', '.join(pictures)}: {special_file_error(self.store.folder, node)}")

@@ -184,7 +184,7 @@ DATASET = {
         meaning="A file of the cache is damaged, strange, or of no use; it costs time, no picture.",
         remedy="`check --repair`, or remove it.",
     ),
-    "shards": Rule(meaning="Shards are missing.", remedy="Make them, then `merge` or `render`."),
+    "shards": Rule(meaning="Shards are missing.", remedy="Make them, then `merge`; or `render`."),
     "record": Rule(meaning="A record cannot be used, or is not of its schema."),
     "numbers": Rule(meaning="A record or a file holds numbers that cannot be used."),
     "size": Rule(meaning="A file has another size in pixels than the camera."),

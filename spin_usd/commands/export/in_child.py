@@ -88,7 +88,7 @@ def _write(plan: ExportPlan, request: ExportOptions, lease: Lease, progress: Pro
         if request.workers == 1:
             made = made_here(exported, layout, request, lease.work)
         else:
-            made = made_by_children(exported, request, lease.work, lease.descriptors)
+            made = made_by_children(exported, request, lease.work, (lease.descriptor,))
         progress("exporting: picture", 0, len(exported))
         for rows, counts in made:
             for row in rows:

@@ -188,7 +188,7 @@ def _frame_pixels(plan: Plan) -> int:
 
 def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
     """Start a process of that kind, the `number`th of `count`."""
-    child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=rendering_memory())
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
     child.send(
         "open_measuring",
         stage=str(plan.root),

@@ -24,7 +24,7 @@ def merge(context: typer.Context, options: MergeOptions, *, as_json: Json = Fals
         added = f"{pluralise(report.added, 'picture')} added, {report.kept} already there"
         print_out(f"{options.out}   ({added}, in {report.seconds:.1f} s)")
     if report.missing:
-        from spin_usd.planning.missing import missing_in_words
+        from spin_usd.planning.shard import missing_in_words
 
         for shard, count in report.missing.items():
             print_err(missing_in_words(count, shard))

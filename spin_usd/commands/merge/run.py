@@ -17,14 +17,7 @@ from spin_usd.files.changes import put
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.options import takes
 from spin_usd.planning.cost import Timings, read_measured, write_measured
-from spin_usd.planning.manifest import (
-    Manifest,
-    digest_of,
-    read_manifest,
-    remove_finished_manifest,
-    write_manifest,
-)
-from spin_usd.planning.missing import missing_pictures
+from spin_usd.planning.shard import Shard, missing_pictures, read_manifest, remove_manifest, write_manifest
 from spin_usd.progress import Progress
 from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries
@@ -173,19 +166,14 @@ def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) 
 def _missing(
     sources: Sequence[MergedDataset], pictures: Sequence[MergedPicture], store: Store, lease: Lease
 ) -> dict[str, int]:
-    """Return how many pictures are still to come, by shard, and keep the shards' manifest for the next merge."""
-    stage, there = digest_of(store.stage), {(picture.variant, picture.frame) for picture in pictures}
-    manifests: list[Manifest] = []
-    for source in sources:
-        each = read_manifest(source.store)
-        if each and each.stage == stage and each not in manifests:
-            manifests.append(each)
+    """Return how many pictures are still to come, by shard, and keep the run's manifest for the next merge."""
+    there = {(picture.frame, picture.variant) for picture in pictures}
+    manifests = {each for each in (read_manifest(source.store) for source in sources) if each}
     if len(manifests) == 1:
-        write_manifest(store, manifests[0], work=lease.work)
-    remove_finished_manifest(store)
-    found = Counter[str]()
-    for manifest in manifests:
-        missing = missing_pictures(manifest, there)
-        found.update(map(str, missing.values()))
-        there |= missing.keys()  # other partitions may have the same: each is of one shard here
-    return dict(sorted(found.items()))
+        write_manifest(store, *manifests, work=lease.work)
+    if not missing_pictures(store):
+        remove_manifest(store)
+    missing: dict[tuple[str, str], Shard] = {}
+    for manifest in sorted(manifests, key=lambda each: each.count):
+        missing = manifest.missing(there) | missing  # of other numbers of shards: each is of one shard here
+    return dict(sorted(Counter(map(str, missing.values())).items()))

@@ -31,10 +31,8 @@ from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import read_measured, write_measured
 from spin_usd.planning.effort_choice import doubts
 from spin_usd.planning.make_plan import Plan
-from spin_usd.planning.manifest import Manifest, refuse_other_shards, share_manifest
-from spin_usd.planning.plan_of_shard import plan_of_shard
 from spin_usd.planning.request import RenderRequest
-from spin_usd.planning.shard import Shard
+from spin_usd.planning.shard import Manifest, Shard, write_manifest
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
 from spin_usd.pluralise import pluralise
@@ -106,15 +104,18 @@ class DatasetRun:
     def _completed(self) -> RenderReport:
         copy_to = None if self._own else self._copied
         try:
-            whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
+            planned = plan(
+                self._request, progress=self._progress, shard=self._shard, copy_to=copy_to, had=self._store.kinds
+            )
         except OutputError as e:  # about a file of the copy, in a folder that is gone by now
             raise OutputError(f"the stage's copy {e.found}", where=self._store.root, do=e.do) from e
         if self._request.device == AUTO:
-            self._note(f"--device auto: light is rendered on {whole.settings.device}")
-        kinds = wanted_kinds(self._request, whole)
-        root = (Path(STAGE) / whole.root.relative_to(self._copied)).as_posix()
-        planned, manifest = self._part(whole)
-        removed = self._describe(planned, manifest, root, kinds)
+            self._note(f"--device auto: light is rendered on {planned.settings.device}")
+        if (only := self._only) is not None:
+            planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in only))
+        kinds = wanted_kinds(self._request, planned)
+        root = (Path(STAGE) / planned.root.relative_to(self._copied)).as_posix()
+        removed = self._describe(planned, root, kinds)
         chosen = doubts(self._request.chosen, planned.stages)
         report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
         tasks = self._unfinished(planned, root, kinds, report)
@@ -123,29 +124,17 @@ class DatasetRun:
             self._make(planned, root, tasks, report)
         return report
 
-    def _part(self, whole: Plan) -> tuple[Plan, Manifest | None]:
-        """Return the plan of the pictures that this run is for, and the manifest where that is a shard."""
-        only, shard = self._only, self._shard
-        if only is not None:
-            whole = changed(whole, pictures=tuple(each for each in whole.pictures if each.name in only))
-        if shard is None:
-            return whole, None
-        how, named = common_work(self._request, whole), self._request.options.recorded
-        return plan_of_shard(whole, shard, how, named=named, stage=self._copied)
-
-    def _describe(self, planned: Plan, manifest: Manifest | None, root: str, kinds: tuple[str, ...]) -> int:
+    def _describe(self, planned: Plan, root: str, kinds: tuple[str, ...]) -> int:
         """Put the stage, whose root layer is `root` then, and dataset.json into the folder, and return how many
         pictures of another stage were removed from it."""
         store, work = self._store, self._lease.work
-        with postponed(), store.exclusively():
+        with postponed():
             if not self._own:
                 refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=self._copied)
-            if manifest:
-                replaced = self._options.replace and same_stage.other_origin(store, planned)
-                refuse_other_shards(store, manifest, replaced=bool(replaced))
             removed = _remove_unwanted(store, planned, self._options)
-            if manifest:
-                share_manifest(store, manifest, work=work)
+            if self._shard:
+                manifest = Manifest(count=self._shard.count, variants=planned.variants, frames=planned.frames)
+                write_manifest(store, manifest, work=work)
             write_json(store.folder, DESCRIPTION, describe(store, planned, root, kinds), work=work)
             if not self._own:
                 _adopt_stage(store, work)
@@ -185,8 +174,7 @@ class DatasetRun:
                 if stop.number is not None:
                     listener.stopped()
             if report.made:
-                with self._store.exclusively():
-                    write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
+                write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
 
     def _workers(self, tasks: int) -> tuple[int, int]:
         """Return how many workers there are at most, and how many processors these share: in a cluster each has

@@ -8,6 +8,7 @@ from spin_usd.labels.table import CLOUD_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL
 from spin_usd.picture.make_picture import KINDS
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
+from spin_usd.planning.shard import Shard
 from spin_usd.planning.work import CommonWork
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Progress
@@ -18,11 +19,12 @@ def plan(
     *,
     progress: Progress,
     explain: bool = False,
+    shard: Shard | None = None,
     copy_to: Path | None = None,
     had: Sequence[str] = (),
 ) -> Plan:
-    """Plan what a run would make. With `explain` the plan also says what work is skipped, and why. `had`: the kinds of
-    file that the dataset has, which pictures that are made again keep.
+    """Plan what a run would make, of a `shard` its own pictures alone. With `explain` the plan also says what work is
+    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep.
 
     Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
     """
@@ -32,6 +34,7 @@ def plan(
         labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.if_lidar, *had)),
         copy_to=copy_to,
         explain=explain,
+        shard=shard,
     )
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 

@@ -10,9 +10,8 @@ from spin_usd.commands.render.report import RenderReport
 from spin_usd.errors import InputError
 from spin_usd.files.url import is_url
 from spin_usd.options import RunOptions, takes
-from spin_usd.planning.manifest import remove_finished_manifest
 from spin_usd.planning.request import RenderRequest
-from spin_usd.planning.shard import Shard
+from spin_usd.planning.shard import Shard, remove_manifest
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.progress import Note, Progress, no_note
 from spin_usd.scene.effort import CPU
@@ -67,11 +66,12 @@ def render_dataset(
     with opened(out, options.cluster) as destination:
         store = destination.store
         store.prepare(special_files_stay=only is not None)  # a repair leaves it where it is
-        with store.locked(shard.name if shard else None) as lease:
+        with store.locked() as lease:
             report = DatasetRun(destination, lease, request, options, shard, only, progress, note).complete()
-            if not report.failed and shard is None and not destination.mirror:  # others may be using the cache
+            if not report.failed and not destination.mirror:
                 _tidy(store, report, keep=not options.no_cache)
-                remove_finished_manifest(store)
+                if shard is None and only is None:  # a run of its own now, of which nobody waits for other shards
+                    remove_manifest(store)
     report.seconds = time.monotonic() - began
     return report
 

@@ -71,7 +71,7 @@ class WorkerProcesses:
 
     def _process(self) -> Child:
         lease = self._lease
-        return Child(keep_open=lease.descriptors, scratch=lease.work, memory=self._memory, modules=self._modules)
+        return Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=self._memory, modules=self._modules)
 
 
 def make_pictures(

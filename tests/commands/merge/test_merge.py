@@ -16,7 +16,7 @@ from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import SHARDS
 from tests.cases.records import record_files
-from tests.planning.shards.folder import content
+from tests.commands.merge.folder import content
 
 NAME = "records/nominal/img000001.json"
 
@@ -142,6 +142,34 @@ def test_a_picture_that_shards_contradict_each_other_in_is_refused(made, shards,
     with pytest.raises(InputError, match=f"{name.name}: contradicts .*/{name.name}"):
         merge_datasets(shards, tmp_path / "merged", progress=quiet)
     assert not (tmp_path / "merged").exists()
+
+
+def test_a_run_without_a_shard_makes_what_is_missing_and_waits_for_no_shard(whole, make, made, tmp_path) -> None:
+    out = tmp_path / "merged"
+    merge_datasets(made[:2], out, progress=quiet)
+    assert (out / SHARDS).exists()
+    assert (make(out).made, content(out)) == (4, whole)
+
+
+def test_a_label_that_the_next_frame_decides_is_that_of_one_run(make, tmp_path) -> None:
+    """The next frame is another shard's."""
+    make(tmp_path / "whole", labels=("flow",))
+    shards = [_made(make, tmp_path / str(number), f"{number}/2", labels=("flow",)) for number in range(2)]
+    merge_datasets(shards, tmp_path / "merged", progress=quiet)
+    assert content(tmp_path / "merged") == content(tmp_path / "whole")
+
+
+def test_variants_that_were_made_apart_are_merged_like_shards(whole, make, tmp_path) -> None:
+    apart = [_made(make, tmp_path / name, None, variants=(name,)) for name in ("nominal", "dim_1")]
+    merge_datasets(apart, tmp_path / "merged", progress=quiet)
+    assert content(tmp_path / "merged") == whole
+
+
+def test_a_shard_without_a_frame_is_merged_like_others(whole, make, tmp_path) -> None:
+    """Seven shards of six frames."""
+    shards = [_made(make, tmp_path / str(number), f"{number}/7") for number in range(7)]
+    merge_datasets(shards, tmp_path / "merged", progress=quiet)
+    assert content(tmp_path / "merged") == whole
 
 
 def test_equal_pictures_in_two_shards_are_one(whole, made, shards, tmp_path) -> None:

@@ -8,8 +8,8 @@ from spin_usd.commands.render.run import render_dataset
 from spin_usd.options import RunOptions
 from spin_usd.scene.effort import Effort
 from tests.cases.requests import request_for
+from tests.commands.merge.folder import content
 from tests.conftest import REPOSITORY, speedplus_camera
-from tests.planning.shards.folder import content
 
 RELIGHT = """schema = "augment-1"
 seed = 0
