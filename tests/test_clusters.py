@@ -49,7 +49,7 @@ def test_the_tasks_of_the_array_make_the_dataset(commands, small_stage, tmp_path
         }
         options = ["--renderer", "raycast", "--samples", "1", "--frames", "0:5", "--json"]
         done = subprocess.run(
-            ["bash", tmp_path / "array.sbatch", small_stage, "dataset", *options],
+            ["bash", tmp_path / "array.sbatch", small_stage, "shards", *options],
             env=environment,
             cwd=tmp_path,
             capture_output=True,
@@ -58,6 +58,7 @@ def test_the_tasks_of_the_array_make_the_dataset(commands, small_stage, tmp_path
         assert done.returncode == 0, done.stderr
         made += json.loads(done.stdout)["made"]
     assert made == 5
+    spin_usd("merge", *sorted((tmp_path / "shards").iterdir()), "--out", tmp_path / "dataset")
     again = spin_usd("render", small_stage, "--out", tmp_path / "dataset", *options)
     assert json.loads(again.stdout)["reused"] == 5
 

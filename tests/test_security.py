@@ -26,7 +26,7 @@ TESTS = {
         "hostile/test_outside.py::test_files_that_a_record_names_elsewhere_are_not_hashed",
     ],
     "be a pipe, a device or a folder": [
-        "files/test_given_file.py::test_every_reader_refuses_pipes_and_devices_at_once",
+        "files/test_user_file.py::test_every_reader_refuses_pipes_and_devices_at_once",
         "hostile/test_waiting.py::test_a_pipe_in_a_dataset_is_refused_by_render",
     ],
     "hold a value of a wrong or unknown type": [
@@ -41,7 +41,7 @@ TESTS = {
         "stage/composition/test_open_layer.py::test_a_layer_of_text_is_bounded",
         "stage/composition/test_open_layer.py::test_prims_do_not_nest_deeper_than_they_can_be_walked",
         "stage/composition/test_images.py::test_one_image_has_a_limit",
-        "files/test_given_file.py::test_size_is_bounded_before_anything_is_read",
+        "files/test_user_file.py::test_size_is_bounded_before_anything_is_read",
         "hostile/test_waiting.py::test_large_inputs_end_within_their_time",
     ],
     "never finish opening": [
@@ -78,7 +78,7 @@ TESTS = {
         "hostile/test_users_files.py::test_a_render_into_a_dataset_with_names_like_temporary_ones",
         "hostile/test_outside.py::test_pruning_follows_no_link",
     ],
-    "Your own paths": ["files/test_given_file.py::test_a_link_of_the_user_is_followed"],
+    "Your own paths": ["files/test_user_file.py::test_a_link_of_the_user_is_followed"],
     "No Python code, Blender file": ["test_security.py::test_nothing_here_runs_code_that_it_reads"],
 }
 ROW = re.compile(r"^\| (?!---|a hostile file could)(.+?) \|", re.MULTILINE)
