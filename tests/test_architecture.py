@@ -41,7 +41,7 @@ ONLY_IN = {
     "subprocess": ("commands", "processes"),
     "tempfile": (
         "commands",
-        "exchange/layout/body_models.py",
+        "exchange/layout/models.py",
         "processes",
         "store",
         "files/new_file.py",
@@ -116,7 +116,7 @@ MAY_OPEN = {
     "renderers/blender/passes.py": WORK,
     "exchange/layout/bop_scenes.py": MADE,
     "exchange/layout/index_file.py": MADE,
-    "exchange/layout/body_models.py": WORK,
+    "exchange/layout/models.py": WORK,
     "exchange/layout/save_models.py": WORK,
     "commands/export/writer.py": WORK,
     "commands/keypoints": WORK,
@@ -176,7 +176,7 @@ NOT_IN_DECODING = {
     "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",
     "stage/composition/images.py": "OpenImageIO says what is wrong, and raises nothing",
     "renderers/blender/passes.py": "reads what Blender has just written for us",
-    "exchange/layout/body_models.py": "reads what our own child process has just written",
+    "exchange/layout/models.py": "reads what our own child process has just written",
     "commands/keypoints/shown_target.py": "reads what our own child process has just written",
 }
 JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")

@@ -7,9 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from spin_usd.arrays import Float
-from spin_usd.exchange.layout.body_models import body_models
-from spin_usd.exchange.layout.bop_entries import camera_matrix, pose_entry, visibility_entry
-from spin_usd.exchange.layout.bop_limits import amodal_known, depth_fits, depth_scale
+from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.bop_scenes import (
     POSES_TO_CAMERA,
     RECTIFIED,
@@ -18,22 +16,26 @@ from spin_usd.exchange.layout.bop_scenes import (
     RECTIFYING,
     YES,
     as_exported,
+    camera_matrix,
     depth_file,
     image_file,
     image_number,
     mask_file,
     model_files,
+    pose_entry,
     scene_indexes,
     scene_number,
     scene_rows,
+    visibility_entry,
 )
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import AMODAL, ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
-from spin_usd.exchange.layout.limits import bodies_told_apart, undistorted
-from spin_usd.exchange.layout.output import ExportFile, IndexRow, MadeFile, Output
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.limits import INSTANCE, UINT16_MAX, bodies_told_apart, depth_at_most, undistorted
+from spin_usd.exchange.layout.models import MILLIMETRES, body_models
+from spin_usd.exchange.layout.survey import Survey, reach
 from spin_usd.geometry.bounds import in_front
+from spin_usd.scene.body import OCCLUDER
 from spin_usd.store.pictured_target import PicturedTarget
 
 DEPTH = "depth"
@@ -57,6 +59,26 @@ CONVENTIONS = (
     "if nothing else were there, mask_visib what is seen of it.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",
 )
+SCALES = (0.1, 1.0)
+"""Steps of depth, millimetres. Beyond the last they would be too coarse: BOP's tools decide what is visible at 5 mm and
+15 mm."""
+WITHOUT_DEPTH = "export without depth: --option depth=no"
+
+
+def depth_scale(dataset: ExportedDataset) -> float:
+    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does, and
+    where there are occluders, of which nobody knows how far they are."""
+    if any(part.target == OCCLUDER for part in dataset.dataset.parts.values()):
+        return SCALES[-1]
+    deepest = (dataset.farthest + reach(dataset.dataset.targets)) * MILLIMETRES
+    return next((scale for scale in SCALES if deepest <= scale * UINT16_MAX), SCALES[-1])
+
+
+def amodal_known(survey: Survey) -> None:
+    """Raise UnsupportedError where a body can hide another, and pictures do not say what is behind it."""
+    if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
+        found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
+        raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
 
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
@@ -134,7 +156,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
             bodies_told_apart,
             amodal_known,
             *(() if rectify else (undistorted(RECTIFY_IT),)),
-            *((depth_fits,) if depth else ()),
+            *((depth_at_most(SCALES[-1], WITHOUT_DEPTH),) if depth else ()),
         ),
         splits=SPLITS,
         several=True,

@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart
-from spin_usd.exchange.layout.output import IndexRow, Output
-from spin_usd.exchange.layout.run_lengths import compressed, run_lengths
+from spin_usd.exchange.layout.masks import compressed, run_lengths
 from spin_usd.store.description import DescribedTarget
 from spin_usd.store.pictured_target import PicturedTarget
 

@@ -7,12 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, LinkedFile, MadeFile, Output
 from spin_usd.exchange.layout.limits import same_files
-from spin_usd.exchange.layout.output import IndexRow, LinkedFile, MadeFile, Output
 from spin_usd.sha256 import sha256_of
 
 TABLE, METADATA = "records.csv", "croissant.json"

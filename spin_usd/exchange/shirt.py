@@ -7,14 +7,12 @@ metadata.json mounts the camera; here camera and servicer are one.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import one_camera, one_variant
-from spin_usd.exchange.layout.output import ExportFile, IndexRow, MadeFile, Output
-from spin_usd.exchange.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
+from spin_usd.exchange.speedplus import POSE_CONVENTIONS, camera_file, pose_row
 
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
 CONVENTIONS = (
@@ -56,7 +54,7 @@ def _list(dataset: ExportedDataset) -> str:
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     filename = f"{picture.name}.jpg"
     yield grey_image(picture, f"{dataset.options['trajectory']}/{dataset.options['domain']}/images/{filename}")
-    yield IndexRow(path=_list(dataset), value=pose_row(picture, filename, "q_vbs2tango_true"))
+    yield IndexRow(path=_list(dataset), value=pose_row(picture, filename))
 
 
 SHIRT = ExportFormat(

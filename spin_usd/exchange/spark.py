@@ -1,7 +1,9 @@
-"""SPARK: its three layouts for classification and detection, and that of stream 2 for poses.
+"""SPARK: its three layouts for classification and detection, and that of stream 2, for poses of trajectories, which
+CubeSat-CDT is taken to share.
 
 Sources: the "SPARK utils" of the challenges. 2021: SPLIT_rgb/CLASS, SPLIT_depth/CLASS and SPLIT_labels.csv; stream 1 of
-2022: SPLIT and SPLIT.csv; of 2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv.
+2022: SPLIT and SPLIT.csv; of 2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv; stream 2 of both: SPLIT.csv and
+SPLIT/images/GTnnn.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,14 +14,11 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import JPEG, any_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
-from spin_usd.exchange.layout.limits import UINT16_MAX, depth_at_most, target_is_a_file_name
-from spin_usd.exchange.layout.output import IndexRow, MadeFile, Output
-from spin_usd.exchange.layout.pose_table import pose_table_layout
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.limits import UINT16_MAX, depth_at_most, no_distortion, one_camera, target_is_a_file_name
 from spin_usd.formats.arrays.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
@@ -40,6 +39,15 @@ LOADERS = (
 )
 DEPTH = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
 LAYERS = f"A mask is red for the body and blue for parts of the class {PANEL_CLASS}; black is nothing. {JPEG}."
+COLUMNS = ("filename", "sequence", "Tx", "Ty", "Tz", "Qx", "Qy", "Qz", "Qw")
+CONVENTIONS = (
+    "p_cam = R(q) p_body + T: Qx, Qy, Qz, Qw is the unit quaternion, scalar last, Hamilton, of the rotation from the "
+    "body's axes to the camera's; T is the body's origin in the camera's axes, in metres. Numbers have all "
+    "their digits.",
+    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are those of the target's model.",
+    "A sequence GTnnn is one variant of the dataset, in the order of its frames. Images are PNG, as the dataset's.",
+    "The format has no camera file: K is that of the table below.",
+)
 
 
 def rows_first(picture: ExportedPicture) -> str:
@@ -122,6 +130,31 @@ def _write_layers(picture: ExportedPicture, path: Path) -> None:
         colours[number] = PANEL if part.class_name == PANEL_CLASS else BODY
     layers = colours[picture.label("segmentation")] * picture.mask()[..., None]
     write_image(path, layers, channels=("R", "G", "B"))
+
+
+def pose_table_layout(*, notes: tuple[str, ...] = ()) -> Layout:
+    """Return the layout of stream 2, a sequence for each variant; `notes` are further sentences for the card."""
+    return Layout(
+        needs=("image",),
+        conventions=(*CONVENTIONS, *notes),
+        indexes=_indexes_stream2,
+        files=_files_stream2,
+        limits=(no_distortion, one_camera),
+        splits={"train": "train", "validation": "val", "test": "test"},
+    )
+
+
+def _indexes_stream2(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {f"{split}.csv": csv_table(COLUMNS) for split in dataset.splits}
+
+
+def _files_stream2(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    sequence = f"GT{dataset.variants.index(picture.variant) + 1:03}"
+    filename = f"{picture.name}.png"
+    yield any_image(picture, f"{picture.split}/images/{sequence}/{filename}")
+    w, x, y, z = picture.target.q_cam_body.tolist()
+    row = (filename, sequence, *picture.target.t_cam_body.tolist(), x, y, z, w)
+    yield IndexRow(path=f"{picture.split}.csv", value=row)
 
 
 def layout(options: Mapping[str, Any]) -> Layout:

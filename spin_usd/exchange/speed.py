@@ -5,14 +5,12 @@ Sources: pedropro/UrsoNet (speed.py: SPLIT.json, images/SPLIT), tpark94/speedplu
 
 from collections.abc import Iterator, Mapping
 
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import no_distortion, one_camera
-from spin_usd.exchange.layout.output import IndexRow, Output
-from spin_usd.exchange.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
+from spin_usd.exchange.speedplus import POSE_CONVENTIONS, SPEED_QUATERNION, camera_file, pose_row
 
 CONVENTIONS = (
     *POSE_CONVENTIONS,
@@ -29,7 +27,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     filename = f"{picture.name}.jpg"
     yield grey_image(picture, f"images/{picture.split}/{filename}")
-    yield IndexRow(path=f"{picture.split}.json", value=pose_row(picture, filename, "q_vbs2tango"))
+    yield IndexRow(path=f"{picture.split}.json", value=pose_row(picture, filename, SPEED_QUATERNION))
 
 
 LAYOUT = Layout(

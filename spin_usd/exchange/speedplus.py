@@ -1,5 +1,7 @@
 """SPEED+: camera.json, then for a domain its images, masks, and lists of poses.
 
+SPEED and SHIRT have the same camera.json, and lists of poses of one format.
+
 Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, and a mask of the same file name in masks/),
 JotaBravo/spacecraft-uda (camera.json).
 """
@@ -7,14 +9,12 @@ JotaBravo/spacecraft-uda (camera.json).
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image, mask_image, part_image
-from spin_usd.exchange.layout.index_file import IndexFile, json_list
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output, SecondName
 from spin_usd.exchange.layout.limits import one_camera, parts_at_most
-from spin_usd.exchange.layout.output import IndexRow, Output, SecondName
-from spin_usd.exchange.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
+from spin_usd.formats.camera_file import camera_document
 
 TWICE = (
     "Readers that look for a mask under its image's name find it: masks/NAME.jpg is the same PNG, without loss; "
@@ -27,6 +27,16 @@ MEANING = {
     "none": ("There are no masks.",),
 }
 SPLITS = {"train": "train", "validation": "validation", "test": "test"}
+POSE_CONVENTIONS = (
+    "p_cam = R(q) p_body + r: q is the unit quaternion, scalar first, Hamilton, of the rotation from the body's axes "
+    "to the camera's; r is the body's origin in the camera's axes, in metres. Numbers have all their digits.",
+    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are those of the target's model.",
+    "camera.json: cameraMatrix in pixels, (0, 0) being the corner of the image as in SPEED+ (cx = width / 2 is its "
+    "middle); distCoeffs are k1, k2, p1, p2, k3 of OpenCV; fx and fy there are metres, cameraMatrix times the pixel "
+    "pitch ppx, for which the pitch of SPEED+'s camera is taken.",
+)
+QUATERNION, SPEED_QUATERNION = "q_vbs2tango_true", "q_vbs2tango"
+POSITION = "r_Vo2To_vbs_true"
 
 
 def layout(options: Mapping[str, Any]) -> Layout:
@@ -64,7 +74,22 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
         yield mask
         if filename != f"{picture.name}.png":
             yield SecondName(path=f"{domain}/masks/{filename}", of=mask.path)
-    yield IndexRow(path=_list(dataset, picture.split), value=pose_row(picture, filename, "q_vbs2tango_true"))
+    yield IndexRow(path=_list(dataset, picture.split), value=pose_row(picture, filename))
+
+
+def camera_file(dataset: ExportedDataset) -> MadeFile:
+    """Return camera.json."""
+    return MadeFile(path="camera.json", write=write_json_file(camera_document(dataset.camera)))
+
+
+def pose_row(picture: ExportedPicture, filename: str, quaternion: str = QUATERNION) -> dict[str, Any]:
+    """Return the entry of a list of poses; `quaternion` is the key that the set gives it."""
+    target = picture.target
+    return {
+        "filename": filename,
+        quaternion: target.q_cam_body.tolist(),
+        POSITION: target.t_cam_body.tolist(),
+    }
 
 
 SPEEDPLUS = ExportFormat(

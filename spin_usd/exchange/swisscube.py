@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.exchange.layout.body_models import body_models
-from spin_usd.exchange.layout.bop_entries import MILLIMETRES, camera_matrix, pose_entry
 from spin_usd.exchange.layout.bop_scenes import (
     POSES_TO_CAMERA,
     RECTIFIED,
@@ -19,19 +17,20 @@ from spin_usd.exchange.layout.bop_scenes import (
     RECTIFYING,
     YES,
     as_exported,
+    camera_matrix,
     image_file,
     mask_file,
     model_files,
+    pose_entry,
     scene_indexes,
     scene_number,
     scene_rows,
 )
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, undistorted
-from spin_usd.exchange.layout.output import ExportFile, IndexRow, MadeFile, Output
+from spin_usd.exchange.layout.models import MILLIMETRES, body_models
 
 SPLITS = {"train": "training", "validation": "validation", "test": "testing"}
 INDEXES = ("scene_camera", "scene_gt")

@@ -9,13 +9,11 @@ utils.plot_axes: the body's y axis is mirrored.
 from collections.abc import Iterator, Mapping
 
 from spin_usd.arrays import Float
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, text_lines
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
+from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import no_distortion, one_camera
-from spin_usd.exchange.layout.output import IndexRow, Output
 
 COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
 CONVENTIONS = (

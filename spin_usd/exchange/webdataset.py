@@ -14,11 +14,9 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
-from spin_usd.exchange.layout.output import IndexRow, MadeFile, Output
+from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.tar_file import Member, write_tar
 from spin_usd.store.names import record_of

@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_text_file
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, has_keypoints
-from spin_usd.exchange.layout.outlines import joined, outlines
-from spin_usd.exchange.layout.output import ExportFile, IndexRow, MadeFile, Output
-from spin_usd.exchange.layout.speed_family import pose_row
+from spin_usd.exchange.layout.masks import joined, outlines
+from spin_usd.exchange.speedplus import pose_row
 from spin_usd.store.pictured_target import PicturedTarget
 
 DETECT, SEGMENT, POSE = "detect", "segment", "pose"
@@ -83,7 +81,7 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
     yield any_image(picture, f"images/{picture.split}/{file}")
     labels = f"labels/{picture.split}/{picture.name}.txt"
     yield MadeFile(path=labels, write=lambda path: write_text_file(_labels(dataset, picture))(path))
-    yield IndexRow(path=POSES, value=pose_row(picture, file, "q_vbs2tango_true"))
+    yield IndexRow(path=POSES, value=pose_row(picture, file))
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:

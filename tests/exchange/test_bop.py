@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.bop_limits import depth_scale
+from spin_usd.exchange.bop import depth_scale
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.exchange.layout.rectified_picture import resampling
 from spin_usd.formats.arrays.image_file import read_image

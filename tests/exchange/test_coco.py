@@ -9,7 +9,7 @@ import pytest
 from spin_usd.exchange.coco import annotation, keypoint_numbers
 from spin_usd.store.dataset import Dataset
 from tests.exchange.conftest import write_export
-from tests.exchange.layout.test_run_lengths import lengths_in
+from tests.exchange.layout.test_masks import lengths_in
 
 STATES = ("visible", "self-occluded", "occluded", "outside", "behind")
 

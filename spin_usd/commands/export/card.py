@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.commands.export.plan import ExportPlan
 from spin_usd.exchange.layout.exported_dataset import Entry
 from spin_usd.exchange.layout.index_file import write_text_file
-from spin_usd.exchange.layout.output import MadeFile
+from spin_usd.exchange.layout.layout import MadeFile
 from spin_usd.geometry.camera import Camera
 from spin_usd.store.contact_sheet import draw_contact_sheet, spread
 

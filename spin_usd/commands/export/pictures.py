@@ -12,8 +12,7 @@ from spin_usd.errors import SpinError
 from spin_usd.exchange.export_formats import format_named
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
-from spin_usd.exchange.layout.layout import Layout
-from spin_usd.exchange.layout.output import IndexRow
+from spin_usd.exchange.layout.layout import IndexRow, Layout
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text

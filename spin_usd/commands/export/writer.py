@@ -11,7 +11,7 @@ from typing import NamedTuple, TextIO
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.exchange.layout.index_file import IndexFile
-from spin_usd.exchange.layout.output import ExportFile, LinkedFile, MadeFile, SecondName
+from spin_usd.exchange.layout.layout import ExportFile, LinkedFile, MadeFile, SecondName
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE

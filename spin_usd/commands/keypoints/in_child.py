@@ -12,7 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.commands.author.model import model_file, model_unit, write_model
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.errors import InputError
-from spin_usd.exchange.layout.model import Model
+from spin_usd.exchange.layout.models import Model
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.arrays.image_file import write_image

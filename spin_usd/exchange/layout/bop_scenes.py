@@ -1,4 +1,10 @@
-"""The files of BOP's scenes. A scene is a variant in a split; its images are numbered by their places in the stage."""
+"""BOP's scenes: their files, and the entries of these, in millimetres: cameras, poses, and what is visible.
+
+A scene is a variant in a split; its images are numbered by their places in the stage.
+
+Source: the format's description in bop_toolkit (docs/bop_datasets_format.md), and its scripts `calc_gt_info.py` and
+`calc_model_info.py`, which make these files of other data sets.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -8,18 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.exchange.layout.body_models import body_models
-from spin_usd.exchange.layout.bop_entries import depth_numbers, model_entry
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.arrays import Float
+from spin_usd.errors import UnsupportedError
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import VISIBLE, any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_object, write_json_file
-from spin_usd.exchange.layout.layout import FormatOption
-from spin_usd.exchange.layout.model import Model
-from spin_usd.exchange.layout.model_file import ply_bytes
-from spin_usd.exchange.layout.output import IndexRow, LinkedFile, MadeFile
+from spin_usd.exchange.layout.layout import FormatOption, IndexRow, LinkedFile, MadeFile
+from spin_usd.exchange.layout.limits import UINT16_MAX
+from spin_usd.exchange.layout.models import MILLIMETRES, Model, body_models, diameter, ply_bytes
 from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
 from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.rotation import matrix_from_quaternion
 
 RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
@@ -33,6 +39,7 @@ RECTIFIED = (
     "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "
     "what is projected from them are exact. What the lens did not show is black.",
 )
+NO_BOX = [-1, -1, -1, -1]
 
 
 def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedPicture:
@@ -96,3 +103,87 @@ def _write_model(model: Model, path: Path) -> None:
 
 def _write_grey(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     write_image(path, pixels, channels=("Y",))
+
+
+def camera_matrix(camera: Camera, *, first_centre: float) -> list[float]:
+    """Return K, row by row, in pixels of which the first has its centre at (first_centre, first_centre)."""
+    shift = first_centre - 0.5
+    return [camera.fx, 0.0, camera.cx + shift, 0.0, camera.fy, camera.cy + shift, 0.0, 0.0, 1.0]
+
+
+def pose_entry(number: int, q_cam_body: Float, t_cam_body: Float) -> dict[str, Any]:
+    """Return the entry of `scene_gt.json` for the object of that number; t_cam_body in metres."""
+    return {
+        "cam_R_m2c": matrix_from_quaternion(q_cam_body).ravel().tolist(),
+        "cam_t_m2c": (t_cam_body * MILLIMETRES).tolist(),
+        "obj_id": number,
+    }
+
+
+def visibility_entry(
+    *, visible: NDArray[np.bool_], amodal: NDArray[np.bool_], fraction: float, outline: Float
+) -> dict[str, Any]:
+    """Return the entry of `scene_gt_info.json` for an object, with its masks (H, W), the visible share of its whole
+    silhouette (NaN where that is empty), and pixels (N, 2) whose box is that of the silhouette, out of the frame too.
+
+    A box is x, y, width and height of BOP's kind: the greatest pixel less the least, so 0 of a single one. It is
+    -1, -1, -1, -1 where nothing is visible.
+    """
+    count = int(visible.sum())
+    whole = round(count / fraction) if count and fraction > 0 else int(amodal.sum())
+    return {
+        "bbox_obj": _box_of_silhouette(amodal, outline) if count else NO_BOX,
+        "bbox_visib": _box_of_mask(visible) if count else NO_BOX,
+        "px_count_all": whole,
+        "px_count_valid": int(amodal.sum()),
+        "px_count_visib": count,
+        "visib_fract": count / whole if whole else 0.0,
+    }
+
+
+def model_entry(model: Model) -> dict[str, float]:
+    """Return the entry of `models_info.json`: diameter and box, millimetres. No symmetries are said, for nobody knows
+    them."""
+    low = model.points.min(0) * MILLIMETRES
+    size = np.ptp(model.points, axis=0) * MILLIMETRES
+    corner = {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
+    sizes = {f"size_{axis}": float(value) for axis, value in zip("xyz", size, strict=True)}
+    return {"diameter": diameter(model.hull) * MILLIMETRES, **corner, **sizes}
+
+
+def depth_numbers(depth: NDArray[np.float32], scale: float) -> NDArray[np.uint16]:
+    """Return depth (H, W) in metres as whole numbers of `scale` millimetres; 0 stays 0. Raises UnsupportedError for
+    what 16 bits do not hold."""
+    steps = np.rint(depth.astype(np.float64) * (MILLIMETRES / scale))
+    if steps.max(initial=0) > UINT16_MAX:
+        far, most = float(depth.max()), UINT16_MAX * scale / MILLIMETRES
+        found = f"is up to {far:g} m deep, and 16 bits of {scale:g} mm end at {most:g} m"
+        raise UnsupportedError(found, do="export without depth, or leave out the pictures that show what is so far")
+    return steps.astype(np.uint16)
+
+
+def _box_of_mask(mask: NDArray[np.bool_]) -> list[int]:
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    return _box(columns[0], rows[0], columns[-1], rows[-1])
+
+
+def _box_of_silhouette(amodal: NDArray[np.bool_], outline: Float) -> list[int]:
+    """Return the box of the silhouette's pixels, as bop_toolkit counts them in its own renders: those of the mask
+    (H, W), and beyond a side of the frame that it touches, those whose centres lie within the outline's extent. There
+    a tip so thin that it lies between the centres of pixels counts too.
+
+    In the outline's pixels (0, 0) is the corner of the image, so pixel i has its centre half a pixel further, at
+    i + 0.5.
+    """
+    beyond_low, beyond_high = np.ceil(outline.min(0) - 0.5), np.ceil(outline.max(0) - 0.5) - 1
+    columns, rows = np.flatnonzero(amodal.any(0)), np.flatnonzero(amodal.any(1))
+    low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]])
+    end = np.array(amodal.shape[::-1]) - 1
+    return _box(
+        *np.where(low == 0, np.minimum(low, beyond_low), low),
+        *np.where(high == end, np.maximum(high, beyond_high), high),
+    )
+
+
+def _box(left: float, top: float, right: float, bottom: float) -> list[int]:
+    return [int(left), int(top), int(right - left), int(bottom - top)]

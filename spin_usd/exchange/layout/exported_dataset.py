@@ -3,11 +3,100 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.camera import Camera
 from spin_usd.store.dataset import Dataset
+from spin_usd.store.description import DescribedPart
+from spin_usd.store.picture import Picture
+from spin_usd.store.pictured_target import PicturedTarget
+
+AMODAL = "mask_amodal"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExportedPicture:
+    """A picture of the dataset, and its place in the export.
+
+    picture: as the dataset has it · name: unlike that of any other picture of the export, and safe as a file's stem ·
+    number: its place in the export, from 0 · split: what the format calls its split · target_name: the target that
+    formats of one target hold.
+
+    Formats take camera, image and labels from here, and not from `picture`: these are what is exported.
+    """
+
+    picture: Picture
+    name: str
+    number: int
+    split: str
+    target_name: str
+
+    @property
+    def variant(self) -> str:
+        """The picture's variant."""
+        return self.picture.variant
+
+    @property
+    def camera(self) -> Camera:
+        """Size in pixels and lens; (0, 0) is the corner of the image."""
+        return self.picture.camera
+
+    @property
+    def parts(self) -> Mapping[int, DescribedPart]:
+        """The parts by their ids, which are the numbers in the segmentation."""
+        return self.picture.parts
+
+    @cached_property
+    def targets(self) -> tuple[PicturedTarget, ...]:
+        """All targets in order of their ids."""
+        return self.picture.targets
+
+    @property
+    def target(self) -> PicturedTarget:
+        """The target that formats of one target hold."""
+        return self.picture.targets[self.target_name]
+
+    @property
+    def image(self) -> NDArray[Any]:
+        """The image, (H, W) or (H, W, 3), 8 or 16 bits."""
+        return self.picture.image
+
+    def label(self, kind: str) -> NDArray[Any]:
+        """Return the label of that name, such as "depth". Raises InputError where the picture has none."""
+        return self.picture.label(kind)
+
+    def has(self, kind: str) -> bool:
+        """Return whether the picture has a file of that kind."""
+        return kind in self.picture.files
+
+    @property
+    def file_set(self) -> tuple[str, ...]:
+        """The kinds of file that the picture has, with the endings of their names, such as "image.png"."""
+        return tuple(f"{kind}{Path(file.path).suffix}" for kind, file in sorted(self.picture.files.items()))
+
+    def file(self, kind: str) -> FileIn:
+        """Return the dataset's file of that kind."""
+        return FileIn(Folder(self.picture.root), self.picture.files[kind].path)
+
+    def linkable(self, kind: str, suffix: str) -> bool:
+        """Return whether the dataset's file of that kind is one with the ending `suffix`."""
+        return self.picture.files[kind].path.endswith(suffix)
+
+    def mask(self, target: int | None = None) -> NDArray[np.bool_]:
+        """Return (H, W): the pixels in which the target with that id, or else `target`, is visible."""
+        return self.picture.mask(self.target.id if target is None else target)
+
+    def amodal_mask(self, target: int) -> NDArray[np.bool_]:
+        """Return (H, W): the silhouette of the target with that id as if nothing else were there. Without the label
+        "mask_amodal" it is what is visible, which it is of a body alone."""
+        if not self.has(AMODAL):
+            return self.mask(target)
+        return np.asarray(self.label(AMODAL) >> np.uint16(target - 1) & 1 > 0)
 
 
 class Entry(NamedTuple):

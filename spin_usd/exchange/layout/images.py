@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
-from spin_usd.exchange.layout.output import LinkedFile, MadeFile
+from spin_usd.exchange.layout.exported_dataset import ExportedPicture
+from spin_usd.exchange.layout.layout import LinkedFile, MadeFile
 from spin_usd.formats.arrays.image_file import JPEG_QUALITY, write_image
 
 LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers

@@ -1,7 +1,8 @@
 """The layout of an export: what a format asks of the pictures, and the files that it makes of them.
 
 A format is one file in `exchange` and one entry in `export_formats.py`. The file has an `ExportFormat`, which has a
-`Layout`, or one for the options chosen. That yields `Output`s (output.py), and writes nothing itself:
+`Layout`, or one for the options chosen. That yields `Output`s, whose paths are relative to the export's folder, and
+writes nothing itself:
 
 - `indexes` says which files list many pictures, such as train.json, and in which style (index_file.py);
 - `shared` yields what all pictures share, such as camera.json, once;
@@ -21,14 +22,53 @@ occluder is, its `write` refuses.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile
-from spin_usd.exchange.layout.output import ExportFile, MadeFile, Output
 from spin_usd.exchange.layout.survey import Survey
+from spin_usd.files.folder import FileIn
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkedFile:
+    """A file of the dataset that goes into the export as it is: a hard link of `source`, or a copy where asked for."""
+
+    path: str
+    source: FileIn
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeFile:
+    """A file that `write` fills at the path that it is given. It is not called where the export has the file already,
+    so all that is costly belongs in it."""
+
+    path: str
+    write: Callable[[Path], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SecondName:
+    """A second name, `path`, of the file `of` that came before it in the export: a hard link, or a copy where asked
+    for."""
+
+    path: str
+    of: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class IndexRow:
+    """An entry of the index `path`, in the order in which they come. value: what that index's style takes · section:
+    the list that it goes to, in an index of several."""
+
+    path: str
+    value: Any
+    section: str = ""
+
+
+ExportFile: TypeAlias = LinkedFile | MadeFile | SecondName
+Output: TypeAlias = ExportFile | IndexRow
 
 Limit = Callable[[Survey], None]
 """Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""

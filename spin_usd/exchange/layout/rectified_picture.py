@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.mesh import BOX
 from spin_usd.store.description import DescribedTarget

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.model import Model
+from spin_usd.exchange.layout.models import Model
 from spin_usd.progress import Progress
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.target import Target

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.exchange.layout.exported_picture import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
 from spin_usd.scene.mesh import BOX
 from spin_usd.store.dataset import Dataset

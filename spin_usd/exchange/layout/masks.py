@@ -1,12 +1,51 @@
-"""Masks as polygons: their outlines along the edges of pixels, so that a polygon covers what the mask covers."""
+"""Masks as COCO's run lengths, and as polygons.
+
+Run lengths go column by column, and are written as the short text that pycocotools reads. Source: P. Dollar and T.-Y.
+Lin, the mask interface of the COCO API (2014); its C file `maskApi` has the same in `rleEncode` and `rleToString`.
+
+Polygons are outlines along the edges of pixels, so that a polygon covers what the mask covers.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
-
+DIGIT_BITS = 5  # a character holds so many bits of a number, lowest first
+FIRST_CHARACTER = 48
 Corners = NDArray[np.int64]
 STEPS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])  # right, down, left, up: each a right turn after the one before
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
+    """Lengths of the runs of False and True in turn, of a mask (H, W) read down its columns from the left. The first is
+    of False, so it is 0 where the top left pixel is True."""
+    down = mask.ravel(order="F")
+    changes = np.flatnonzero(down[1:] != down[:-1]) + 1
+    first = [0] if down[0] else []
+    lengths: list[int] = np.diff([*first, *changes.tolist(), down.size], prepend=0).tolist()
+    return lengths
+
+
+def compressed(lengths: list[int]) -> str:
+    """Write the run lengths as text. From the fourth on each is written as what it has more than the one of its kind
+    before it."""
+    characters = bytearray()
+    for place, length in enumerate(lengths):
+        number = length - lengths[place - 2] if place > 2 else length
+        characters += bytes(_characters(number))
+    return characters.decode("ascii")
+
+
+def _characters(number: int) -> list[int]:
+    """Cut the number into digits; the highest bit of the last one is its sign, and a further bit says that more
+    follow."""
+    digits = []
+    while True:
+        digit, number = number & (1 << DIGIT_BITS) - 1, number >> DIGIT_BITS
+        negative = digit >> DIGIT_BITS - 1
+        more = number != (-1 if negative else 0)
+        digits.append(digit + (more << DIGIT_BITS) + FIRST_CHARACTER)
+        if not more:
+            return digits
 
 
 def outlines(mask: NDArray[np.bool_]) -> list[Corners]:
@@ -81,10 +120,3 @@ def joined(rings: list[Corners]) -> Corners:
         here = int(np.asarray(nearest)[there])
         line = np.concatenate([line[: here + 1], ring[there:], ring[: there + 1], line[here:]])
     return line
-
-
-def signed_area(corners: Corners | Float) -> float:
-    """Return the area within a closed line (N, 2) by the shoelace formula: positive where it goes clockwise as the
-    image is seen."""
-    x, y = np.asarray(corners, np.float64).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.bop_entries import (
+from spin_usd.exchange.layout.bop_scenes import (
     camera_matrix,
     depth_numbers,
     model_entry,
     pose_entry,
     visibility_entry,
 )
-from spin_usd.exchange.layout.model import Model
+from spin_usd.exchange.layout.models import Model
 from spin_usd.geometry.camera import Camera
 
 QUARTER_TURN = np.sqrt(0.5) * np.array([1, 0, 0, 1])  # about z: x to y, scalar first

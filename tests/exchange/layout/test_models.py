@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
-from spin_usd.exchange.layout.model import Model, diameter
-from spin_usd.exchange.layout.model_file import ply_bytes
+from spin_usd.exchange.layout.models import Model, diameter, ply_bytes
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
