@@ -1,14 +1,17 @@
-"""Small tables that a user writes by hand: JSON, CSV or TOML, one row for each name.
+"""Small tables that a user writes by hand, of keypoints or of parts: JSON, CSV or TOML, one row for each name.
 
 JSON and TOML: {name: [value, ...]} or {name: {column: value}}; JSON also [{key: name, column: value}, ...]. CSV: a line
 of headings, in any order.
 """
 
 import csv
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
@@ -16,6 +19,8 @@ from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import lines_in
 from spin_usd.formats.toml_file import read_toml_file
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.part_rule import PartRule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +34,12 @@ class Table:
     @property
     def columns(self) -> tuple[str, ...]:
         return self.required + self.optional
+
+
+KEYPOINTS = Table(key="name", required=("x", "y", "z"))
+"""Points in the body's axes, metres."""
+PARTS = Table(key="pattern", required=("part",), optional=("class",))
+"""Parts and their classes, by patterns of names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,3 +125,44 @@ def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
     for row in lines:
         text = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
         yield f"{path}, line {lines.line_num}", text
+
+
+def read_keypoints_file(path: str | Path) -> Keypoints:
+    """Read the keypoints of the file at `path`, in its order. Raises InputError that names the file and the row."""
+    rows = read_table(path, KEYPOINTS)
+    points = [[_metres(row, axis) for axis in KEYPOINTS.required] for row in rows]
+    return Keypoints(names=tuple(row.name for row in rows), points=np.array(points, np.float64))
+
+
+def _metres(row: Row, axis: str) -> float:
+    given: Any = row.values[axis]
+    try:
+        number = math.nan if isinstance(given, bool) else float(given)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"has {axis} = {given!r}", where=row.where, do="give finite numbers, metres in the body frame")
+    return number
+
+
+def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
+    """Read the rules of the file at `path`, in its order; those of one part have one class. Raises InputError that
+    names the file and the row."""
+    rows = read_table(path, PARTS)
+    classes: dict[str, str] = {}
+    for row in rows:
+        part, given = _text(row, "part"), _text(row, "class") if "class" in row.values else None
+        if given is not None and classes.setdefault(part, given) != given:
+            found = f"gives the part {part!r} the class {given!r}, and another row gives it {classes[part]!r}"
+            raise InputError(found, where=row.where, do="give one part one class")
+    names = [(row.name, _text(row, "part")) for row in rows]
+    return tuple(PartRule(pattern=pattern, part=part, class_name=classes.get(part)) for pattern, part in names)
+
+
+def _text(row: Row, column: str) -> str:
+    given = row.values[column]
+    if not isinstance(given, str) or not given.isprintable() or len(given) > 255:
+        raise InputError(
+            f"has the {column} {given!r}", where=row.where, do="give printable text of up to 255 characters"
+        )
+    return given

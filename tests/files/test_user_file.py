@@ -13,11 +13,11 @@ from spin_usd.files.user_file import open_file, path_of, read_bytes, read_text
 from spin_usd.formats.arrays.image_file import read_image
 from spin_usd.formats.arrays.point_cloud_file import read_point_cloud
 from spin_usd.formats.camera_file import read_camera_file
-from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.formats.sampling_text import read_sampling_file
 from spin_usd.formats.spec_file import read_spec_file
+from spin_usd.formats.table_file import read_keypoints_file
 
 
 def pipe(folder: Path) -> Path:

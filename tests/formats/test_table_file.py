@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.formats.keypoints_file import read_keypoints_file
-from spin_usd.formats.parts_file import read_parts_file
+from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
 from spin_usd.scene.part_rule import PartRule, first_match
 
 POINTS = {

@@ -9,9 +9,8 @@ import numpy as np
 
 from spin_usd.commands.author.camera import USD_SUFFIXES
 from spin_usd.errors import InputError
-from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
-from spin_usd.formats.parts_file import read_parts_file
+from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
 from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
 from spin_usd.scene.keypoints import Keypoints

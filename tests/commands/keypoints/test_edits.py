@@ -6,7 +6,7 @@ import pytest
 from spin_usd.commands.keypoints.edits import added, deleted, free_name, moved, renamed, table_lines
 from spin_usd.commands.keypoints.session import History
 from spin_usd.errors import InputError
-from spin_usd.formats.keypoints_file import read_keypoints_file
+from spin_usd.formats.table_file import read_keypoints_file
 from spin_usd.scene.keypoints import Keypoints
 
 THREE = Keypoints(names=("a", "b", "tip_3"), points=np.arange(9.0).reshape(3, 3))
