@@ -102,7 +102,7 @@ MAY_OPEN = {
     "formats/arrays/point_cloud_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,
-    "exchange/webdataset_poses.py": "reads from an open file",
+    "exchange/webdataset.py": "reads from an open file",
     "exchange/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
     "exchange/record_poses.py": "looks for the records in a folder that the user names; `files` opens them",
     "stage/author/from_usd.py": MADE,

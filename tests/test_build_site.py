@@ -9,7 +9,7 @@ import pytest
 import spin_usd
 from spin_usd.command_line import app
 from spin_usd.commands.check.rules import RULES
-from spin_usd.exchange.export_formats import EXPORT_FORMATS
+from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
 from spin_usd.stage.augment.parameters import PARAMETERS
 from tests.conftest import REPOSITORY

@@ -1,21 +1,31 @@
 """COCO: images in a folder for each split, and a JSON file of their boxes, masks, keypoints and poses.
 
+COCO itself has no poses; exports add them to each image as the member `poses`, with q_cam_body and t_cam_body of each
+target. The pose that is read of an image is that of its target of the least category.
+
 Source: the format's description by its authors (data format, object and keypoint detection), and pycocotools.
 """
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
 from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart
 from spin_usd.exchange.layout.masks import compressed, run_lengths
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.record_poses import pose_of_record
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.json_file import read_json_file
 from spin_usd.store.description import DescribedTarget
 from spin_usd.store.pictured_target import PicturedTarget
 
@@ -37,6 +47,8 @@ CONVENTIONS = (
     "annotation.",
     "The lens distortion is in the images, as in boxes, masks and keypoints.",
 )
+BOP_FILE = "scene_gt_coco.json"
+HEAD = re.compile(r'\s*\{\s*"(info|licenses|images|annotations|categories)"\s*:')
 
 
 def annotation(target: PicturedTarget, mask: NDArray[np.bool_]) -> dict[str, Any]:
@@ -113,3 +125,47 @@ LAYOUT = Layout(
 )
 
 COCO = ExportFormat(name="coco", holds="images, boxes, masks (RLE), keypoints and poses", layout=LAYOUT)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the poses of the images that have some. Raises InputError that names the image."""
+    images = [image for image in _images(path) if image.get("poses")]
+    if not images:
+        raise InputError("has no image with poses", where=path, do="export it with spin-usd export --to coco")
+    for image in images:
+        name = str(image.get("file_name", ""))
+        where = f"{path}, image {name!r}"
+        yield pose_of_record({"pose": _first(image["poses"], where)}, where, name=name.rpartition("/")[2])
+
+
+def _images(path: Path) -> list[dict[str, Any]]:
+    document = read_json_file(path, MAX_POSE_LIST)
+    found = document.get("images") if isinstance(document, dict) else None
+    if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+        raise InputError("has no list of images", where=path, do="give a file as COCO has it")
+    return found
+
+
+def _first(poses: Any, where: str) -> dict[str, Any]:
+    """Return the pose of the least category. Raises InputError."""
+    if not isinstance(poses, list) or not all(isinstance(each, dict) for each in poses):
+        raise InputError("has poses that are no list of objects", where=where)
+    return min(poses, key=_category)
+
+
+def _category(pose: dict[str, Any]) -> float:
+    number = pose.get("category_id", 0)
+    return float(number) if isinstance(number, int | float) else 0.0
+
+
+def _lists(folder: Path) -> Sequence[Path]:
+    """Return the files in the folder but BOP's, which has its poses beside them."""
+    return [file for file in files_like("annotations/*.json", "*.json")(folder) if file.name != BOP_FILE]
+
+
+COCO_POSES = PoseFormat(
+    name="COCO",
+    recognises=lambda path, head: HEAD.match(head) is not None,
+    read=read_poses,
+    lists=_lists,
+)

@@ -1,6 +1,8 @@
 """Croissant: the dataset's own images and labels, a table of all pictures, and croissant.json, which describes both.
 
-Source: Croissant Format Specification 1.0, MLCommons (JSON-LD). The table is joined with the images by their names.
+The table is CSV with q_cam_body, scalar first, and t_cam_body in metres, and is joined with the images by their names.
+
+Source: Croissant Format Specification 1.0, MLCommons (JSON-LD).
 """
 
 from collections.abc import Iterator, Mapping
@@ -11,6 +13,8 @@ from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedP
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, write_json_file
 from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, LinkedFile, MadeFile, Output
 from spin_usd.exchange.layout.limits import same_files
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.pose_numbers import cells, csv_rows
 from spin_usd.sha256 import sha256_of
 
 TABLE, METADATA = "records.csv", "croissant.json"
@@ -75,6 +79,9 @@ CONVENTIONS = (
     "down, z forward. Body axes are those of the target's model. Numbers have all their digits.",
     "Images and labels are the dataset's own files.",
 )
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+POSITION = ("t_x", "t_y", "t_z")
+HEAD = ",".join((*TEXTS, *QUATERNION, *POSITION))
 
 
 def kinds_of(dataset: ExportedDataset) -> Mapping[str, str]:
@@ -180,4 +187,19 @@ LAYOUT = Layout(
 
 CROISSANT = ExportFormat(
     name="croissant", holds="as they are, with Croissant metadata (MLCommons, JSON-LD)", layout=LAYOUT
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the rows of the table. Raises InputError that names the row."""
+    for where, row in csv_rows(path):
+        q, t = cells(row, QUATERNION, where), cells(row, POSITION, where)
+        yield PoseEntry(filename=row["name"], q_cam_body=q, t_cam_body=t)
+
+
+CROISSANT_POSES = PoseFormat(
+    name="Croissant",
+    recognises=lambda path, head: head.startswith(HEAD),
+    read=read_poses,
+    lists=files_like("*.csv"),
 )

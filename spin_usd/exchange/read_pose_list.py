@@ -10,7 +10,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
-from spin_usd.exchange.pose_formats import POSE_FORMATS
+from spin_usd.exchange.table import POSE_FORMATS
 from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE

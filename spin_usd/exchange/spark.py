@@ -1,5 +1,7 @@
-"""SPARK: its three layouts for classification and detection, and that of stream 2, for poses of trajectories, which
-CubeSat-CDT is taken to share.
+"""SPARK: its three layouts for classification and detection, and that of stream 2, for poses of trajectories.
+
+A row of stream 2, which CubeSat-CDT is taken to share, has a file name, the sequence that it belongs to, t_cam_body in
+metres and q_cam_body, scalar last. A file name is unique in its sequence alone.
 
 Sources: the "SPARK utils" of the challenges. 2021: SPLIT_rgb/CLASS, SPLIT_depth/CLASS and SPLIT_labels.csv; stream 1 of
 2022: SPLIT and SPLIT.csv; of 2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv; stream 2 of both: SPLIT.csv and
@@ -13,12 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import JPEG, any_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import UINT16_MAX, depth_at_most, no_distortion, one_camera, target_is_a_file_name
+from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.pose_numbers import cells, csv_rows
 from spin_usd.formats.arrays.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
@@ -39,7 +43,10 @@ LOADERS = (
 )
 DEPTH = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
 LAYERS = f"A mask is red for the body and blue for parts of the class {PANEL_CLASS}; black is nothing. {JPEG}."
-COLUMNS = ("filename", "sequence", "Tx", "Ty", "Tz", "Qx", "Qy", "Qz", "Qw")
+POSITION = ("Tx", "Ty", "Tz")
+QUATERNION = ("Qx", "Qy", "Qz", "Qw")
+COLUMNS = ("filename", "sequence", *POSITION, *QUATERNION)
+HEAD = ",".join(COLUMNS)
 CONVENTIONS = (
     "p_cam = R(q) p_body + T: Qx, Qy, Qz, Qw is the unit quaternion, scalar last, Hamilton, of the rotation from the "
     "body's axes to the camera's; T is the body's origin in the camera's axes, in metres. Numbers have all "
@@ -203,4 +210,26 @@ SPARK = ExportFormat(
             name="depth", meaning="depth images, in 2021 alone", default="millimetres", choices=("millimetres", "none")
         ),
     ),
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the rows of the file. Raises InputError that names the row."""
+    rows = list(csv_rows(path))
+    names = [row.get("filename", "") for _, row in rows]
+    repeated = len(set(names)) < len(names)
+    for (where, row), name in zip(rows, names, strict=True):
+        if not name:
+            raise InputError("has no filename", where=where, do=f"give {HEAD}")
+        x, y, z, w = cells(row, QUATERNION, where)
+        filename = f"{row.get('sequence', '')}_{name}" if repeated else name
+        yield PoseEntry(filename=filename, q_cam_body=(w, x, y, z), t_cam_body=cells(row, POSITION, where))
+
+
+SPARK_POSES = PoseFormat(
+    name="SPARK's stream 2",
+    recognises=lambda path, head: head.replace(" ", "").startswith(HEAD),
+    read=read_poses,
+    lists=files_like("*.csv", "*/*.csv"),
+    rotation=SCALAR_LAST,
 )

@@ -1,20 +1,31 @@
 """SPEED+: camera.json, then for a domain its images, masks, and lists of poses.
 
-SPEED and SHIRT have the same camera.json, and lists of poses of one format.
+SPEED, SHIRT and SPIN have the same camera.json, and lists of poses of one format, which is read for all: JSON, a bare
+list or {"poses": [...]} of entries with a file name, a scalar-first quaternion q_cam_body and a position t_cam_body in
+metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q_vbs2tango`) and the position `r_Vo2To_vbs_true`.
 
 Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, and a mask of the same file name in masks/),
-JotaBravo/spacecraft-uda (camera.json).
+JotaBravo/spacecraft-uda (camera.json), tpark94/speedplusbaseline and vpulab/SPIN (poses).
 """
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
+from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image, mask_image, part_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output, SecondName
 from spin_usd.exchange.layout.limits import one_camera, parts_at_most
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.pose_numbers import finite_numbers
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.camera_file import camera_document
+from spin_usd.formats.json_file import read_json_file
 
 TWICE = (
     "Readers that look for a mask under its image's name find it: masks/NAME.jpg is the same PNG, without loss; "
@@ -36,7 +47,9 @@ POSE_CONVENTIONS = (
     "pitch ppx, for which the pitch of SPEED+'s camera is taken.",
 )
 QUATERNION, SPEED_QUATERNION = "q_vbs2tango_true", "q_vbs2tango"
-POSITION = "r_Vo2To_vbs_true"
+POSITION, SHORT_POSITION = "r_Vo2To_vbs_true", "r_Vo2To_vbs"
+INDEX, INDEX_BYTES = b'"wids_version"', 200  # of a WebDataset, whose lists have such names too
+NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2", "poses")
 
 
 def layout(options: Mapping[str, Any]) -> Layout:
@@ -108,4 +121,61 @@ SPEEDPLUS = ExportFormat(
             name="masks", meaning="what masks hold", default="silhouette", choices=("silhouette", "parts", "none")
         ),
     ),
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the entries of the JSON file at `path`. Raises InputError that names the file and the entry."""
+    for i, entry in enumerate(_entries(read_json_file(path, MAX_POSE_LIST), path)):
+        where = f"{path}, entry {i}"
+        if not isinstance(entry, dict):
+            raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
+        filename = entry.get("filename")
+        if "filename" not in entry:
+            raise InputError("has no 'filename'", where=where, do="name the picture's file")
+        if not isinstance(filename, str):
+            found = f"has the filename {json.dumps(filename)[:80]}, which is not text"
+            raise InputError(found, where=where, do="name the picture's file")
+        where = f"{where} ({filename[:80]!r})"
+        yield PoseEntry(
+            filename=filename,
+            q_cam_body=_numbers(entry, (QUATERNION, SPEED_QUATERNION), 4, where),
+            t_cam_body=_numbers(entry, (POSITION, SHORT_POSITION), 3, where),
+        )
+
+
+def _entries(document: Any, path: Path) -> Sequence[Any]:
+    if isinstance(document, dict):
+        document = document.get("poses")
+    if not isinstance(document, list):
+        raise InputError("holds no list of poses", where=path, do='give a list, or {"poses": [...]}')
+    return document
+
+
+def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[float]:
+    """`count` finite numbers under the first of `keys` that is there."""
+    key = next((k for k in keys if k in entry), None)
+    if key is None:
+        raise InputError(f"has neither '{keys[0]}' nor '{keys[1]}'", where=where)
+    return finite_numbers(entry[key], count, f"'{key}'", where)
+
+
+def _lists(folder: Path) -> Sequence[Path]:
+    """Return the files of the sets' names in the folder but indices of a WebDataset's shards."""
+    named = files_like(*(f"{place}{name}.json" for place in ("", "*/") for name in NAMES))(folder)
+    return [file for file in named if not _begins_with(file, INDEX)]
+
+
+def _begins_with(file: Path, words: bytes) -> bool:
+    """Return whether the words are among the first of the file; one that cannot be read is left to the reader."""
+    with suppress(InputError, OSError), open_file(file, MAX_POSE_LIST) as opened:
+        return words in opened.read(INDEX_BYTES)
+    return False
+
+
+SPEEDPLUS_POSES = PoseFormat(
+    name="SPEED+",
+    recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
+    read=read_poses,
+    lists=_lists,
 )

@@ -3,27 +3,38 @@
 Source: the description of the format in webdataset's documentation: the files of one sample follow each other, and have
 the same name up to the first dot. The index is what its library `wids` reads. Hugging Face's `datasets` takes each
 KEY.json for a row of one table, whose types it learns from the first five: every value has one type, and none is null.
+Poses are read of KEY.json, be it such a table or a record of spin_usd.
 """
 
 import json
+import tarfile
 from collections.abc import Iterator, Mapping
 from functools import lru_cache, partial
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.record_poses import pose_of_record
+from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.size_limits import MAX_RECORD, MAX_SHARD
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.tar_file import Member, write_tar
+from spin_usd.nesting import parsed_json
 from spin_usd.store.names import record_of
 from spin_usd.store.pictured_target import PicturedTarget
 
 SHARDS = "shardlist"
 DOT = "%2E"  # "%" is in no name, so no two names become one
+ROW = ".json"  # the ending of a sample's table
 CONVENTIONS = (
     "Each sample has the files of one picture as the dataset has them, KEY.KIND.SUFFIX, such as img000001.depth.exr, "
     "its record, KEY.record.txt, which is JSON, and of that KEY.json: names, camera and targets as tables of one type, "
@@ -95,7 +106,7 @@ def _members(picture: ExportedPicture) -> Iterator[Member]:
         yield Member(name=f"{key}.{kind}{source.path.suffix}", source=source)
     record = record_of(picture.variant, picture.picture.frame)
     yield Member(name=f"{key}.record.txt", source=FileIn(Folder(picture.picture.root), record))
-    yield Member(name=f"{key}.json", source=json.dumps(_row(picture), allow_nan=False).encode())
+    yield Member(name=f"{key}{ROW}", source=json.dumps(_row(picture), allow_nan=False).encode())
 
 
 def _row(picture: ExportedPicture) -> dict[str, Any]:
@@ -154,4 +165,50 @@ WEBDATASET = ExportFormat(
             name="pictures", meaning="how many pictures a shard has, from 1", default="1000", read=_pictures_a_shard
         ),
     ),
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the records of the shard, and the shard to its end. Raises InputError that names the member."""
+    with decoding(path), open_file(path, MAX_SHARD) as shard, _opened(shard, path) as tar:
+        for member in tar:
+            key, dot, kind = member.name.rpartition("/")[2].partition(".")
+            if member.isfile() and dot + kind == ROW:
+                file, where = tar.extractfile(member), f"{path}, {member.name[:200]}"
+                text = file.read(MAX_RECORD) if file else b""
+                yield pose_of_record(_parsed(text, where), where, name=key.replace(DOT, "."))
+        _read_to_end(tar, path)
+
+
+def _opened(shard: BufferedReader, path: Path) -> tarfile.TarFile:
+    with decoding(path):
+        try:
+            return tarfile.open(fileobj=shard)
+        except tarfile.ReadError:  # it says so of every kind of compression, in a line each
+            raise InputError("is not a tar file", where=path, do="export it again") from None
+
+
+def _read_to_end(tar: tarfile.TarFile, path: Path) -> None:
+    """Raise InputError where no block of zeros follows the last member: `tarfile` takes anything for the end. Raises
+    EOFError where the end of what is compressed is not there."""
+    file = tar.fileobj
+    assert file is not None
+    file.seek(tar.offset)
+    if file.read(tarfile.BLOCKSIZE) != tarfile.NUL * tarfile.BLOCKSIZE:
+        raise InputError("is not a whole tar file", where=path, do="export it again")
+    file.seek(MAX_SHARD)  # of what is compressed, this reads all
+
+
+def _parsed(text: bytes, where: str) -> object:
+    try:
+        return parsed_json(text)
+    except ValueError:
+        raise InputError("is not JSON", where=where) from None
+
+
+WEBDATASET_POSES = PoseFormat(
+    name="WebDataset",
+    recognises=lambda path, head: path.suffix.lower() == ".tar",
+    read=read_poses,
+    lists=files_like("*.tar", "*/*.tar"),
 )

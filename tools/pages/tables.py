@@ -7,7 +7,7 @@ from pages.markdown import cell, row
 from pxr import Sdf
 
 from spin_usd.commands.check.rules import DATASET, STAGE
-from spin_usd.exchange.export_formats import EXPORT_FORMATS
+from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.label import Label
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 from spin_usd.stage.augment.parameters import PARAMETERS

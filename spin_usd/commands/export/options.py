@@ -21,7 +21,7 @@ class ExportOptions(Listening):
         Option(
             "The format; --list names all.",
             "NAME",
-            words=listed_in("spin_usd.exchange.export_formats", "EXPORT_FORMATS"),
+            words=listed_in("spin_usd.exchange.table", "EXPORT_FORMATS"),
         ),
     ]
     out: Annotated[str | Path, Option("The export's folder. Run again, it makes what is missing.", "PATH")]

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.writer import Counts, RowText, Writer
 from spin_usd.errors import SpinError
-from spin_usd.exchange.export_formats import format_named
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
 from spin_usd.exchange.layout.layout import IndexRow, Layout
+from spin_usd.exchange.table import format_named
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text

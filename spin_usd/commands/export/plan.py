@@ -14,10 +14,10 @@ from spin_usd.arrays import digest
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.selection import poses_of, selected
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.exchange.export_formats import format_named
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.layout import ExportFormat, Layout
 from spin_usd.exchange.layout.survey import Survey
+from spin_usd.exchange.table import format_named
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
 from spin_usd.scene.target import MAX_PARTS

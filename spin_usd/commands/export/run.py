@@ -3,8 +3,8 @@
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.pictures import PATIENCE_S
 from spin_usd.commands.export.report import ExportReport
-from spin_usd.exchange.export_formats import EXPORT_FORMATS
 from spin_usd.exchange.layout.layout import ExportFormat
+from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
 

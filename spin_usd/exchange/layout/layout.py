@@ -1,8 +1,8 @@
 """The layout of an export: what a format asks of the pictures, and the files that it makes of them.
 
-A format is one file in `exchange` and one entry in `export_formats.py`. The file has an `ExportFormat`, which has a
-`Layout`, or one for the options chosen. That yields `Output`s, whose paths are relative to the export's folder, and
-writes nothing itself:
+A format is one file in `exchange` and one entry in `table.py`. The file has an `ExportFormat`, which has a `Layout`, or
+one for the options chosen. That yields `Output`s, whose paths are relative to the export's folder, and writes nothing
+itself:
 
 - `indexes` says which files list many pictures, such as train.json, and in which style (index_file.py);
 - `shared` yields what all pictures share, such as camera.json, once;

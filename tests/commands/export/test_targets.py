@@ -11,8 +11,8 @@ from PIL import Image
 
 from spin_usd import Dataset
 from spin_usd.errors import InputError
-from spin_usd.exchange.export_formats import EXPORT_FORMATS
 from spin_usd.exchange.read_pose_list import read_pose_list
+from spin_usd.exchange.table import EXPORT_FORMATS
 from tests.exchange.conftest import write_export
 
 CAMERA = {"Nu": 96, "Nv": 72, "ppx": 1e-5, "ppy": 1e-5, "cameraMatrix": [[130, 0, 48], [0, 130, 36], [0, 0, 1]]}

@@ -1,0 +1,53 @@
+"""The data sets of others that are written and read. A new one is a file of its own and an entry here."""
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.bop import BOP, BOP_POSES
+from spin_usd.exchange.coco import COCO, COCO_POSES
+from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
+from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
+from spin_usd.exchange.layout.layout import ExportFormat
+from spin_usd.exchange.pose_format import PoseFormat
+from spin_usd.exchange.record_poses import RECORD
+from spin_usd.exchange.shirt import SHIRT
+from spin_usd.exchange.spark import SPARK, SPARK_POSES
+from spin_usd.exchange.speed import SPEED
+from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_POSES
+from spin_usd.exchange.swisscube import SWISSCUBE
+from spin_usd.exchange.urso import URSO, URSO_POSES
+from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
+from spin_usd.exchange.yolo import YOLO
+
+_ALL = (
+    SPEEDPLUS,
+    SPEED,
+    SHIRT,
+    SPARK,
+    URSO,
+    CUBESAT_CDT,
+    COCO,
+    YOLO,
+    BOP,
+    SWISSCUBE,
+    WEBDATASET,
+    CROISSANT,
+)
+EXPORT_FORMATS = {each.name: each for each in _ALL}
+"""By name."""
+POSE_FORMATS: tuple[PoseFormat, ...] = (
+    RECORD,
+    SPARK_POSES,
+    URSO_POSES,
+    BOP_POSES,
+    COCO_POSES,
+    WEBDATASET_POSES,
+    CROISSANT_POSES,
+    SPEEDPLUS_POSES,
+)
+"""The formats of pose lists, in the order in which they are asked whether they recognise a file."""
+
+
+def format_named(name: str) -> ExportFormat:
+    """Return the format of that name. Raises InputError that lists those there are."""
+    if name not in EXPORT_FORMATS:
+        raise InputError(f"there is no format {name!r}", do=f"choose among {', '.join(EXPORT_FORMATS)}")
+    return EXPORT_FORMATS[name]
