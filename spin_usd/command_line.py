@@ -27,8 +27,7 @@ from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
 from spin_usd.faults import expected
 from spin_usd.stop_signals import Stopped, let_signals_stop
 from spin_usd.terminal.command import Command, Group
-from spin_usd.terminal.examples import examples_of
-from spin_usd.terminal.help_text import width
+from spin_usd.terminal.help_text import examples_of, width
 from spin_usd.terminal.lines import BAD, Painted, print_err, print_out
 from spin_usd.terminal.notes import show_warnings
 from spin_usd.terminal.parameters import with_options

@@ -12,6 +12,12 @@ All three are unbiased, so bias^2 comes out a little below zero where there is n
 The uncertainty of a mean square: |x_s - r|^2 - v of each seed estimates it too, as large as variance + bias^2 in
 expectation, and the standard error of their mean over the seeds is its uncertainty. It does not include the reference's
 own error, which limits it where that is not far smaller than the error compared.
+
+Structural ssim of two images.
+
+Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to structural
+ssim", IEEE Transactions on Image Processing 13 (4), 2004, section III-C: an 11 x 11 Gaussian window of 1.5
+pixels, K1 = 0.01, K2 = 0.03.
 """
 
 import math
@@ -31,6 +37,10 @@ FLOOR = 0.4
 """eps, of the reference's mean over the target. Usual is eps^2 = 0.01 beside a white of 1 (Rousselle 2011); an exposure
 that meters the target's mean at a quarter of white makes that 0.4 of the mean. With much less, shadows that no detector
 can see would decide."""
+
+SIGMA_PX = 1.5
+RADIUS_PX = 5
+K1, K2 = 0.01, 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,3 +130,23 @@ def _power(vectors: Float) -> Float:
 
 def _mean(values: Float) -> float:
     return float(values.mean()) if values.size else 0.0
+
+
+def ssim(a: Float, b: Float, *, top: float) -> Float:
+    """Return (H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are averaged, which reach from 0
+    to `top`: 1 where the windows around a pixel are equal, less where not. Beyond its edge an image is mirrored."""
+    c1, c2 = (K1 * top) ** 2, (K2 * top) ** 2
+    mean_a, mean_b = _windowed(a), _windowed(b)
+    both = mean_a * mean_b
+    squares = mean_a * mean_a + mean_b * mean_b
+    covariance = _windowed(a * b) - both
+    variances = _windowed(a * a + b * b) - squares
+    found = (2 * both + c1) * (2 * covariance + c2) / ((squares + c1) * (variances + c2))
+    return found.mean(-1) if found.ndim == 3 else found
+
+
+def _windowed(image: Float) -> Float:
+    """Return the weighted mean around each pixel."""
+    from scipy import ndimage  # not above: scipy is slow to load, and few need it
+
+    return np.asarray(ndimage.gaussian_filter(image, SIGMA_PX, radius=RADIUS_PX, axes=(0, 1)), np.float64)

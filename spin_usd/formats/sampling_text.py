@@ -12,7 +12,7 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
-from spin_usd.formats.toml_file import read_toml_file
+from spin_usd.formats.text_file import read_toml_file
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SPAN = re.compile(rf"({NUMBER})\.\.({NUMBER})")

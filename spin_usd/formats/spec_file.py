@@ -16,7 +16,7 @@ from jsonschema.exceptions import ValidationError, best_match
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.toml_file import tables_in
+from spin_usd.formats.text_file import tables_in
 from spin_usd.resources import schemas
 from spin_usd.scene.model import NOMINAL
 

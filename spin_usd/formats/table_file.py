@@ -17,8 +17,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import lines_in
-from spin_usd.formats.toml_file import read_toml_file
+from spin_usd.formats.text_file import lines_in, read_toml_file
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.part_rule import PartRule
 

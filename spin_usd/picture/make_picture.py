@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -24,9 +24,10 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
+from spin_usd.sensor.detector import in_the_dark
 from spin_usd.sensor.develop import develop
-from spin_usd.sensor.exposure import exposure_end, metered
-from spin_usd.sensor.target_tones import target_tones
+from spin_usd.sensor.exposure import exposed, exposure_end, metered
+from spin_usd.sensor.tone import encode
 
 IMAGE = "image"
 RADIANCE = "radiance"
@@ -50,6 +51,10 @@ RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels are of no renderer."""
 KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
+
+STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
+DEVIATIONS = 3  # ... and where it does, at least so many standard deviations of what it adds in the dark
+COVERED = 0.5  # of a pixel: the target's
 
 
 class Stopwatch:
@@ -164,3 +169,37 @@ def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float3
     frame = np.zeros((*shape, 4), np.float32)
     frame[radiance.region.slices] = radiance.rgba
     return frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tones:
+    """Brightness of the target's `pixels` in an image: their `mean`, as a share of the highest number; the shares of
+    them that are `dark`, too near to black to show in every channel, and `saturated`, at full scale in every one."""
+
+    pixels: int
+    mean: float
+    dark: float
+    saturated: float
+
+
+def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Tones | None:
+    """Return the tones of `image`, (H, W) or (H, W, 3), which `sensor` wrote of the target's `radiance`; None where no
+    pixel is the target's."""
+    covered = radiance.coverage >= COVERED
+    if not covered.any():
+        return None
+    numbers = image[radiance.region.slices][covered].reshape(int(covered.sum()), -1)
+    highest = 2**sensor.bit_depth - 1
+    return Tones(
+        pixels=len(numbers),
+        mean=float(numbers.mean(dtype=np.float64)) / highest,
+        dark=float((numbers.max(-1) < _least_shown(exposed(sensor, radiance)) * highest).mean()),
+        saturated=float((numbers.min(-1) == highest).mean()),
+    )
+
+
+def _least_shown(sensor: Sensor) -> float:
+    """Return the number written for the least light that shows, as a share of the highest number."""
+    black, noise = in_the_dark(sensor)
+    signal = black + max((1 - black) / 2**STOPS, DEVIATIONS * noise)
+    return float(encode(np.clip(signal, 0, 1), sensor.encoding, sensor.gamma))

@@ -43,7 +43,7 @@ from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part
-from spin_usd.stage.author.provenance import origin_of
+from spin_usd.stage.author.target_root import origin_of
 from spin_usd.stage.composition.copy_stage import copy_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema

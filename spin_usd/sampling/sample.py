@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.arrays import Float, digest
 from spin_usd.errors import InputError
 from spin_usd.sampling.distribution import (
     DIGITS,
@@ -21,7 +21,6 @@ from spin_usd.sampling.distribution import (
     Value,
     rounded,
 )
-from spin_usd.sampling.stream import stream
 
 UNIT = 1e-5  # by which the length of a quaternion that is given may differ from 1
 STEPS = 60  # of bisection: a double has 53 bits
@@ -222,3 +221,11 @@ def sample_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: 
         return sample.distribution.sample(stream(seed, *names))
     except InputError as error:
         raise InputError(error.found, where=sample.parameter, do=error.do) from None
+
+
+def stream(seed: int, *names: str) -> np.random.Generator:
+    """Return the generator of what `names` name (an augmentation, a parameter, a frame), the same on every machine.
+
+    Adding, leaving out or reordering other things changes none of its numbers.
+    """
+    return np.random.Generator(np.random.Philox(key=int(digest([seed, *names])[:32], 16)))

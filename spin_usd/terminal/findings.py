@@ -7,9 +7,8 @@ from itertools import groupby
 
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.finding import ERROR, Finding
-from spin_usd.terminal.lines import BAD, DOUBTFUL, NAME, QUIET, Line, Painted, print_out
+from spin_usd.terminal.lines import BAD, DOUBTFUL, NAME, QUIET, Line, Painted, is_terminal, print_out
 from spin_usd.terminal.tables import show_grid
-from spin_usd.terminal.terminal import is_terminal
 
 MAX_FOLDED = 5  # findings of a rule that a terminal shows, unless asked for all
 COLOURS = {ERROR: BAD}

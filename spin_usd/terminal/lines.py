@@ -1,5 +1,6 @@
 """Lines for people and programs. What is in them may come from anywhere; each stays one, and steers no terminal."""
 
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,10 +9,11 @@ from typing import TextIO
 import typer
 
 from spin_usd.errors import printable
-from spin_usd.terminal.terminal import has_colours
 
 GOOD, BAD, DOUBTFUL, NAME, QUIET = "green", "red", "yellow", "cyan", "bright_black"
 """Colours by what they say of a text."""
+
+DUMB = ("dumb", "unknown")
 
 
 @dataclass(frozen=True)
@@ -52,3 +54,13 @@ def _text(part: str | Painted, coloured: bool) -> str:
     if isinstance(part, Painted):
         return part.on_terminal() if coloured else printable(part.text)
     return printable(part)
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Return whether the stream leads to a terminal that can move its cursor: a dumb one gets what a pipe gets."""
+    return stream is not None and stream.isatty() and os.environ.get("TERM", "").lower() not in DUMB
+
+
+def has_colours(stream: TextIO | None) -> bool:
+    """Return whether what is written there may have colours: on a terminal, unless NO_COLOR (https://no-color.org)."""
+    return is_terminal(stream) and not os.environ.get("NO_COLOR")

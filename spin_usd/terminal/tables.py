@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from spin_usd.errors import printable
-from spin_usd.terminal.lines import Painted, print_out
-from spin_usd.terminal.terminal import has_colours, is_terminal
+from spin_usd.terminal.lines import Painted, has_colours, is_terminal, print_out
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

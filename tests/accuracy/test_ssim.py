@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.accuracy.ssim import K1, K2, RADIUS_PX, SIGMA_PX, ssim
+from spin_usd.accuracy.error import K1, K2, RADIUS_PX, SIGMA_PX, ssim
 
 TOP = 255.0
 

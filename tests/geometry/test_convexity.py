@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from spin_usd.geometry.convexity import is_convex
+from spin_usd.scene.mesh import is_convex
 from tests.cases import scenes
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.geometry.symmetry import SYMMETRIES, symmetric
+from spin_usd.geometry.frames import SYMMETRIES, symmetric
 
 POINTS = np.random.default_rng(5).normal(size=(20, 3))
 

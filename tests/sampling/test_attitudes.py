@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest, uniform
 
 from spin_usd.errors import InputError
-from spin_usd.sampling.sample import Attitudes, AttitudesAround, Facing
-from spin_usd.sampling.stream import stream
+from spin_usd.sampling.sample import Attitudes, AttitudesAround, Facing, stream
 
 SURE = 1e-3  # of a test of the right distribution, the seed being what it is
 COUNT = 2000

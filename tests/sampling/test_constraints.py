@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.constraints import CONSTRAINTS, planet_behind
-from spin_usd.scene.sky import Sky
+from spin_usd.scene.environment import Sky
 
 RADIUS = 6.378e6
 CAMERA = Camera(width=400, height=300, fx=500, fy=500, cx=200, cy=150)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.region import Region
+from spin_usd.picture.make_picture import Tones, target_tones
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.detector import detect
-from spin_usd.sensor.target_tones import Tones, target_tones
 
 AT = Region(x0=2, y0=1, x1=6, y1=2)
 LINEAR = Sensor(encoding="linear", bit_depth=16)

@@ -21,7 +21,7 @@ from playwright.sync_api import Browser
 
 import spin_usd
 from spin_usd.commands.show.data_file import DataFile
-from spin_usd.commands.show.gallery_file import INDEX, PAGE
+from spin_usd.commands.show.gallery_folder import INDEX, PAGE
 from tests.cases.chromium import headless_chromium
 
 POSES = "range=3..20 inside=0.9 sun.direction=0,0,-1:80 count={}"

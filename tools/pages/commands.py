@@ -7,7 +7,7 @@ import typer
 from pages.markdown import cell
 
 from spin_usd.command_line import app
-from spin_usd.terminal.examples import EXAMPLES
+from spin_usd.terminal.help_text import EXAMPLES
 
 INTRODUCTION = """# Commands
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.commands.author.camera import USD_SUFFIXES
+from spin_usd.commands.author.model import USD_SUFFIXES
 from spin_usd.errors import InputError
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.table_file import read_keypoints_file, read_parts_file

@@ -13,8 +13,7 @@ from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specifica
 from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
-from spin_usd.sampling.sample import distribution_of
-from spin_usd.sampling.stream import stream
+from spin_usd.sampling.sample import distribution_of, stream
 from spin_usd.stage.augment.background import Background, background_of, compose_background
 from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.replace_files import FOLDER, set_name

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from spin_usd.arrays import digest
 from spin_usd.commands.author.additions import Additions
-from spin_usd.commands.author.camera import USD_SUFFIXES, open_camera
-from spin_usd.commands.author.model import OtherBody, model_file, other_body
+from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, open_camera, other_body
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
 from spin_usd.faults import reading
@@ -18,7 +17,7 @@ from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.lights_and_environment import open_surroundings
 from spin_usd.stage.author.planet_maps import set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
-from spin_usd.stage.author.provenance import Option, Origin
+from spin_usd.stage.author.target_root import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer
 
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen

@@ -29,15 +29,13 @@ from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.poses import PoseList
 from spin_usd.scene.source_bounds import SourceBounds
-from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
+from spin_usd.stage.augment.sun_and_planet import write_sampled
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
-from spin_usd.stage.author.source_bounds import usd_bounds
+from spin_usd.stage.author.source_bounds import box_corners, hull_corners, target_notes, usd_bounds
 from spin_usd.stage.author.target_asset import TargetAsset
-from spin_usd.stage.author.target_extent import box_corners, hull_corners
-from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.stage_reader import StageReader

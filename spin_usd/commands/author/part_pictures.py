@@ -16,7 +16,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
 from spin_usd.sampling.poses import PoseLaw
-from spin_usd.sampling.stream import stream
+from spin_usd.sampling.sample import stream
 from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values

@@ -100,13 +100,13 @@ def _camera(camera: Camera) -> str:
     return " | ".join((*map(str, numbers), ", ".join(map(str, camera.distortion)) if camera.distorted else "none"))
 
 
-def statistics_table(columns: Mapping[str, array[float]]) -> str:
+def statistics_table(columns: "Mapping[str, array[float]]") -> str:
     """Return a table in Markdown of least, median, mean and greatest of each column that has numbers."""
     lines = ["| | least | median | mean | greatest |", "| --- | --- | --- | --- | --- |", *_rows(columns)]
     return "\n".join(lines)
 
 
-def _rows(columns: Mapping[str, array[float]]) -> Iterator[str]:
+def _rows(columns: "Mapping[str, array[float]]") -> Iterator[str]:
     for name, words in ROWS.items():
         numbers = known(columns[name])
         if len(numbers):
@@ -114,7 +114,7 @@ def _rows(columns: Mapping[str, array[float]]) -> Iterator[str]:
             yield f"| {words} | {' | '.join(f'{number:.4g}' for number in shown)} |"
 
 
-def views(columns: Mapping[str, array[float]]) -> str:
+def views(columns: "Mapping[str, array[float]]") -> str:
     """Say from how many directions the target is seen, of cells of equal area around it."""
     azimuth, height = np.array(columns["azimuth"]), np.array(columns["height"])
     band = np.clip((height + 1) / 2 * BANDS, 0, BANDS - 1).astype(int)
@@ -123,7 +123,7 @@ def views(columns: Mapping[str, array[float]]) -> str:
     return f"The camera sees the target from {seen} of {BANDS * SECTORS} cells of equal area around it."
 
 
-def known(column: array[float]) -> Float:
+def known(column: "array[float]") -> Float:
     """Return the numbers of a column that are not NaN."""
     numbers = np.array(column)
     found: Float = numbers[~np.isnan(numbers)]

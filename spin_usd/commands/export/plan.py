@@ -3,29 +3,34 @@
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from fnmatch import fnmatchcase
 from math import isclose, isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from spin_usd import __version__
 from spin_usd.arrays import digest
 from spin_usd.commands.export.options import ExportOptions
-from spin_usd.commands.export.selection import poses_of, selected
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.layout import ExportFormat, Layout
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.table import format_named
+from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
+from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 from spin_usd.scene.target import MAX_PARTS
 from spin_usd.store.dataset import Dataset
+from spin_usd.store.picture import Picture
 
 WRITE = "write for example train=0.8,validation=0.2"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 DEFAULT = "train"
+MAX_NAME = 240  # bytes of a file's name, an ending of its own included, that file systems take
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,3 +215,84 @@ def split_of_each(groups: Sequence[str], shares: Mapping[str, float], *, seed: i
         found |= dict.fromkeys(ranked[begin:end], name)
         begin = end
     return found
+
+
+class Selected(NamedTuple):
+    """A picture: frame and variant, its place in the stage, the numbers of its pose, and the name that it gets."""
+
+    frame: str
+    variant: str
+    place: int
+    pose: bytes
+    name: str
+
+
+def selected(
+    dataset: Dataset, *, frames: str | None, variants: Sequence[str], progress: Progress
+) -> tuple[Selected, ...]:
+    """Return the pictures of these variants (names or patterns; all where none is given) and of the `frames`
+    "A:B:STEP", ordered by variant, nominal first, and by place in the stage.
+
+    Raises InputError where there is none, and for a picture that is not what its name says.
+
+    A picture is called after its frame; where several variants are exported FRAME-VARIANT. No variant has a "-" in its
+    name, so no two pictures have the same.
+    """
+    chosen = _variants(dataset, variants)
+    names = [name for name in dataset.names if name[1] in chosen]
+    found = sorted(_read(dataset, names, several=len(chosen) > 1, progress=progress), key=_order)
+    places = sorted({each.place for each in found})
+    if frames is not None:
+        kept = set(places[slice_of(frames)])
+        found = [each for each in found if each.place in kept]
+    if not found:
+        raise InputError("has no picture to export", where=dataset.root, do="render it first, or choose other frames")
+    return tuple(found)
+
+
+def poses_of(pictures: Sequence[Selected]) -> dict[str, str]:
+    """Return for each frame the first frame that has its pose, mostly itself: a pose may stand twice in a list."""
+    pose_of = {each.frame: each.pose for each in reversed(pictures)}
+    first = {each.pose: each.frame for each in reversed(pictures)}
+    return {frame: first[pose] for frame, pose in pose_of.items()}
+
+
+def _order(picture: Selected) -> tuple[bool, str, int]:
+    return picture.variant != NOMINAL, picture.variant, picture.place
+
+
+def _variants(dataset: Dataset, patterns: Sequence[str]) -> set[str]:
+    found: set[str] = set()
+    for pattern in patterns or ("all",):
+        of = {name for name in dataset.variants if pattern == "all" or fnmatchcase(name, pattern)}
+        if not of and dataset.variants:
+            do = f"choose among {', '.join(dataset.variants[:10])}"
+            raise InputError(f"has no variant {pattern!r}", where=dataset.root, do=do)
+        found |= of
+    return found
+
+
+def _read(
+    dataset: Dataset, names: Sequence[tuple[str, str]], *, several: bool, progress: Progress
+) -> Iterator[Selected]:
+    for done, (frame, variant) in enumerate(names):
+        progress("reading: picture", done, len(names))
+        _refuse_bad_name(dataset, frame, variant)
+        picture = dataset.picture(frame, variant)
+        if (picture.frame, picture.variant) != (frame, variant):
+            found = f"calls itself {picture.frame!r} of {picture.variant!r}"
+            raise InputError(found, where=f"{dataset.root}: {frame} of {variant}", do="run spin-usd check on it")
+        name = f"{frame}-{variant}" if several else frame
+        if len(name) > MAX_NAME:
+            raise InputError("is too long for a file's name", where=name, do="export one variant at a time")
+        yield Selected(frame, variant, picture.index, _pose(picture), name)
+    progress("reading: picture", len(names), len(names))
+
+
+def _pose(picture: Picture) -> bytes:
+    return picture.q_cam_body.tobytes() + picture.t_cam_body.tobytes()
+
+
+def _refuse_bad_name(dataset: Dataset, frame: str, variant: str) -> None:
+    if not FRAME_NAME.fullmatch(frame) or not FRAME_NAME.fullmatch(variant):
+        raise InputError(f"{frame!r} of {variant!r} cannot name a picture", where=dataset.root, do=FRAME_NAME_RULE)

@@ -13,8 +13,8 @@ from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
 from spin_usd.commands.keypoints.target_view import DIRECTIONS, TargetView
+from spin_usd.geometry.frames import SYMMETRIES
 from spin_usd.geometry.snapping import Snap
-from spin_usd.geometry.symmetry import SYMMETRIES
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.keypoints import Keypoints
 

@@ -13,8 +13,8 @@ from spin_usd.commands.keypoints.edits import added, deleted, free_name, moved, 
 from spin_usd.commands.keypoints.shown_target import Pick, ShownTarget
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod, suggest
 from spin_usd.errors import InputError, SpinError
+from spin_usd.geometry.frames import symmetric
 from spin_usd.geometry.snapping import Snap
-from spin_usd.geometry.symmetry import symmetric
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.keypoints import Keypoints
 

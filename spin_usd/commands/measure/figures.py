@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.accuracy.error import LinearError, Reference, linear_error, standard_error
+from spin_usd.accuracy.error import RADIUS_PX, LinearError, Reference, linear_error, ssim, standard_error
 from spin_usd.accuracy.measurement import Configuration, Figures, Saving
-from spin_usd.accuracy.ssim import RADIUS_PX, ssim
 from spin_usd.arrays import Float
 from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.errors import InputError

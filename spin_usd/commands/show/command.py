@@ -13,7 +13,7 @@ from spin_usd.terminal.lines import print_out as print_lines
 from spin_usd.terminal.progress import shown
 
 if TYPE_CHECKING:
-    from spin_usd.commands.show.report import GalleryReport
+    from spin_usd.commands.show.run import GalleryReport
 
 NAMED = 10  # damaged pictures that are named; the page shows all
 

@@ -1,5 +1,6 @@
 """The folder of a gallery as it is written."""
 
+import re
 from collections.abc import Collection
 from functools import partial
 from pathlib import Path
@@ -8,7 +9,6 @@ from msgspec import to_builtins
 
 from spin_usd import __version__
 from spin_usd.commands.show.data_file import DataFile
-from spin_usd.commands.show.gallery_file import BY_KEY, DATA, INDEX, OWN_NAME, PAGE, PROGRAM, SELF, file_of
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import Folder
@@ -23,6 +23,13 @@ from spin_usd.store.json_schema import read_json
 SCHEMA = "gallery-1"
 INDEX_KEY = "index"
 PAGE_FOLDER = PACKAGE / "commands" / "show" / "page"
+PAGE = "index.html"
+INDEX = "index.js"
+SELF = "gallery.json"
+PROGRAM = "page"
+THUMBNAILS, IMAGES, DATA = "thumbnails", "images", "data"
+BY_KEY = (THUMBNAILS, IMAGES, DATA)
+OWN_NAME = re.compile(rf"(?:{'|'.join(BY_KEY)})/[0-9a-f]{{2}}/[0-9a-f]{{16}}\.(?:jpg|png|js)")
 
 
 def refuse_other(out: Path) -> None:
@@ -83,3 +90,8 @@ def page_files() -> dict[str, bytes]:
     folder = Folder(PAGE_FOLDER)
     names = sorted(folder.files(), key=lambda name: (name.endswith(".html"), name))
     return {name: folder.read(name, MAX_DOCUMENT) for name in names}
+
+
+def file_of(folder: str, key: str, suffix: str) -> str:
+    """Return the name of the file with that key in one of the folders BY_KEY."""
+    return f"{folder}/{key[:2]}/{key}{suffix}"

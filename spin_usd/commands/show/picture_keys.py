@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from spin_usd.commands.show.data_file import file_key
-from spin_usd.commands.show.gallery_file import DATA, IMAGES, THUMBNAILS, file_of
+from spin_usd.commands.show.gallery_folder import DATA, IMAGES, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
 from spin_usd.store.picture import Picture
 

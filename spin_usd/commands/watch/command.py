@@ -8,8 +8,7 @@ from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.commands.watch.request import WatchRequest
 from spin_usd.errors import InputError
 from spin_usd.options import EffortOptions
-from spin_usd.terminal.lines import print_out
-from spin_usd.terminal.terminal import has_colours
+from spin_usd.terminal.lines import has_colours, print_out
 
 
 def watch(options: WatchOptions) -> None:

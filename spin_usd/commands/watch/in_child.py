@@ -11,7 +11,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from spin_usd.commands.watch.file_states import FileStates, states_of
+from spin_usd.commands.watch.request import FileStates, states_of
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.faults import expected
 from spin_usd.files.folder import Folder

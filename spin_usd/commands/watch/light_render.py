@@ -8,8 +8,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
-from spin_usd.commands.watch.state import SharedState
-from spin_usd.commands.watch.viewer_child import ViewerChild
+from spin_usd.commands.watch.state import SharedState, ViewerChild
 from spin_usd.errors import SpinError
 from spin_usd.picture.make_picture import IMAGE
 from spin_usd.processes.child import ChildInternalError

@@ -1,11 +1,16 @@
 """What is watched, and what of it is shown."""
 
+import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.scene.effort import Effort
+
+FileStates = Mapping[str, list[int] | None]
+"""By path the file's inode, size and time of change in nanoseconds; None for one that is not there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,3 +43,16 @@ class WatchRequest:
         """Return the arguments of a child's `view` of the picture."""
         view = {"frame": choice.frame, "variant": choice.variant, "max_width": self.options.max_width}
         return {"stage": str(self.stage.absolute()), **view}
+
+
+def states_of(paths: Iterable[str]) -> FileStates:
+    """Return the states of these files now."""
+    return {path: _state(path) for path in paths}
+
+
+def _state(path: str) -> list[int] | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return [found.st_ino, found.st_size, found.st_mtime_ns]

@@ -6,12 +6,10 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from spin_usd.commands.watch.file_states import FileStates, states_of
 from spin_usd.commands.watch.light_render import LightRender
 from spin_usd.commands.watch.page_server import page_server
-from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
-from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState
-from spin_usd.commands.watch.viewer_child import ViewerChild
+from spin_usd.commands.watch.request import FileStates, WatchedPicture, WatchRequest, states_of
+from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
 from spin_usd.errors import UnknownPictureError
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.child_limits import PATIENCE_S

@@ -15,7 +15,7 @@ from spin_usd.store.description import DescribedTarget
 NONE = float("nan")
 
 
-def _columns() -> dict[str, array[float]]:
+def _columns() -> "dict[str, array[float]]":
     return {name: array("d") for name in ("range", "turn", "azimuth", "height", "sun", "visible")}
 
 
@@ -45,7 +45,7 @@ class Survey:
     farthest: tuple[float, str] = (0.0, "")
     tally: Counter[tuple[str, str]] = field(default_factory=Counter)
     kinds: Counter[str] = field(default_factory=Counter)
-    columns: dict[str, array[float]] = field(default_factory=_columns)
+    columns: "dict[str, array[float]]" = field(default_factory=_columns)
 
     def add(self, picture: ExportedPicture) -> None:
         """Count one more picture."""

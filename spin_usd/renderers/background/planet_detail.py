@@ -6,8 +6,7 @@ from spin_usd.renderers.background.clouds import CLOSE, Clouds, firmness_of, thr
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.enlarge import enlarged
 from spin_usd.renderers.background.node_grid import NodeGrid, Octave
-from spin_usd.renderers.background.noise_octaves import octave, resolved
-from spin_usd.renderers.background.noise_tile import MEAN_WAVE
+from spin_usd.renderers.background.noise_octaves import MEAN_WAVE, octave, resolved
 from spin_usd.renderers.background.planet_maps import Map, Places, cloud_map, ground_map, night_map, ramp, shores
 from spin_usd.renderers.background.planet_sunlight import SunAtPoints
 from spin_usd.renderers.background.planet_surface import PlanetSurface

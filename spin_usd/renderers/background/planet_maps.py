@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.renderers.background.bilinear import repeated
+from spin_usd.renderers.background.dome import bilinear_latlong
 from spin_usd.renderers.background.elementary import Float32, arctan2
-from spin_usd.renderers.background.latlong import bilinear_latlong
+from spin_usd.renderers.background.enlarge import repeated
 from spin_usd.scene.texture import Image
 
 LEVELS = 10

@@ -8,7 +8,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.globe import Globe, Meeting, Rays
-from spin_usd.renderers.background.noise_faces import Face, faces_of, present
+from spin_usd.renderers.background.noise_octaves import Face, faces_of, present
 from spin_usd.renderers.background.planet_sunlight import SunAtPoints, sunlight, transmittances
 from spin_usd.renderers.background.weather import Weather
 from spin_usd.scene.light import DistantLight

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.atmosphere import Air, rayleigh
 from spin_usd.renderers.background.elementary import Float32, exp, rotated
-from spin_usd.renderers.background.globe import Globe, Meeting, Rays
+from spin_usd.renderers.background.globe import Air, Globe, Meeting, Rays, rayleigh
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light
 

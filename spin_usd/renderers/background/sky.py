@@ -10,9 +10,9 @@ from spin_usd.arrays import Float
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.bilinear import bilinear, repeated
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.elementary import Float32
+from spin_usd.renderers.background.enlarge import bilinear, repeated
 from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.planet_light import planet_light
 from spin_usd.renderers.background.planet_sunlight import suns_of_planets

@@ -7,8 +7,7 @@ import numpy as np
 
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.enlarge import Cells, in_cells
-from spin_usd.renderers.background.noise_faces import Face
-from spin_usd.renderers.background.noise_octaves import octave, resolved
+from spin_usd.renderers.background.noise_octaves import Face, octave, resolved
 from spin_usd.renderers.background.planet_maps import ramp
 
 SWIRLS = ((0.045, 0.0012), (0.016, 0.0003))  # waves by which clouds are stirred, and how far; radians

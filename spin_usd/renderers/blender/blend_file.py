@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import RenderError
-from spin_usd.renderers.blender.assign import assign
 from spin_usd.renderers.blender.denoiser import own_denoising
-from spin_usd.renderers.blender.light_groups import light_name
+from spin_usd.renderers.blender.light_links import light_name
 from spin_usd.renderers.blender.material import FACE_NUMBER, FIRST_NUMBER
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.renderers.blender.renderer import BlenderRenderer
 from spin_usd.renderers.renderer import OpenableScene
 from spin_usd.scene.body import Body

@@ -11,7 +11,7 @@ import bpy
 from spin_usd.errors import RenderError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.blender.assign import assign
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.renderers.camera_shader import View
 
 SENSOR_MM = 36.0  # only its ratio to the focal length counts

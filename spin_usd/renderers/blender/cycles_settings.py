@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from spin_usd.renderers.blender.assign import assign
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.scene.effort import Effort
 
 TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through

@@ -14,8 +14,8 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spin_usd.renderers.blender.assign import assign
 from spin_usd.renderers.blender.cycles_settings import LAYERS
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.renderers.blender.passes import Float32, read_picture, render
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.passes import Radiance

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.renderers.blender.assign import assign
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.renderers.device import DEVICES
 from spin_usd.scene.effort import CPU
 

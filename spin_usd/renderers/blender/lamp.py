@@ -28,10 +28,8 @@ from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.blender.assign import assign, assign_matrix
-from spin_usd.renderers.blender.light_groups import light_name
-from spin_usd.renderers.blender.light_links import LightLinking, chosen
-from spin_usd.renderers.blender.nodes import Nodes, Value
+from spin_usd.renderers.blender.light_links import LightLinking, chosen, light_name
+from spin_usd.renderers.blender.nodes import Nodes, Value, assign, assign_matrix
 from spin_usd.renderers.blender.textures import ImageLibrary
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.content import key_of

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.renderers.blender.assign import assign, assign_matrix
-from spin_usd.renderers.blender.light_groups import EMISSION
+from spin_usd.renderers.blender.light_links import EMISSION
 from spin_usd.renderers.blender.material import FACE_NUMBER, FIRST_NUMBER, MaterialLibrary
+from spin_usd.renderers.blender.nodes import assign, assign_matrix
 from spin_usd.renderers.blender.textures import attribute_name
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh

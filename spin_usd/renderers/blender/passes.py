@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import RenderError
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.blender.assign import assign
 from spin_usd.renderers.blender.cycles_settings import IMAGE, LAYERS
+from spin_usd.renderers.blender.nodes import assign
 
 Float32 = NDArray[np.float32]
 

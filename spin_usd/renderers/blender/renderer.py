@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.blender.assign import assign
 from spin_usd.renderers.blender.camera import CameraSetup
 from spin_usd.renderers.blender.cycles_settings import (
     LABEL,
@@ -23,11 +22,11 @@ from spin_usd.renderers.blender.cycles_settings import (
 from spin_usd.renderers.blender.denoiser import GUIDES, Denoiser
 from spin_usd.renderers.blender.graphics import LightDevice
 from spin_usd.renderers.blender.lamp import LightSetup
-from spin_usd.renderers.blender.light_groups import group_names, keep_apart, pass_names
-from spin_usd.renderers.blender.light_links import needs_groups
+from spin_usd.renderers.blender.light_links import group_names, keep_apart, needs_groups, pass_names
 from spin_usd.renderers.blender.material import black_material, label_material
 from spin_usd.renderers.blender.mesh import TargetObject
 from spin_usd.renderers.blender.motion import MotionSetup
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.renderers.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View

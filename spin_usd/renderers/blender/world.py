@@ -9,8 +9,8 @@ from mathutils import Matrix
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.renderers.background.surroundings import Surroundings
-from spin_usd.renderers.blender.assign import assign
-from spin_usd.renderers.blender.light_groups import SURROUNDINGS
+from spin_usd.renderers.blender.light_links import SURROUNDINGS
+from spin_usd.renderers.blender.nodes import assign
 from spin_usd.scene.texture import Color
 
 # Blender's latitude-longitude images have +x in their middle column, -y right of it and +z at the top; ours -z, +x, +y.

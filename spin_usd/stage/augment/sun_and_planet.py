@@ -1,19 +1,28 @@
 """Positions of Sun, target and planet in all pictures, for constraints on sampled values."""
 
+from pathlib import Path
+
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
-from spin_usd.scene.sky import Sky
+from spin_usd.errors import InputError
+from spin_usd.scene.environment import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage, moves_in_time
 from spin_usd.stage.augment.body_axes import cam_from_body
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
+from spin_usd.stage.augment.sampled_values import SampledValues, write_values
+from spin_usd.stage.augment.write_augmentations import MAX_FRAMES_IN_TEXT
+from spin_usd.stage.author.added_layer import add_layer
+from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS, WORLD
 from spin_usd.stage.read.camera import find_camera, read_camera
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.target.bodies import find_target
+from spin_usd.stage.usd.layer_file import author_metadata
 
 RIM_STEPS = 16  # on each side of the picture
+NAME = "sampled"
 
 
 def read_sky(base: BaseStage) -> Sky:
@@ -47,3 +56,24 @@ def _target(base: BaseStage) -> tuple[Float, float]:
 def _centre(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
     T_cam_body, scale = cam_from_body(base, target, camera, time)
     return T_cam_body.points(middle * scale)
+
+
+def write_sampled(root: Path, values: SampledValues, frames: int) -> None:
+    """Write `values` beside the layers of the stage at `root`, which has `frames` pictures: as text where a person
+    would read it.
+
+    The layer is referenced, so a variant on the default prim beats it. Raises InputError for an attribute that is
+    neither on the lights nor on the environment, OutputError.
+    """
+    places = (LIGHTS, ENVIRONMENT)
+    changed = [Sdf.Path(each.attribute.prim) for each in values.attributes]
+    if outside := next((path for path in changed if not any(map(path.HasPrefix, places))), None):
+        raise InputError("is sampled, but belongs neither to the lights nor to the environment", where=outside)
+    suffix = ".usdc" if frames > MAX_FRAMES_IN_TEXT and any(each.samples for each in values.attributes) else ".usda"
+    layer = Sdf.Layer.CreateAnonymous(suffix)
+    author_metadata(
+        layer, default_prim=WORLD.name, frames=frames, documentation="The light drawn or given for each picture."
+    )
+    write_values(layer, values)
+    used = [place for place in places if any(path.HasPrefix(place) for path in changed)]
+    add_layer(root, layer, f"{NAME}{suffix}", {place: place for place in used})

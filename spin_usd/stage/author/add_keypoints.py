@@ -5,9 +5,8 @@ from pathlib import Path
 from pxr import Sdf
 
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.stage.author.added_layer import add_layer
-from spin_usd.stage.author.keypoints_layer import PRIM as SOURCE
-from spin_usd.stage.author.keypoints_layer import keypoints_layer
+from spin_usd.stage.author.added_layer import PRIM as SOURCE
+from spin_usd.stage.author.added_layer import add_layer, keypoints_layer
 from spin_usd.stage.author.paths import TARGET
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd import schema

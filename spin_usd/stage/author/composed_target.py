@@ -12,7 +12,7 @@ from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.read.target.body_parts import BodyParts
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.layer_file import author_metadata, writing
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 
 PRIM = Sdf.Path("/Target")
 FILE = "target_alone.usda"

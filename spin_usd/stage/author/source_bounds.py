@@ -3,19 +3,28 @@
 Extents that the file authors are ignored: many are stale.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from spin_usd.arrays import Float
+from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.polygons import newell
+from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.source_bounds import SourceBounds
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_as_it_is
-from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.read.frames import read_frames
+from spin_usd.stage.read.target.bodies import find_target
+from spin_usd.stage.read.target.body_parts import BodyParts
+from spin_usd.stage.read.target.target import TargetReader
+from spin_usd.stage.usd.draw_modes import stand_ins
+from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, Notes, root_number
 from spin_usd.stage.usd.values import read, read_any
-from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
+from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES
 
 FLAT_SURFACES = (UsdGeom.Tokens.none, UsdGeom.Tokens.bilinear)
 
@@ -147,3 +156,106 @@ def _displaces(prim: Usd.Prim) -> bool:
     shader = UsdShade.Shader(prim)
     found = shader and shader.GetInput("displacement")
     return bool(found) and (found.HasConnectedSource() or bool(read_any(found.GetAttr())))
+
+
+def target_notes(stage: Usd.Stage) -> tuple[str, ...]:
+    """Return sentences on the target of `stage`: where it moves in time, where other programs show a stand-in, and
+    where subdivision makes it smoother than was perhaps meant."""
+    target = find_target(stage)
+    return (*_motion(stage, target), *_draw_modes(target), *_smoothed(target))
+
+
+def _motion(stage: Usd.Stage, target: Usd.Prim) -> Iterator[str]:
+    samples = [time for prim in _below(target) for ends in _ends(prim) for time in ends]
+    if samples:
+        first, last = min(samples), max(samples)
+        times = [frame.time_code for frame in read_frames(stage, NOMINAL)]
+        outside = sum(not first <= time <= last for time in times)
+        yield (
+            f"the target moves by itself between the stage's time codes {first:g} and {last:g}, where picture i is "
+            f"time code i; {outside} of {len(times)} pictures lie outside, and show it as it is at the nearer end"
+        )
+
+
+def _ends(prim: Usd.Prim) -> Iterator[tuple[float, float]]:
+    """Yield the first and the last time sample of each attribute that changes."""
+    for attribute in prim.GetAuthoredAttributes():
+        if attribute.ValueMightBeTimeVarying():
+            samples = attribute.GetTimeSamples()
+            yield samples[0], samples[-1]
+
+
+def _draw_modes(target: Usd.Prim) -> Iterator[str]:
+    found = list(stand_ins(target))
+    if found:
+        prim, mode = found[0]
+        more = f", as {len(found) - 1} more do" if len(found) > 1 else ""
+        yield f"{prim.GetPath()} asks to be shown as {mode}{more}; its geometry is rendered instead"
+
+
+def _smoothed(target: Usd.Prim) -> Iterator[str]:
+    """Note meshes with normals but the default subdivision scheme, catmullClark, which ignores normals."""
+    found = [prim for prim in Usd.PrimRange(target, PROXIES) if prim.IsA(UsdGeom.Mesh) and _means_polygons(prim)]
+    if found:
+        more = f" (as {len(found) - 1} more meshes)" if len(found) > 1 else ""
+        yield (
+            f"{found[0].GetPath()}{more} has normals and no subdivisionScheme: by USD's default it is subdivided to a "
+            "smooth surface, without these normals; author subdivisionScheme = none if polygons are meant"
+        )
+
+
+def _means_polygons(prim: Usd.Prim) -> bool:
+    mesh = UsdGeom.Mesh(prim)
+    normals = mesh.GetNormalsAttr().HasAuthoredValue() or UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
+    return bool(normals) and not mesh.GetSubdivisionSchemeAttr().HasAuthoredValue()
+
+
+def _below(target: Usd.Prim) -> Iterator[Usd.Prim]:
+    """Yield all prims below the target. The target's own attributes are left out: they hold the poses of the
+    pictures."""
+    return (prim for prim in Usd.PrimRange(target, PROXIES) if prim != target)
+
+
+def hull_corners(target: TargetAsset) -> Float:
+    """Compute the corners (N, 3) of the target's convex hull: metres, in its own axes. Those of the box around a target
+    that a render will refuse."""
+    try:
+        return _hull(target)
+    except (StageError, UnsupportedError, GeometryError):
+        return box_corners(target)
+
+
+def _hull(target: TargetAsset) -> Float:
+    stage, time = open_as_it_is(target.file), Usd.TimeCode.EarliestTime()
+    root = _root(stage, target)
+    reader = TargetReader(
+        prim=root,
+        parts=BodyParts().add(root),
+        time=time,
+        group_of=lambda _: 0,
+        images=Images(check=False),
+        notes=Notes(),
+    )
+    own = reader.read(1.0).mesh.hull
+    placed = np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(root))  # for row vectors
+    corners: Float = (own @ placed[:3, :3] + placed[3, :3]) * target.metres_per_unit
+    return corners
+
+
+def box_corners(target: TargetAsset) -> Float:
+    """Compute the corners (8, 3) of the target's bounding box: metres, in its own axes. Where USD finds none, as of a
+    SkelRoot without an extent, those of its hull."""
+    stage = open_as_it_is(target.file)
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(RENDERED_PURPOSES))
+    box = cache.ComputeWorldBound(_root(stage, target)).ComputeAlignedRange()
+    corners = np.array([box.GetCorner(i) for i in range(8)], np.float64) * target.metres_per_unit
+    if np.ptp(corners, axis=0).any():
+        return corners
+    try:
+        return _hull(target)
+    except (StageError, UnsupportedError, GeometryError):
+        return corners
+
+
+def _root(stage: Usd.Stage, target: TargetAsset) -> Usd.Prim:
+    return stage.GetPrimAtPath(target.prim) if target.prim else stage.GetDefaultPrim()

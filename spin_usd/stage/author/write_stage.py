@@ -19,9 +19,9 @@ from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
-from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.author.target_prim import asset_reference, author_target
+from spin_usd.stage.author.target_root import Origin, author_origin
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets

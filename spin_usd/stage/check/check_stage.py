@@ -15,15 +15,15 @@ from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
-from spin_usd.stage.check.poses_and_cameras import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.prims import (
     draw_mode_findings,
     extent_findings,
     kind_findings,
     label_findings,
     light_findings,
+    property_findings,
 )
-from spin_usd.stage.check.properties import property_findings
+from spin_usd.stage.check.refusals import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.variant_opinions import variant_findings
 from spin_usd.stage.composition.materialx import names_document
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets

@@ -1,25 +1,43 @@
-"""Rules on what the pictures need: every picture of every variant is read as for a render."""
+"""Rules on what the pictures need: every picture of every variant is read as for a render.
 
+Rule: an exposure must not blend poses that do not belong to one motion.
+
+USD interpolates between time samples. In a list of unrelated poses, whose time codes only count them, the poses between
+two of them are not a real motion.
+"""
+
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
-from pxr import Usd
+import numpy as np
+from pxr import Usd, UsdGeom
 
 from spin_usd.errors import SpinError
+from spin_usd.geometry.blur import rotation_angle
 from spin_usd.progress import Progress
-from spin_usd.scene.derived.views import ViewCollector, Views
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, size_text
+from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.scene.model import NOMINAL, FrameId, Scene
+from spin_usd.scene.plausible import SIZES, is_plausible
 from spin_usd.scene.target import Target
-from spin_usd.stage.check.blended_poses import BlendedPoses
-from spin_usd.stage.check.identical_variants import IdenticalVariants
 from spin_usd.stage.check.refusals import refusals
-from spin_usd.stage.check.views import view_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_stage import open_stage, variants
+from spin_usd.stage.read.body_reader import BodyReader
+from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.numbering import Numbering
+from spin_usd.stage.read.shutter import Opening, read_opening
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd.parser_faults import parser_faults
+from spin_usd.stage.usd.visibility import ancestors
 
 MAX_VARIANTS = 200  # of one set; each is composed and read
 READING = "reading: picture"
@@ -29,6 +47,68 @@ TargetRule = Callable[[Target], Iterator[Finding]]
 """A rule on a body's shape."""
 OnViews = Callable[[Views], None]
 """Called with the views of a stage's own pictures, those of its first variant."""
+
+MAX_TURN_RAD = np.radians(30.0)  # from one time sample to the next
+
+# Any settings do: they are the same for all pictures that are compared.
+SETTINGS = RenderSettings(renderer="", effort=Effort(), seed=0)
+PROBES = 8  # pictures of a variant that are compared first
+
+CODES = {
+    ViewKind.CAMERA_INSIDE: "camera-inside",
+    ViewKind.BEHIND: "target-behind",
+    ViewKind.OUTSIDE: "target-outside",
+    ViewKind.CUT_OFF: "target-cut-off",
+    ViewKind.FEW_PIXELS: "target-small",
+    ViewKind.UNLIT: "target-unlit",
+    ViewKind.DARK: "target-dark",
+}
+
+
+@dataclass(eq=False)
+class IdenticalVariants:
+    """Compares the variants of the stage at `path`: by some pictures each, and by all where those are equal."""
+
+    path: str | Path
+    _probes: dict[str, dict[int, str]] = field(default_factory=dict)
+    _keys: KeyMaker = field(default_factory=lambda: KeyMaker(SETTINGS))
+
+    def add(self, scene: Scene, pictures: int) -> None:
+        """Note one picture of the `pictures` of its variant, if it is a probe."""
+        if scene.frame.index in _probes(pictures):
+            self._probes.setdefault(scene.frame.variant, {})[scene.frame.index] = _content(scene, self._keys)
+
+    def findings(self, variant: str) -> Iterator[Finding]:
+        """Compare a variant, all of whose pictures were added, to those before it."""
+        for other, probes in self._probes.items():
+            if other == variant:
+                return
+            if probes == self._probes.get(variant) and self._equal(other, variant):
+                message = f"the pictures of variant {variant} are those of {other}, apart from random noise; remove it"
+                yield Finding(code="variant-same", where=str(self.path), message=message, severity=WARNING)
+                return
+
+    def _equal(self, a: str, b: str) -> bool:
+        first = StageReader(self.path, variant=a)
+        second = StageReader(self.path, variant=b, numbering=first.numbering)
+        pairs = zip(*(_contents(reader, reader.frames) for reader in (first, second)), strict=True)
+        return all(one == other for one, other in pairs)
+
+
+@cache
+def _probes(pictures: int) -> frozenset[int]:
+    """Return the indices of the pictures to compare first: all, or PROBES that are spread evenly over them."""
+    return frozenset(-(-probe * pictures // PROBES) for probe in range(PROBES)) & frozenset(range(pictures))
+
+
+def _contents(reader: StageReader, frames: tuple[FrameId, ...]) -> Iterator[str]:
+    keys = KeyMaker(SETTINGS)
+    return (_content(reader.scene(frame), keys) for frame in frames)
+
+
+def _content(scene: Scene, keys: KeyMaker) -> str:
+    """Digest all that decides the picture, apart from its variant's seed."""
+    return keys.keys(replace(scene, frame=replace(scene.frame, variant=NOMINAL))).exposure
 
 
 def scene_findings(
@@ -143,3 +223,65 @@ class _VariantCheck:
             at = f"picture {self.picture} of variant" if self.picture else "variant"
             message = f"{found}{do} ({at} {self.variant})"
             yield Finding(code=code, where=str(where), message=message, severity=severity)
+
+
+class BlendedPoses:
+    """Collects the pictures whose exposure blends time samples that differ by more than one motion would.
+
+    That is a rotation above MAX_TURN_RAD, or a path longer than the first target's size (twice the radius about its
+    centre).
+    """
+
+    do = "bring shutter:open and shutter:close together, or give the poses the times of one motion"
+
+    def __init__(self, reader: StageReader) -> None:
+        self.pictures: list[str] = []
+        self._camera, self._bodies = find_camera(reader.stage), reader.bodies
+        self.where = str(reader.bodies[0].prim.GetPath())
+        self._times = [self._moving_times(body.prim) for body in reader.bodies]
+
+    @property
+    def found(self) -> str:
+        """The finding's message."""
+        return (
+            f"the exposures of {len(self.pictures)} pictures blend time samples between which a body rotates by "
+            f"more than {np.degrees(MAX_TURN_RAD):g} degrees or moves by more than its size"
+        )
+
+    def add(self, scene: Scene) -> None:
+        """Look at one picture of the reader's stage."""
+        if scene.shutter is None:
+            return
+        opening = read_opening(self._camera, scene.frame.time_code, rows=scene.camera.height)
+        size = 2 * scene.target.mesh.radius
+        if any(self._blends(body, times, opening, size) for body, times in zip(self._bodies, self._times, strict=True)):
+            self.pictures.append(scene.frame.name)
+
+    def _moving_times(self, prim: Usd.Prim) -> list[float]:
+        """List the times of all samples that move the prim or the camera."""
+        moving = [each for end in (self._camera, prim) for each in (*ancestors(end), end)]
+        ops = [op for each in moving for op in UsdGeom.Xformable(each).GetOrderedXformOps()]
+        return sorted({float(time) for op in ops for time in op.GetTimeSamples()})
+
+    def _blends(self, body: BodyReader, times: list[float], opening: Opening, size: float) -> bool:
+        """Return whether the exposure blends poses of `body`, sampled at `times`, that no motion joins."""
+        first = bisect_right(times, opening.middle - opening.duration / 2) - 1
+        last = bisect_left(times, opening.middle + opening.duration / 2)
+        poses = [body.pose_at(time) for time in times[max(first, 0) : last + 1]]
+        return any(
+            rotation_angle(a, b) > MAX_TURN_RAD or np.linalg.norm(a.translation - b.translation) > size
+            for a, b in pairwise(poses)
+        )
+
+
+def view_findings(found: Views, where: str) -> Iterator[Finding]:
+    """Yield findings on the views of the target at the prim `where`: warnings, since each may be meant, but errors
+    where no picture shows the target."""
+    if not is_plausible(found.size):
+        smallest, largest = map(number_text, SIZES)
+        message = f"the target is {size_text(found.size)}: spacecraft are {smallest} to {largest} m; check its unit"
+        yield Finding(code="target-size", where=where, message=message, severity=WARNING)
+    unseen = found.count(ViewKind.BEHIND, ViewKind.OUTSIDE) == found.pictures
+    for kind in (kind for kind in found.of if kind in MESSAGES):
+        severity = ERROR if unseen and kind in (ViewKind.BEHIND, ViewKind.OUTSIDE) else WARNING
+        yield Finding(code=CODES[kind], where=where, message=sentence(found, kind), severity=severity)

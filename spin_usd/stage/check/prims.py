@@ -1,6 +1,8 @@
 """Rules on prims: kinds, labels, lights, extents, draw modes."""
 
 from collections.abc import Iterator
+from difflib import get_close_matches
+from functools import cache
 
 import numpy as np
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
@@ -15,6 +17,8 @@ from spin_usd.stage.usd.visibility import ancestors
 BRIGHTNESS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
 """Below each irradiance, W/m2: the appearance of a picture that is exposed for the Sun."""
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # other programs have other fallbacks for them
+
+NAMESPACE = "spin:"
 
 
 def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -131,3 +135,21 @@ def _labelled(prim: Usd.Prim, target: Usd.Prim) -> bool:
             return True
         prim = prim.GetParent()
     return False
+
+
+def property_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every authored spin:* property is one that the schema defines."""
+    for prim in stage.Traverse():
+        for name in prim.GetAuthoredPropertyNames():
+            if name.startswith(NAMESPACE) and name not in _defined():
+                near = get_close_matches(name, sorted(_defined()), n=1)
+                hint = f": is {near[0]} meant?" if near else "; remove it"
+                message = f"no schema defines {name}, so it does nothing{hint}"
+                yield Finding(code="property-unknown", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
+@cache
+def _defined() -> frozenset[str]:
+    registry = Usd.SchemaRegistry()
+    definitions = [registry.FindAppliedAPIPrimDefinition(name) for name in schema.APIS]
+    return frozenset(name for definition in definitions for name in definition.GetPropertyNames())

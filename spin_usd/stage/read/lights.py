@@ -38,10 +38,10 @@ from spin_usd.scene.light import (
     RectLight,
     SphereLight,
 )
+from spin_usd.scene.texture import Image
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.distant_light import direction_cam, read_distant_light
 from spin_usd.stage.read.emission import casts_shadows, emission, refuse_unsupported
-from spin_usd.stage.read.light_texture import read_texture
 from spin_usd.stage.read.shaping import read_shaping, refuse_shaping
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.prim_order import in_order
@@ -59,6 +59,8 @@ POLE_TO_Z = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # +y to +z, +z to -y
 MIN_SIZE_M = 1e-9  # squared twice it is still above the smallest float32, 1e-38
 POINT_AREA = 1.0  # for a sphere of radius 0: 4 pi times it emits as much as a point does
 MAX_DISTANCE_M = 1e15  # a tenth of a light year; squared distances overflow float32 at 2e19 m
+FILE, FORMAT = "inputs:texture:file", "inputs:texture:format"
+LATLONG = ("automatic", "latlong")
 
 
 class LightReader:
@@ -338,3 +340,16 @@ def _equal(scale: Float, prim: Usd.Prim) -> float:
         found = f"is a {prim.GetTypeName()} scaled unequally (by {scale.max() / scale.min():.6g})"
         raise UnsupportedError(found, where=prim.GetPath(), do="scale it equally: only round ones are rendered")
     return float(scale.mean())
+
+
+def read_texture(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
+    """Read the image in linear colours; the file's own colour space decides. Raises StageError, UnsupportedError."""
+    attribute = prim.GetAttribute(FILE)
+    asset: Sdf.AssetPath | None = read(attribute, time) if attribute else None
+    if asset is None or not asset.path:
+        return None
+    layout = prim.GetAttribute(FORMAT)
+    if layout and read(layout, time) not in LATLONG:
+        found = f"its texture is a {read(layout, time)}"
+        raise UnsupportedError(found, where=prim.GetPath(), do="convert it to latitude and longitude")
+    return images.read(asset, "auto", prim).image

@@ -1,11 +1,17 @@
 """Metadata of a stage's root layer, in whatever numeric type a program stored it.
 
 USD declares them double and raises on a float, which crate files by some exporters hold.
+
+Warnings about what is rendered differently from what the stage authors: a picture with a warning is better than
+none.
 """
+
+from dataclasses import dataclass, field
 
 from pxr import Usd
 
 from spin_usd.errors import StageError
+from spin_usd.scene.finding import WARNING, Finding
 
 METRES_PER_UNIT = "metersPerUnit"
 UNITS = 1e-12, 1e17
@@ -19,3 +25,20 @@ def root_number(stage: Usd.Stage, name: str) -> float:
         where = stage.GetRootLayer().realPath
         raise StageError(f"{name} is {value!r}", where=where, do="author a number")
     return float(value)
+
+
+@dataclass(eq=False)
+class Notes:
+    """A collection of findings: each rule is reported once for each prim or property."""
+
+    _found: dict[tuple[str, str], Finding] = field(default_factory=dict)
+
+    def add(self, code: str, where: object, message: str) -> None:
+        """Add a warning. `code` names the rule, `where` is a prim or a property."""
+        finding = Finding(code=code, where=str(where), message=message, severity=WARNING)
+        self._found.setdefault((code, str(where)), finding)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All findings, in the order in which they were added."""
+        return tuple(self._found.values())

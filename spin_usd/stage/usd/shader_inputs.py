@@ -9,7 +9,7 @@ from pxr import Usd, UsdShade
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.usd.image_tiles import resolved_tiles
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import read, read_any
 
 LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")

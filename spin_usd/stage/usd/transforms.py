@@ -10,7 +10,7 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.usd.conversion import quaternions
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import read, read_all
 
 # USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.

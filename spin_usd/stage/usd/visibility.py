@@ -2,7 +2,7 @@
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import read, read_any
 
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from spin_usd.command_line import app
 from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.stage.composition.open_layer import open_layer
-from spin_usd.terminal.examples import EXAMPLES
+from spin_usd.terminal.help_text import EXAMPLES
 from tests.conftest import REPOSITORY
 
 COMMAND_LINE = typer.main.get_command(app)

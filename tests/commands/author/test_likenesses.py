@@ -17,10 +17,10 @@ from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.poses import FRAME_NAME, repeated_name
-from spin_usd.stage.augment import sampled_layer
+from spin_usd.stage.augment import sun_and_planet
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
+from spin_usd.stage.author.source_bounds import hull_corners
 from spin_usd.stage.author.target_asset import describe
-from spin_usd.stage.author.target_extent import hull_corners
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -126,7 +126,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
     """The same light, whichever file it is in."""
     found = []
     for most, suffix in ((4096, "usda"), (5, "usdc")):
-        monkeypatch.setattr(sampled_layer, "MAX_FRAMES_IN_TEXT", most)
+        monkeypatch.setattr(sun_and_planet, "MAX_FRAMES_IN_TEXT", most)
         out = tmp_path / suffix
         report = author_sample(sample="speedplus", out=out, count=6)
         assert [file.name for file in (out / "layers").glob("sampled.*")] == [f"sampled.{suffix}"]

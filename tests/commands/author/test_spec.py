@@ -15,10 +15,10 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.framing import framed_shares
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.resources import bundled
-from spin_usd.sampling.stream import stream
+from spin_usd.sampling.sample import stream
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
+from spin_usd.stage.author.source_bounds import box_corners, hull_corners
 from spin_usd.stage.author.target_asset import describe
-from spin_usd.stage.author.target_extent import box_corners, hull_corners
 from spin_usd.stage.read.stage_reader import StageReader
 
 SURE = 1e-3  # a sample of the right distribution fails a Kolmogorov-Smirnov test as seldom as this

@@ -6,7 +6,7 @@ import re
 from spin_usd.commands.check.rules import RULES
 from spin_usd.picture.brightness import WORDS
 from spin_usd.scene.derived.views import ViewKind
-from spin_usd.stage.check.views import CODES
+from spin_usd.stage.check.every_picture import CODES
 from tests.conftest import REPOSITORY
 
 PACKAGE = REPOSITORY / "spin_usd"

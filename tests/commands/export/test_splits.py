@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.commands.export.plan import named_splits, read_split, split_of_each
-from spin_usd.commands.export.selection import Selected, poses_of
+from spin_usd.commands.export.plan import Selected, named_splits, poses_of, read_split, split_of_each
 from spin_usd.errors import InputError
 
 FRAMES = [f"img{number:06}" for number in range(100)]

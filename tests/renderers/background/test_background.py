@@ -8,10 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.background.atmosphere import Air
-from spin_usd.renderers.background.globe import Globe, Rays
-from spin_usd.renderers.background.noise_faces import faces_of
-from spin_usd.renderers.background.noise_octaves import octave, resolved
+from spin_usd.renderers.background.globe import Air, Globe, Rays
+from spin_usd.renderers.background.noise_octaves import faces_of, octave, resolved
 from spin_usd.renderers.background.planet_detail import DetailMaker
 from spin_usd.renderers.background.planet_view import BLOCK, PlanetView, blocks
 from spin_usd.renderers.background.sky import place_image, sky, solid_angles

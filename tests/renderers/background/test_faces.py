@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.renderers.background.noise_faces import faces_of
+from spin_usd.renderers.background.noise_octaves import faces_of
 
 STEP = 1e-3  # radians
 BENT = 3 * STEP**2  # faces are flat to the first order: what a and b bend by in a step is of the second

@@ -9,7 +9,7 @@ import pytest
 from mathutils import Matrix
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.renderers.blender.light_groups import EMISSION
+from spin_usd.renderers.blender.light_links import EMISSION
 from spin_usd.renderers.blender.textures import forget_render_data
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.effort import Effort

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.background.latlong import bilinear_latlong, planes
+from spin_usd.renderers.background.dome import bilinear_latlong, planes
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort

@@ -9,7 +9,7 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, SpinError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
-from spin_usd.stage.author.provenance import origin_of
+from spin_usd.stage.author.target_root import origin_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.image_files import write_image_file

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pxr import Usd
 
-from spin_usd.stage.author.target_notes import target_notes
+from spin_usd.stage.author.source_bounds import target_notes
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.open_stage import open_stage
 

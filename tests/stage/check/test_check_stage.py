@@ -19,8 +19,8 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.camera_layer import camera_layer_of, open_camera_layer
 from spin_usd.stage.author.from_mesh_file import write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
-from spin_usd.stage.author.provenance import Origin
 from spin_usd.stage.author.target_asset import describe
+from spin_usd.stage.author.target_root import Origin
 from spin_usd.stage.author.write_stage import write_stage
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader

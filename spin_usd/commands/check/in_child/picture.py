@@ -13,8 +13,7 @@ from spin_usd.commands.check.digests import MAKE_AGAIN, digest_findings
 from spin_usd.commands.check.in_child.boxes import box_findings
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.keypoints import keypoint_findings
-from spin_usd.commands.check.in_child.labels import label_findings
-from spin_usd.commands.check.in_child.pixel_counts import count_findings
+from spin_usd.commands.check.in_child.labels import count_findings, label_findings
 from spin_usd.commands.check.in_child.pose import pose_findings
 from spin_usd.errors import InputError, SpinError
 from spin_usd.faults import reading

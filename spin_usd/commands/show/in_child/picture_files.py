@@ -1,6 +1,12 @@
-"""The child's part of `show`: the files of one picture, for which it decodes those of the dataset."""
+"""The child's part of `show`: the files of one picture, for which it decodes those of the dataset.
 
-from collections.abc import Iterator, Sequence
+The labels of a picture as the page reads them: cropped to what they show.
+
+The dense pose by the depth, the camera and the pose. The page computes it too, so a file need only hold by how much
+the dataset's dense pose differs, which is next to nothing.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -8,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.commands.show.in_child.label_file import label_file
+from spin_usd.arrays import Float
+from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.options import ORIGINAL, SMALL
 from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys
 from spin_usd.errors import InputError
@@ -16,15 +23,20 @@ from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS
 from spin_usd.store.atomic import link_atomically, write_atomically
 from spin_usd.store.description import Description, read_description
 from spin_usd.store.names import record_of
-from spin_usd.store.picture import Picture, read_picture
+from spin_usd.store.picture import INSTANCE, Picture, read_picture
 
 THUMBNAIL_PX, SMALL_PX = 256, 960
 QUALITY = 85
+DENSE_POSE = "dense_pose"
+STEP_M = 1e-5
+"""What points of the dense pose are rounded to on the page: a hundredth of a millimetre."""
+MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept as it is
 
 
 def write_picture_files(
@@ -85,3 +97,94 @@ class _PictureWriter:
         pixels, channels = (image[..., 0], ("Y",)) if grey else (image, ("R", "G", "B"))
         write = partial(write_image, array=pixels, channels=channels, quality=QUALITY)
         write_atomically(self._out, name, write, work=self._work)
+
+
+def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile:
+    """Return the data file of these labels of the picture by their kinds, (H, W) or (H, W, C) each, cropped to the box
+    outside which all are 0.
+
+    Numbers are the files' own to the last bit, but those of the dense pose, where that is near what the depth says:
+    these are rounded to STEP_M.
+    """
+    region = shown_region(labels)
+    steps = steps_from_depth(picture, region, labels)
+    described, arrays = {}, {}
+    for kind, label in labels.items():
+        pixels = np.atleast_3d(label[region.slices])
+        described[kind] = {"dtype": label.dtype.name, "channels": pixels.shape[2]}
+        if kind == DENSE_POSE and steps is not None:
+            described[kind] |= {"dtype": "int32", "step_from_depth": STEP_M}
+            pixels = steps
+        arrays[kind] = packed(np.moveaxis(pixels, 2, 0))
+    box = [region.x0, region.y0, region.x1, region.y1]
+    return DataFile({"box": box, "labels": described}, arrays)
+
+
+def shown_region(labels: Mapping[str, NDArray[Any]]) -> Region:
+    """Return the region outside which all labels are 0; an empty one where they are so all over."""
+    boxes = np.array([box for label in labels.values() if (box := _box(label))]).reshape(-1, 4)
+    if not len(boxes):
+        return Region(x0=0, y0=0, x1=0, y1=0)
+    (x0, y0), (x1, y1) = boxes[:, :2].min(0).tolist(), boxes[:, 2:].max(0).tolist()
+    return Region(x0=x0, y0=y0, x1=x1, y1=y1)
+
+
+def _box(label: NDArray[Any]) -> tuple[int, int, int, int] | None:
+    there = (label != 0).any(-1) if label.ndim == 3 else label != 0
+    rows, columns = np.flatnonzero(there.any(1)), np.flatnonzero(there.any(0))
+    return (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1) if len(rows) else None
+
+
+def packed(planes: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return the bytes of the `planes` (C, H, W): first the lowest byte of every number, then the next, and so on.
+
+    Numbers of 32 bits are first made small, for zlib: of each stays what its bits differ by, modulo 2^32, from those of
+    the pixels to the left and above, less that between these two, for surfaces are flat nearly everywhere; the sign
+    goes into the lowest bit. To add up along both axes undoes it.
+    """
+    numbers = np.ascontiguousarray(planes)
+    if numbers.itemsize == 4:
+        numbers = _differences(numbers.view(np.uint32))
+    each = numbers.astype(numbers.dtype.newbyteorder("<")).view(np.uint8).reshape(-1, numbers.itemsize)
+    return np.ascontiguousarray(each.T).reshape(-1)
+
+
+def _differences(bits: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    for axis in (1, 2):
+        bits = np.diff(bits, axis=axis, prepend=np.uint32(0))
+    return (bits << np.uint32(1)) ^ (bits.view(np.int32) >> 31).view(np.uint32)
+
+
+def steps_from_depth(picture: Picture, region: Region, labels: Mapping[str, NDArray[Any]]) -> NDArray[np.int32] | None:
+    """Return (h, w, 3): by how many steps the dense pose in the `region` differs from `points_of_depth`; None where
+    one of the labels that it takes is not there, or they are too far from each other for that."""
+    if not {"depth", "dense_pose"} <= set(labels) or not {INSTANCE, "segmentation"} & set(labels):
+        return None
+    left = labels["dense_pose"][region.slices] - points_of_depth(picture, region, labels)
+    steps = np.rint(left / STEP_M)
+    return steps.astype(np.int32) if (np.abs(steps) <= MAX_STEPS).all() else None
+
+
+def points_of_depth(picture: Picture, region: Region, labels: Mapping[str, NDArray[Any]]) -> Float:
+    """Return (h, w, 3): the point in the axes of the target seen in each pixel, by the depth, the camera and the pose,
+    metres; 0 where no target is."""
+    depth = labels["depth"][region.slices].astype(np.float64)
+    ids = target_ids(picture, labels)[region.slices]
+    rays = np.concatenate([picture.camera.centres(region), np.ones((*region.shape, 1))], -1)
+    points = np.zeros((*region.shape, 3))
+    for target in picture.targets:
+        own = (ids == target.id) & (depth > 0)
+        points[own] = (rays[own] * depth[own][:, None] - target.t_cam_body) @ target.T_cam_body[:3, :3]
+    return points
+
+
+def target_ids(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> NDArray[np.uint16]:
+    """Return (H, W): the id of the target that each pixel shows, by the instance, or else the part; 0 for none."""
+    if INSTANCE in labels:
+        return labels[INSTANCE]
+    of_part = np.zeros(np.iinfo(np.uint16).max + 1, np.uint16)
+    for part in picture.parts.values():
+        if part.id < len(of_part):
+            of_part[part.id] = part.target
+    found: NDArray[np.uint16] = of_part[labels["segmentation"]]
+    return found

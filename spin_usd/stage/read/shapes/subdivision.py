@@ -22,7 +22,7 @@ from spin_usd.stage.read.shapes.catmull_clark import CATMULL_CLARK
 from spin_usd.stage.read.shapes.loop import LOOP
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar, check_count
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import array, read, refuse
 
 LEVELS = 2  # 16 quadrangles or triangles per face; their corners lie on the limit surface

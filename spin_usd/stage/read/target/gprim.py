@@ -27,7 +27,7 @@ from spin_usd.stage.read.target.face_subsets import (
 )
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.preview_surface import MaterialReader, MaterialTemplate, resolved
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.visibility import PROXIES
 
 

@@ -7,8 +7,8 @@ from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.read.shapes.primitives import SHAPES
-from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.prim_order import ordered_children
+from spin_usd.stage.usd.root_metadata import Notes
 
 State = TypeVar("State")
 THIN = ("BasisCurves", "HermiteCurves", "NurbsCurves", "Points")

@@ -25,7 +25,7 @@ from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
 from spin_usd.stage.read.target.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.transforms import local_matrix
 from spin_usd.stage.usd.values import DEFAULT_TIME, read
 from spin_usd.stage.usd.visibility import (

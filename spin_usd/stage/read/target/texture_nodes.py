@@ -14,7 +14,7 @@ from spin_usd.scene.texture import Coordinates, Image, Texture, Tiles
 from spin_usd.stage.composition.images import COLOR_SPACES, Images
 from spin_usd.stage.composition.missing_images import lacks_file
 from spin_usd.stage.usd.image_tiles import is_tiled
-from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.shader_inputs import (
     Output,
     input_path,

@@ -8,10 +8,9 @@ from PIL import Image as PillowImage
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Image, Texture
-from spin_usd.stage.read.shapes import tessellate
-from spin_usd.stage.read.shapes.displacement import displaced
+from spin_usd.stage.read.shapes import displacement
+from spin_usd.stage.read.shapes.displacement import displaced, tessellated, welded
 from spin_usd.stage.read.shapes.primitives import revolve
-from spin_usd.stage.read.shapes.tessellate import tessellated, welded
 from spin_usd.stage.read.shapes.triangles import Triangles, face_normals
 from tests.cases.png import png
 
@@ -230,7 +229,7 @@ def test_splitting_leaves_no_crack_and_loses_no_area(seed) -> None:
 
 
 def test_too_fine_an_image_is_refused(monkeypatch) -> None:
-    monkeypatch.setattr(tessellate, "MAX_TRIANGLES", 1000)
+    monkeypatch.setattr(displacement, "MAX_TRIANGLES", 1000)
     t = sphere_with_seam()
     with pytest.raises(UnsupportedError, match=r"^/Mesh: needs more than 1000 triangles to follow the texels"):
         displaced(t, np.zeros(len(t.corners), int), [noisy()], "/Mesh")
