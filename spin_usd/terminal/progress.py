@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from spin_usd.progress import Progress, no_progress
-from spin_usd.terminal.lines import print_err
-from spin_usd.terminal.terminal import is_terminal
+from spin_usd.terminal.lines import is_terminal, print_err
 
 LINE_EVERY_S = 10.0
 
