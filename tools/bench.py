@@ -23,7 +23,6 @@ from benchmarks import (
     labels,
     plan,
     predict,
-    schedule,
     sensor,
     stages,
     variants,
@@ -34,7 +33,7 @@ from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.machine import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement, debug)
-RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery, watch)
+RUNS = (growth, variants, plan, predict, calibrate, gallery, watch)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
 
