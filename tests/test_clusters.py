@@ -14,6 +14,9 @@ import pytest
 from tests.conftest import REPOSITORY
 from tests.test_documents import blocks
 
+pytestmark = pytest.mark.children
+
+
 PAGE = REPOSITORY / "docs" / "how-to" / "cluster.md"
 DOCKERFILE = REPOSITORY / "tools" / "docker" / "Dockerfile"
 BASE = {"libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libuuid1", "libbsd0", "libmd0"}

@@ -17,6 +17,9 @@ import spin_usd as package
 from spin_usd.command_line import app
 from tests.conftest import REPOSITORY
 
+pytestmark = pytest.mark.children
+
+
 README, DOCS = REPOSITORY / "README.md", REPOSITORY / "docs"
 NOTEBOOK = DOCS / "how-to" / "notebook.ipynb"
 PACKAGE = REPOSITORY / "spin_usd"

@@ -8,6 +8,8 @@ import pytest
 
 from spin_usd.stop_signals import STOP_SIGNALS, WAY_OUT_S, Stopped, let_signals_stop, postponed
 
+pytestmark = pytest.mark.children
+
 
 @pytest.fixture(autouse=True)
 def handlers():

@@ -12,6 +12,8 @@ sys.path.insert(0, str(REPOSITORY / "tools"))
 from trials import digests, faults
 from try_memory import MemorySample, in_csv, slope
 
+pytestmark = pytest.mark.children
+
 
 @pytest.mark.campaign
 @pytest.mark.timeout(900)

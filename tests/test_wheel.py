@@ -10,6 +10,8 @@ import pytest
 from spin_usd.commands.show.gallery_folder import page_files
 from tests.conftest import REPOSITORY
 
+pytestmark = pytest.mark.children
+
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):

@@ -44,11 +44,16 @@ RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss count
 OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
 
 
+def in_process() -> bool:
+    """Return whether what children are asked is done in this process."""
+    return os.environ.get(IN_PROCESS) == "1"
+
+
 class Child:
     """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
 
     def __new__(cls, **_: Any) -> "Child":
-        return super().__new__(ChildHere if os.environ.get(IN_PROCESS) == "1" else cls)
+        return super().__new__(ChildHere if in_process() else cls)
 
     def __init__(
         self,

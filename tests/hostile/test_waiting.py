@@ -9,7 +9,7 @@ import pytest
 from tests.hostile.conftest import RECORD, slow
 from tests.hostile.test_outside import HEAD
 
-pytestmark = pytest.mark.timeout(60)
+pytestmark = [pytest.mark.children, pytest.mark.timeout(60)]
 CACHED = "cache/depth"  # the first file below it
 
 

@@ -13,6 +13,9 @@ from spin_usd.errors import SpinError
 from spin_usd.processes.child import Child, ChildInternalError
 from spin_usd.processes.deaths import ChildDiedError
 
+pytestmark = pytest.mark.children
+
+
 GONE_WITHIN_S = 10.0
 
 

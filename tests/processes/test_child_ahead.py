@@ -1,8 +1,11 @@
 """A child started ahead is given once, and ended where nobody takes it."""
 
 import psutil
+import pytest
 
 from spin_usd.processes.child_ahead import child_ahead, next_child
+
+pytestmark = pytest.mark.children
 
 
 def test_the_first_who_asks_gets_the_child_that_was_started_ahead() -> None:

@@ -8,6 +8,9 @@ import pytest
 from spin_usd.processes import child_limits
 from spin_usd.processes.child import Child
 
+pytestmark = pytest.mark.children
+
+
 HARD = 6 << 30  # bytes, less than half of most machines' memory
 
 ASKED = (

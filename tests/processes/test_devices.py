@@ -9,6 +9,8 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.processes import child, devices
 from spin_usd.renderers.device import DEVICES
 
+pytestmark = pytest.mark.children
+
 
 @pytest.fixture(scope="module")
 def usable():

@@ -17,6 +17,9 @@ from spin_usd.processes.patience import Patience
 from spin_usd.processes.pool import Answered, Failed, Pool
 from spin_usd.processes.usage import Usage, UsageMeter
 
+pytestmark = pytest.mark.children
+
+
 LOOP = "while True: pass"
 SLEEP = "import time; time.sleep(1000)"
 NAP = "import time\nwhile True: time.sleep(0.02)"

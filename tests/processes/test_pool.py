@@ -9,6 +9,8 @@ from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.pool import Answered, Failed, Pool
 
+pytestmark = pytest.mark.children
+
 
 @pytest.fixture
 def pool() -> Iterator[Pool[Any]]:

@@ -13,6 +13,7 @@ PYTHON = REPOSITORY / ".venv-python311" / "bin" / "python"
 LOADER = Path(__file__).with_name("load_batches.py")
 POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
 pytestmark = [
+    pytest.mark.children,
     pytest.mark.slow,
     pytest.mark.skipif(not PYTHON.is_file(), reason="no .venv-python311; tools/python311_environment makes it"),
 ]

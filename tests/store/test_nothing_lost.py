@@ -21,6 +21,9 @@ from tests.cases.requests import request_for
 from tests.cases.root_layers import over_stage
 from tests.conftest import REPOSITORY, speedplus_camera
 
+pytestmark = pytest.mark.children
+
+
 TOKEN = "0123456789abcdef" * 2
 CRAFT = """#usda 1.0
 (

@@ -1,12 +1,13 @@
 """Write a picture's scene as a .blend, by a child process."""
 
-from dataclasses import KW_ONLY, asdict, dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
+from spin_usd.commands.debug.options import DebugOptions
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.options import EffortOptions, Frame, Listening, Option, Seed, Stage, Variant, takes
+from spin_usd.options import takes
 from spin_usd.planning.effort_choice import setting_of
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
@@ -19,21 +20,6 @@ from spin_usd.store.stage_path import existing_stage
 
 SUFFIX = ".blend"
 NAME = "spin_usd-debug"  # of the folder where the file is until it is whole
-
-
-@dataclass(frozen=True)
-class DebugOptions(EffortOptions, Listening):
-    """The picture whose scene is written, and how it would be rendered."""
-
-    stage: Stage
-    frame: Frame
-    _: KW_ONLY
-    variant: Variant = "nominal"
-    out: Annotated[
-        str | Path | None,
-        Option("The new file; FRAME_VARIANT.blend here if not given, FRAME as typed.", "FILE"),
-    ] = None
-    seed: Seed = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,6 +36,7 @@ from spin_usd.planning.shard import Manifest, Shard, write_manifest
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
 from spin_usd.pluralise import pluralise
+from spin_usd.processes.child import in_process
 from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import usable_cpus
@@ -182,6 +183,8 @@ class DatasetRun:
         if self._destination.cluster:
             count = min(self._options.workers or MAX_WORKERS, tasks)
             return count, count
+        if in_process():  # Blender's state is the process's
+            return 1, len(usable_cpus())
         return min(self._options.workers or default_workers(), tasks), len(usable_cpus())
 
     def _worker_options(self, planned: Plan, root: str, *, renders: bool) -> WorkerOptions:

@@ -16,6 +16,8 @@ from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import no_progress
 from spin_usd.sha256 import sha256_of
 
+pytestmark = pytest.mark.children
+
 
 @pytest.fixture
 def dataset(rendered, tmp_path):

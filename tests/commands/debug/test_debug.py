@@ -15,6 +15,9 @@ from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
+pytestmark = pytest.mark.children
+
+
 POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
 EFFORT = "samples=2"
 ROUNDING = 1e-5  # of the root mean square: gains are applied after the render here, before it there

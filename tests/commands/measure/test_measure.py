@@ -30,6 +30,9 @@ from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.store.measurement_file import read_measurement
 from tests.conftest import REPOSITORY, speedplus_camera
 
+pytestmark = pytest.mark.children
+
+
 RAYCAST = ProcessKind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes
 PATIENCE_S = 120.0  # for twelve small renders

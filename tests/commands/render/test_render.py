@@ -85,6 +85,7 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None
     assert all(set(record["files"]) == kinds for record in records)
 
 
+@pytest.mark.children
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers) -> None:
     report = make(small_stage, tmp_path, frames="0:2", workers=workers)
@@ -310,6 +311,7 @@ def assert_whole(out, expected) -> None:
     assert not list(out.rglob(".*"))
 
 
+@pytest.mark.children
 @pytest.mark.slow
 @pytest.mark.parametrize("supervisor", [False, True])
 def test_kills_of_blender_lose_nothing(small_stage, blender_dataset, tmp_path, supervisor, spin_usd) -> None:

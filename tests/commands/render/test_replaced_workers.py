@@ -17,6 +17,9 @@ from spin_usd.progress import no_progress
 from spin_usd.scene.effort import Effort
 from tests.cases.requests import request_for
 
+pytestmark = pytest.mark.children
+
+
 FEW = Effort(samples=2)
 KILLED = TRIES[DeathCause.KILLED]
 

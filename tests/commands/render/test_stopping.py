@@ -15,6 +15,9 @@ import pytest
 from spin_usd.sha256 import sha256_of
 from tests.cases.records import records_of
 
+pytestmark = pytest.mark.children
+
+
 STARTS_WITHIN_S = 200.0
 SLOW, QUICK = "samples=200", "samples=2"
 

@@ -14,6 +14,9 @@ from spin_usd.scene.effort import Effort
 from tests.cases.root_layers import over_stage
 from tests.cases.watching import save, watching
 
+pytestmark = pytest.mark.children
+
+
 FRAMES = 8
 KINDS = {"image", "depth", "segmentation", "dense_pose"}
 

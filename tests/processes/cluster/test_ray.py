@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.sha256 import sha256_of
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.children, pytest.mark.timeout(900)]
 OPTIONS = ("--renderer", "raycast", "--labels", "default,normals_cam")
 
 

@@ -21,6 +21,9 @@ from spin_usd.processes.pool import Answered, Failed, Pool
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 
+pytestmark = pytest.mark.children
+
+
 SEEN, TOKEN = "seen", "0123"
 
 
