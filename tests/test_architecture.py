@@ -192,7 +192,7 @@ PURE = (
     "accuracy",
     "renderers/embree",
     "renderers/raycast",
-    "renderers/skipped",
+    "renderers/skipped.py",
     "renderers/camera_shader.py",
     "renderers/downscale.py",
 )

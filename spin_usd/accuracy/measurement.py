@@ -145,7 +145,7 @@ class Execution:
 
 @dataclass(frozen=True, kw_only=True)
 class Saving:
-    """Work that the scene does not need and that was skipped (see renderers.skipped.requirements), measured on a
+    """Work that the scene does not need and that was skipped (see renderers.skipped), measured on a
     picture by rendering it without that work and with it in turn."""
 
     frame: FrameName

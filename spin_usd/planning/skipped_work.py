@@ -10,8 +10,7 @@ from msgspec import Meta
 from spin_usd.json_fields import Count, one_of
 from spin_usd.planning.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.processes.open_renderer import renderer_entry
-from spin_usd.renderers.skipped.facts import Facts
-from spin_usd.renderers.skipped.rules import BITS, SkippedWork, skipped_work
+from spin_usd.renderers.skipped import BITS, Facts, SkippedWork, skipped_work
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.model import Scene
 

@@ -13,8 +13,8 @@ from spin_usd.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_P
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
-from spin_usd.renderers.skipped.material_needs import scene_surfaces
 from spin_usd.scene.derived.light_groups import LightGroups
+from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
@@ -60,7 +60,7 @@ class CommonWork:
 def features(scene: Scene) -> list[str]:
     """Return the features of the scene that cost time, of BEHIND, DEVELOPED and LIT."""
     behind, optics, sensor = scene.environment, scene.optics, scene.sensor
-    groups, surfaces = LightGroups.of(scene), scene_surfaces(scene)
+    groups, shown = LightGroups.of(scene), [shown_materials(body.target) for body in scene.bodies]
     has = {
         "planet": bool(behind.planets),
         "stars": bool(behind.stars),
@@ -71,8 +71,8 @@ def features(scene: Scene) -> list[str]:
         "glare": optics.glare > 0,
         "bloom": optics.bloom_intensity > 0,
         NOISE: sensor.gain > 0,
-        "glossy": not surfaces.diffuse,
-        "clear": surfaces.transparent,
+        "glossy": not all(each.diffuse for each in shown),
+        "clear": any(each.transparent for each in shown),
         "several lights": len(groups.placed) > 1,
         "surroundings": groups.surroundings,
     }

@@ -175,16 +175,6 @@ class Scene:
         object.__setattr__(other, "lights", lights)
         return other
 
-    def with_blur(self, *, thin_lens: ThinLens | None, shutter: Shutter | None) -> "Scene":
-        """Return the same scene with another lens and shutter, without one with bodies at rest. Its `picture_region`
-        stays, in which pictures are exchanged."""
-        if thin_lens is self.thin_lens and shutter is self.shutter:
-            return self
-        bodies = self.bodies if shutter else tuple(body.still for body in self.bodies)
-        other = replace(self, thin_lens=thin_lens, shutter=shutter, bodies=bodies)
-        object.__setattr__(other, "picture_region", self.picture_region)
-        return other
-
     @cached_property
     def _one_body_scenes(self) -> "tuple[Scene, ...]":
         alone = (replace(body, id=1, part_offset=None) for body in self.bodies)

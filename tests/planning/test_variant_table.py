@@ -211,14 +211,13 @@ def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeyp
     alone = asked(augmented, explain=True, renderer="blender")
     assert {each.what for each in alone.skipped} >= {
         "light tree",
-        "world",
         "stars",
         "pixels outside the target's region",
     }
     for each in alone.skipped:
         assert all(1 <= count <= 3 for count in each.pictures.values())
     expected = dict.fromkeys(alone.variants, 3)
-    assert next(each for each in alone.skipped if each.what == "volumes").pictures == expected
+    assert next(each for each in alone.skipped if each.what == "light tree").pictures == expected
     monkeypatch.setattr("spin_usd.planning.make_plan.SHARED_FROM", 2)
     assert asked(augmented, processes=2, explain=True, renderer="blender").skipped == alone.skipped
     assert asked(augmented, renderer="blender").skipped == ()
@@ -232,9 +231,9 @@ def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small
     command = ["plan", root, "--variants", "all", "--frames", "0:2", "--explain"]
     told = json.loads(spin_usd(*command, "--json").stdout)["skipped"]
     of = {(each["part"], each["what"]): each for each in told}
-    assert of["render", "volumes"]["pictures"] == {"nominal": 2, "matt": 2}
-    assert of["render", "glossy bounces"]["pictures"] == {"matt": 2}
+    assert of["render", "light tree"]["pictures"] == {"nominal": 2, "matt": 2}
+    assert of["optics", "glare"]["pictures"] == {"nominal": 2, "matt": 2}
     text = spin_usd(*command).stdout
-    assert "render: no glossy bounces: all materials are diffuse (the same bits; 2 of 2 of matt)" in text
+    assert "render: no light tree: there is nothing to choose among (the same bits; all pictures)" in text
     assert "all pictures)" in text
     assert "geometry is not simplified" in text

@@ -19,7 +19,7 @@ from spin_usd.processes.peak_memory import watch_memory
 from spin_usd.processes.processors import hold_to
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import LabelPass, Renderer
-from spin_usd.renderers.skipped.requirements import Requirements
+from spin_usd.renderers.skipped import Requirements
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort

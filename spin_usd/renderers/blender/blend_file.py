@@ -38,7 +38,7 @@ class BlendFileWriter:
 
     def write(self, openable: OpenableScene, file: Path) -> None:
         """Write the new `file`, and open it again. Raises RenderError, UnsupportedError."""
-        renderer = BlenderRenderer(keep=("shading",))  # a dark scene shows its materials too
+        renderer = BlenderRenderer()
         blender_scene, axes = renderer.prepare(openable.scene, openable.effort, seed=openable.seed)
         for other in [each for each in bpy.data.scenes if each != blender_scene]:
             bpy.data.scenes.remove(other)

@@ -38,7 +38,9 @@ CYCLES: Mapping[str, Any] = {
     "film_exposure": 1.0,
     "debug_bvh_type": "DYNAMIC_BVH",
     "shading_system": False,  # the camera's shader runs without it; it would only move the materials to OSL
+    # Nothing that UsdPreviewSurface describes fills a space or refracts: light goes straight through what is clear.
     "volume_bounces": 0,
+    "transmission_bounces": 0,
 }
 RENDER: Mapping[str, Any] = {
     "resolution_percentage": 100,
@@ -70,7 +72,6 @@ LABEL: Mapping[str, Any] = {  # one ray per pixel that stops where it lands; Cyc
     "max_bounces": 0,
     "diffuse_bounces": 0,
     "glossy_bounces": 0,
-    "transmission_bounces": 0,
     "transparent_max_bounces": 0,
     "use_light_tree": False,
 }
@@ -93,6 +94,10 @@ def cycles_effort(effort: Effort) -> dict[str, Any]:
     adaptive = {"adaptive_threshold": effort.adaptive, "adaptive_min_samples": ADAPTIVE_FROM} if effort.adaptive else {}
     return {
         "samples": effort.samples,
+        "max_bounces": effort.bounces,
+        "diffuse_bounces": effort.bounces,
+        "glossy_bounces": effort.bounces,
+        "transparent_max_bounces": TRANSPARENT_BOUNCES,
         "use_adaptive_sampling": bool(effort.adaptive),
         **adaptive,
         "sample_clamp_indirect": effort.clamp,

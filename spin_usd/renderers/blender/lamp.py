@@ -298,11 +298,9 @@ class LightSetup:
         shining: Collection[int],
         view: View,
         groups: Mapping[int, Sequence[Any]],
-        *,
-        shadows: bool,
     ) -> None:
         """Make the scene's lights those of `lights` with the indices `shining`, for a target whose face groups are
-        these objects; `shadows`: those that cast any cast them."""
+        these objects."""
         placed = {i: light for i, light in enumerate(lights) if isinstance(light, (DistantLight, AreaLight))}
         for light in placed.values():
             refuse_clamped(light)
@@ -312,7 +310,7 @@ class LightSetup:
             [each.as_pointer() for shown in groups.values() for each in shown],
         )
         for shown, (i, light) in zip(self._shown, shining.items(), strict=True):
-            self._show(shown, light, view, groups, shadows=shadows)
+            self._show(shown, light, view, groups)
             shown.source.object.lightgroup = light_name(i)
         images = (light.image for light in shining.values() if isinstance(light, RectLight))
         self._images.keep_only({image.key for image in images if image})
@@ -343,11 +341,9 @@ class LightSetup:
         light: DistantLight | AreaLight,
         view: View,
         groups: Mapping[int, Sequence[Any]],
-        *,
-        shadows: bool,
     ) -> None:
         linked = [(group, [each.as_pointer() for each in shown]) for group, shown in groups.items()]
-        key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked, shadows])
+        key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked])
         if key == shown.key:
             return
         shown.key = ""
@@ -359,7 +355,7 @@ class LightSetup:
             case Lamp() as lamp, AreaLight() as area:
                 lamp.show(area, LightPlacement.of(area.T_cam_light, view, self._parent))
         shown.links.link(light, groups)
-        shown.source.casts_shadows(shadows and light.shadows and chosen(light.shadowed_by, groups) != [])
+        shown.source.casts_shadows(light.shadows and chosen(light.shadowed_by, groups) != [])
         shown.key = key
 
 

@@ -72,9 +72,9 @@ def group_names(groups: LightGroups) -> list[str]:
     return names
 
 
-def pass_names(names: Sequence[str], *, apart: bool) -> list[str]:
-    """Return the passes that hold these groups: where they are not `apart`, the only one is the picture itself."""
-    return [f"{COMBINED}_{name}" for name in names] if apart else [COMBINED] * len(names)
+def pass_name(group: str) -> str:
+    """Return the pass that holds this group."""
+    return f"{COMBINED}_{group}"
 
 
 def keep_apart(layer: Any, names: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ it lacks would get less than 1 - MAX_F0 of the light. Source: UsdPreviewSurface 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -35,8 +35,8 @@ from spin_usd.scene.texture import Primvar, Texture
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index in its mesh + 1, so that 0 is nothing
 FIRST_NUMBER = "first"  # the object's property that holds how many faces are numbered before its own
 LABEL = "label"
-EMISSIVE_ONLY = "emissive, but not sampled as a light"
 EVERY = tuple(LIMITS)
+BLACK = (0.0, 0.0, 0.0)
 CUT = ("opacity",)  # the inputs that labels depend on
 # fmt: off
 FIELDS = ("diffuse_color", "emissive_color", "specular_color", "metallic", "roughness", "clearcoat",
@@ -63,25 +63,21 @@ class MaterialLibrary:
     def set_materials(
         self,
         meshes: Sequence[Any],
-        authored: Sequence[Material],
+        materials: Sequence[Material],
         mesh: Mesh,
         *,
-        needed: Sequence[Material],
-        emissive_lights: bool,
         again: bool,
     ) -> None:
         """Make the surfaces of `mesh` those of its materials.
 
-        meshes: Blender's, of `mesh` or of its groups of faces · authored: the materials of `mesh`, in the order in
-        which its faces name them; all are checked · needed: the same, as far as the picture depends on them; these are
-        shown · emissive_lights: whether rays look for emissive surfaces · again: the Blender meshes are new, so nothing
-        is left of the time before. Raises UnsupportedError, with the material's path.
+        meshes: Blender's, of `mesh` or of its groups of faces · materials: those of `mesh`, in the order in which its
+        faces name them · again: the Blender meshes are new, so nothing is left of the time before. Raises
+        UnsupportedError, with the material's path.
         """
-        self._check(authored, mesh, EVERY, again=again)
-        make = partial(surface_material, emissive_lights=emissive_lights)
-        keys = [_surface_key(material, emissive_lights=emissive_lights) for material in needed]
-        self._used["surface"] = dict(zip(keys, needed, strict=True))
-        self._show(meshes, keys, make, again=again)
+        self._check(materials, mesh, EVERY, again=again)
+        keys = [material.key for material in materials]
+        self._used["surface"] = dict(zip(keys, materials, strict=True))
+        self._show(meshes, keys, surface_material, again=again)
 
     def show_face_ids(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
         """Let every face of the Blender meshes of `mesh` emit its number, where it is not cut out."""
@@ -131,10 +127,6 @@ def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
     return [each for each in found if each[1].any()] or [(mesh, np.zeros(len(mesh.faces), bool))]
 
 
-def _surface_key(material: Material, *, emissive_lights: bool) -> str:
-    return material.key if emissive_lights else f"{material.key} {EMISSIVE_ONLY}"
-
-
 def _label_key(material: Material) -> str:
     return f"{LABEL} {material.key}" if material.cut_out else LABEL
 
@@ -166,24 +158,16 @@ def label_material(cut: Material | None = None, images: ImageLibrary | None = No
     return material
 
 
-def black_material() -> Any:
-    """Return a material that reflects nothing: it shows the shape alone."""
-    nodes = Nodes("black")
-    return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
-
-
-def surface_material(material: Material, images: ImageLibrary, *, emissive_lights: bool = True) -> Any:
-    """Return the Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: rays look for
-    it if it is emissive."""
+def surface_material(material: Material, images: ImageLibrary) -> Any:
+    """Return the Cycles material of a UsdPreviewSurface that `check_material` accepts."""
+    if isinstance(material.emissive_color, Texture) and not extremes(material.emissive_color).any():
+        material = replace(material, emissive_color=BLACK)  # else rays would look for light in it
     nodes = Nodes("surface")
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
     normal = _normal(nodes, images, material)
     feeds = principled_inputs(nodes, inputs, specular_workflow=material.use_specular_workflow)
     principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **mapped_normal(normal, "Normal", "Coat Normal")})
-    surface = nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
-    if not emissive_lights:
-        surface.cycles.emission_sampling = "NONE"
-    return surface
+    return nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
 
 
 def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:

@@ -1,8 +1,7 @@
 """A body in Blender: one mesh for each shape, and an object for each place it stands in; faces are numbered."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import bpy
@@ -38,17 +37,15 @@ class TargetObject:
         self._shown: list[Any] = []
         self._objects: dict[int, list[Any]] = {}
         self._mesh: Mesh | None = None
-        self._primvars: frozenset[str] = frozenset()
         self._split = False
         self._bare = True
         self._camera_sees, self._hidden = True, False
         self._materials = MaterialLibrary()
 
-    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool, primvars: frozenset[str]) -> None:
+    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool) -> None:
         """Make Blender's target `mesh`, with this attitude, its centre at `location` (3,) metres; `split` into face
-        groups. It has at least these of the mesh's `primvars`."""
-        if mesh is not self._mesh or split != self._split or not primvars <= self._primvars:
-            self._primvars = primvars | self._primvars if mesh is self._mesh else primvars
+        groups."""
+        if mesh is not self._mesh or split != self._split:
             self._replace(mesh, split=split)
             self._mesh, self._split, self._bare = mesh, split, True
         matrix = np.eye(4)
@@ -69,10 +66,9 @@ class TargetObject:
                 assign(shown, {"hide_render": hidden})
             self._hidden = hidden
 
-    def set_materials(self, authored: Sequence[Material], needed: Sequence[Material], *, emissive_lights: bool) -> None:
-        """Give it the materials that are `needed` of those `authored`; `emissive_lights`: rays look for emissive faces.
-        Raises UnsupportedError; what only labels need stays visible without."""
-        self._fill(partial(self._materials.set_materials, needed=needed, emissive_lights=emissive_lights), authored)
+    def set_materials(self, materials: Sequence[Material]) -> None:
+        """Give it these materials. Raises UnsupportedError; what only labels need stays visible without."""
+        self._fill(self._materials.set_materials, materials)
 
     def show_face_ids(self, materials: Sequence[Material]) -> None:
         """Let its faces emit their numbers, where its materials do not cut them out."""
@@ -98,7 +94,7 @@ class TargetObject:
         stale, unused = self._data, iter(self._shown)
         self._data, self._shown, self._objects = [], [], {}
         for shared in shared_meshes(mesh, split=split):
-            data = build_mesh(shared.shape, shared.centre, shared.chosen, self._primvars)
+            data = build_mesh(shared.shape, shared.centre, shared.chosen)
             self._data.append(data)
             for copy in shared.copies:
                 shown = next(unused, None) or self._new(data)
@@ -162,9 +158,9 @@ def shared_meshes(mesh: Mesh, *, split: bool) -> Iterator[SharedMesh]:
         yield SharedMesh(shape=each.shape, centre=centre, copies=tuple(copies))
 
 
-def build_mesh(shape: Shape, centre: Float, chosen: Faces, primvars: Set[str]) -> Any:
+def build_mesh(shape: Shape, centre: Float, chosen: Faces) -> Any:
     """Return a Blender mesh of the `chosen` faces of `shape`, metres from `centre`, each with three vertices of its
-    own, and of those of its `primvars`.
+    own, and of its primvars.
 
     Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
     """
@@ -179,7 +175,7 @@ def build_mesh(shape: Shape, centre: Float, chosen: Faces, primvars: Set[str]) -
     data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
     data.polygons.foreach_set("material_index", shape.face_material[chosen])
     _number_faces(data, np.arange(1, len(shape.faces) + 1, dtype=np.float32)[chosen])
-    for name in sorted(primvars & set(shape.primvars)):
+    for name in sorted(shape.primvars):
         values = shape.primvars[name]
         kind, holder = KINDS[values.shape[2]]
         attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map

@@ -1,7 +1,6 @@
 """The Blender renderer: Cycles, held open from frame to frame."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
+from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.blender.camera import CameraSetup
 from spin_usd.renderers.blender.cycles_settings import (
     LABEL,
     LABEL_LAYERS,
     ON_CPU,
-    TRANSPARENT_BOUNCES,
     cycles_effort,
     cycles_scene,
 )
 from spin_usd.renderers.blender.denoiser import GUIDES, Denoiser
 from spin_usd.renderers.blender.graphics import LightDevice
 from spin_usd.renderers.blender.lamp import LightSetup
-from spin_usd.renderers.blender.light_links import group_names, keep_apart, needs_groups, pass_names
-from spin_usd.renderers.blender.material import black_material, label_material
+from spin_usd.renderers.blender.light_links import group_names, keep_apart, needs_groups, pass_name
+from spin_usd.renderers.blender.material import label_material
 from spin_usd.renderers.blender.mesh import TargetObject
 from spin_usd.renderers.blender.motion import MotionSetup
 from spin_usd.renderers.blender.nodes import assign
@@ -32,9 +31,7 @@ from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.crop import label_bands, picture_bands
 from spin_usd.renderers.device import DEVICES, shader_refusal
-from spin_usd.renderers.skipped.material_needs import surfaces_of
-from spin_usd.renderers.skipped.requirements import Requirements
-from spin_usd.renderers.skipped.rules import check_rule_names
+from spin_usd.renderers.skipped import Requirements, check_rule_names
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.nearest import nearest
 from spin_usd.scene.effort import CPU, Effort
@@ -50,7 +47,7 @@ class BlenderRenderer:
     process's: a second renderer ends the one before it.
 
     Without `crop` it renders the whole frame for each picture instead of the bodies' bands, to the same result.
-    `keep`: names in renderers.skipped.rules.RULES of work that it does even where the scene does not need it, to
+    `keep`: names in renderers.skipped.RULES of work that it does even where the scene does not need it, to
     measure that.
     """
 
@@ -64,7 +61,7 @@ class BlenderRenderer:
         folder = Path(self._scratch.name)
         # One Blender scene for both passes: alternating between two cost 30 ms of CPU more per frame.
         self._scene = cycles_scene()
-        self._label_material, self._black = label_material(), black_material()
+        self._label_material = label_material()
         self._camera = CameraSetup(self._scene, folder)
         self._bodies = BodySetup(self._scene)
         self._lights = LightSetup(self._scene)
@@ -84,8 +81,8 @@ class BlenderRenderer:
         region = scene.region
         if region.empty:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
-        view, primvars = View.sharp(scene), surfaces_of(scene.target).primvars
-        self._bodies.show_alone(place, scene, view, primvars, split=needs_groups(scene.lights))
+        view = View.sharp(scene)
+        self._bodies.show_alone(place, scene, view, split=needs_groups(scene.lights))
         self._camera.aim(view, plain=view.plain)
         holes = bool(scene.target.cut_out_key)
         assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
@@ -103,17 +100,12 @@ class BlenderRenderer:
             return Radiance.dark(region, groups=len(names))
         required = Requirements.of(scene, effort, self._keep)
         if not self._device.proven:
-            self._prove_device(required)
-        self._prepare(required, effort, self._device.cycles)
+            self._prove_device(scene, required)
+        self._prepare(scene, required, effort, self._device.cycles)
         self._scene.cycles.seed = seed
-        if not required.shading:
-            self._split_light([], guided=False)
-            coverage = self._planes(required.scene, effort, [])[1]
-            return replace(Radiance.dark(region, groups=len(names)), coverage=coverage)
         guided = bool(names) and effort.denoiser != "none"
-        self._split_light(names if required.light_groups else [], guided=guided)
-        passes = pass_names(names, apart=required.light_groups)
-        planes, coverage = self._planes(required.scene, effort, [*passes, *(GUIDES if guided else ())])
+        self._split_light(names, guided=guided)
+        planes, coverage = self._planes(scene, effort, [*map(pass_name, names), *(GUIDES if guided else ())])
         groups, guides = planes[: len(names)], planes[len(names) :]
         noisy = Radiance(region=region, groups=groups, coverage=coverage)
         if not guided:
@@ -123,7 +115,7 @@ class BlenderRenderer:
     def prepare(self, scene: Scene, effort: Effort, *, seed: int) -> tuple[Any, Sequence[Any]]:
         """Make Blender's scene that of `radiance`, with all light in one pass and the camera shader's text; return it,
         and the objects that hold the axes of each of Scene.bodies. Raises RenderError, UnsupportedError."""
-        self._prepare(Requirements.of(scene, effort, self._keep), effort, self._device.cycles)
+        self._prepare(scene, Requirements.of(scene, effort, self._keep), effort, self._device.cycles)
         self._split_light([], guided=False)
         self._scene.cycles.seed = seed
         self._camera.keep_source()
@@ -138,30 +130,29 @@ class BlenderRenderer:
         self._scratch.cleanup()
         bpy.ops.wm.read_factory_settings(use_empty=True)
 
-    def _prove_device(self, required: Requirements) -> None:
+    def _prove_device(self, scene: Scene, required: Requirements) -> None:
         """Render the picture's coverage by one ray a pixel, on the CPU and on the device, which has to agree."""
         effort, seen = Effort(samples=1), []
         for device in (ON_CPU, self._device.cycles):
-            self._prepare(required, effort, device)
+            self._prepare(scene, required, effort, device)
             self._split_light([], guided=False)
-            seen.append(self._planes(required.scene, effort, [])[1])
+            seen.append(self._planes(scene, effort, [])[1])
         self._device.prove(*seen)
 
-    def _prepare(self, required: Requirements, effort: Effort, device: Mapping[str, Any]) -> None:
+    def _prepare(self, scene: Scene, required: Requirements, effort: Effort, device: Mapping[str, Any]) -> None:
         """Make Blender's scene what is required, but for the seed and the passes."""
-        scene, bodies, settings = required.scene, self._bodies, {**cycles_effort(effort), **_settings(required)}
-        settings |= device
+        bodies, settings = self._bodies, {**cycles_effort(effort), **_settings(required), **device}
         view = View.blurred(scene)
-        bodies.show(scene, view, required.primvars, split=needs_groups(scene.lights))
+        bodies.show(scene, view, split=needs_groups(scene.lights))
         shaded = self._camera.aim(view, plain=view.plain and not required.camera_shader)
         if shaded and not DEVICES[self._device.name].shaders:
             raise shader_refusal(self._device.name, scene)
-        bodies.set_materials(scene, required.materials, emissive_lights=required.emissive_lights)
-        self._lights.set_light(scene.lights, required.lights, view, bodies.groups, shadows=required.shadows)
-        self._world.set_light(required.surroundings, there=required.world, sampled=required.world_sampling)
+        bodies.set_materials(scene)
+        self._lights.set_light(scene.lights, required.lights, view, bodies.groups)
+        self._world.set_light(Surroundings.of(scene) if LightGroups.of(scene).surroundings else None)
         self._forget((effort, settings, self._world.image, self._lights.made, bodies.count))
         assign(self._scene.cycles, settings)
-        self._scene.view_layers[0].material_override = None if required.shading else self._black
+        self._scene.view_layers[0].material_override = None
 
     def _numbers(self, bands: list[Region], region: Region) -> Float32:
         """Return (rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
@@ -215,12 +206,6 @@ class BlenderRenderer:
 def _settings(required: Requirements) -> dict[str, Any]:
     """Cycles' own settings for the requirements of a picture."""
     return {
-        "max_bounces": required.bounces,
-        "diffuse_bounces": required.bounces,
-        "glossy_bounces": required.glossy_bounces,
-        "transmission_bounces": required.transmission_bounces,
-        "volume_bounces": required.volume_bounces,
-        "transparent_max_bounces": TRANSPARENT_BOUNCES if required.transparent else 0,
         "use_light_tree": required.light_tree,
         "blur_glossy": required.filter_glossy,
     }
@@ -243,31 +228,31 @@ class BodySetup:
         self.count = 0
         """How many bodies there are."""
 
-    def show_alone(self, place: int, scene: Scene, view: View, primvars: frozenset[str], *, split: bool) -> None:
+    def show_alone(self, place: int, scene: Scene, view: View, *, split: bool) -> None:
         """Show cameras the body at `place` and no other; `scene` is the one with it alone."""
         self._make(place + 1)
         for motion in self._motions:
             motion.hold()
-        self._place(place, scene, view, primvars, split=split)
+        self._place(place, scene, view, split=split)
         for number, objects in enumerate(self._objects):
             objects.show_camera(number == place)
         self._objects[place].hide(False)  # a picture of fewer bodies may have been before
 
-    def show(self, scene: Scene, view: View, primvars: Sequence[frozenset[str]], *, split: bool) -> None:
-        """Show all bodies of `scene`, as its shutter sees them; each has at least these of its mesh's `primvars`."""
+    def show(self, scene: Scene, view: View, *, split: bool) -> None:
+        """Show all bodies of `scene`, as its shutter sees them."""
         self.count = len(scene.one_body_scenes)
         self._make(self.count)
-        for place, (one, names) in enumerate(zip(scene.one_body_scenes, primvars, strict=True)):
-            self._place(place, one, view, names, split=split)
+        for place, one in enumerate(scene.one_body_scenes):
+            self._place(place, one, view, split=split)
             self._motions[place].move(self._objects[place].axes, self._objects[place].objects, one)
             self._objects[place].show_camera(True)
         for number, objects in enumerate(self._objects):
             objects.hide(number >= self.count)
 
-    def set_materials(self, scene: Scene, needed: Sequence[Sequence[Material]], *, emissive_lights: bool) -> None:
-        """Give each body of `scene` the materials that are `needed`, as TargetObject.dress has it."""
-        for body, objects, materials in zip(scene.bodies, self._objects, needed, strict=False):
-            objects.set_materials(body.target.materials, materials, emissive_lights=emissive_lights)
+    def set_materials(self, scene: Scene) -> None:
+        """Give each body of `scene` its materials."""
+        for body, objects in zip(scene.bodies, self._objects, strict=False):
+            objects.set_materials(body.target.materials)
 
     def show_face_ids(self, place: int, materials: Sequence[Material]) -> None:
         """Let the faces of the body at `place` emit their numbers, where its materials do not cut them out."""
@@ -292,7 +277,7 @@ class BodySetup:
             self._objects.append(TargetObject(self._scene))
             self._motions.append(MotionSetup(self._scene))
 
-    def _place(self, place: int, scene: Scene, view: View, primvars: frozenset[str], *, split: bool) -> None:
+    def _place(self, place: int, scene: Scene, view: View, *, split: bool) -> None:
         mesh, pose = scene.target.mesh, scene.T_cam_body
         location = view.location(pose.points(mesh.centre))
-        self._objects[place].show(mesh, pose.rotation, location, split=split, primvars=primvars)
+        self._objects[place].show(mesh, pose.rotation, location, split=split)

@@ -18,7 +18,6 @@ TO_BLENDER = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
 # Of the map by which Cycles chooses directions, up to which it is twice as fine as the image: so it misses no texel's
 # bilinear slopes. Each change of image or camera makes it again, which takes 0.1 s at this width.
 FINE_MAP_WIDTH = 1024
-BLACK = "black"
 
 
 class WorldSetup:
@@ -32,23 +31,21 @@ class WorldSetup:
         """The digest of the image that shines, "" while none does."""
         self._turned = np.zeros((3, 3))
 
-    def set_light(self, surroundings: Surroundings | None, *, there: bool, sampled: bool) -> None:
-        """Show these surroundings; a black world where there are none but it is to be `there`. `sampled`: rays look for
-        where it is bright."""
+    def set_light(self, surroundings: Surroundings | None) -> None:
+        """Show these surroundings, or no world where there are none. Rays look for where it is bright unless it is as
+        bright everywhere."""
         self.image = surroundings.key if surroundings and surroundings.uniform is None else ""
-        if not there:
+        if surroundings is None:
             self._show(None)
             return
         if self._world is None:
             self._make_world()
         self._show(self._world)
-        key = surroundings.key if surroundings else BLACK
-        if key != self._key:
+        if surroundings.key != self._key:
             self._paint(surroundings)
-            self._key = key
-        assign(self._world.cycles, {"sampling_method": "MANUAL" if sampled else "NONE"})
-        if surroundings:
-            self._turn(surroundings.rotation)
+            self._key = surroundings.key
+        assign(self._world.cycles, {"sampling_method": "MANUAL" if surroundings.uniform is None else "NONE"})
+        self._turn(surroundings.rotation)
 
     def _show(self, world: Any) -> None:
         """Assign the world only where it is another: Cycles prepares anew whatever is assigned."""
@@ -73,9 +70,9 @@ class WorldSetup:
         link(self._mapping.outputs["Vector"], self._texture.inputs["Vector"])
         link(self._background.outputs["Background"], output.inputs["Surface"])
 
-    def _paint(self, surroundings: Surroundings | None) -> None:
-        if surroundings is None or surroundings.uniform is not None:
-            self._paint_uniform(surroundings.uniform if surroundings and surroundings.uniform else (0.0, 0.0, 0.0))
+    def _paint(self, surroundings: Surroundings) -> None:
+        if surroundings.uniform is not None:
+            self._paint_uniform(surroundings.uniform)
         else:
             self._paint_image(surroundings)
 

@@ -1,8 +1,7 @@
 """Three keys per picture: content digests of at least all that labels, render and image depend on.
 
 Equal keys mean equal results, so the work is done once. Equal results may have other keys: that of the radiance also
-holds content that a render of this scene skips and does not depend on (renderers.skipped): materials on no face,
-inputs that change nothing, and bounces of a convex target's light.
+holds content that a render of this scene does not depend on: materials on no face, and inputs that change nothing.
 """
 
 from collections import defaultdict

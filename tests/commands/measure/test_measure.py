@@ -141,11 +141,11 @@ def test_labels_and_execution_agree(measured) -> None:
 @pytest.mark.slow
 def test_what_is_left_out_changes_less_than_another_seed(measured) -> None:
     """And nothing at all where it is said to be the same bits."""
-    assert {"volumes", "light tree", "world", EVERYTHING} <= {each.what for each in measured.savings}
+    assert {"light tree"} <= {each.what for each in measured.savings}
     for saving in measured.savings:
         assert 0 < saving.ratio_least <= saving.ratio_most
         assert saving.difference < saving.noise
-        if saving.what in ("volumes", "light tree", "world"):
+        if saving.what == "light tree":
             assert saving.difference == 0
 
 
@@ -272,7 +272,11 @@ def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path) -> N
 
 def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> None:
     """In pairs, each in a job of its own; and where one is left out, all of it is that."""
-    for names, wanted in ((["world", "volumes"], ["world", "volumes", EVERYTHING]), (["world"], ["world"]), ([], [])):
+    for names, wanted in (
+        (["light tree", "camera shader"], ["light tree", "camera shader", EVERYTHING]),
+        (["light tree"], ["light tree"]),
+        ([], []),
+    ):
         processes, shared = Answering(skipped_work=JobResult(result=names)), campaign(tmp_path)
         saving = SavingsTask(shared, planned())
         saving.render(processes)

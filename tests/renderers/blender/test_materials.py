@@ -13,7 +13,6 @@ from spin_usd.renderers.blender import material as materials
 from spin_usd.renderers.blender import textures
 from spin_usd.renderers.blender.nodes import Nodes
 from spin_usd.renderers.blender.textures import node_value
-from spin_usd.renderers.skipped.material_needs import Surfaces
 from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.derived.surface import visible_surface, weights_at
 from spin_usd.scene.effort import Effort
@@ -70,7 +69,6 @@ def shows(blender, monkeypatch):
 
     def compare(scene, value) -> None:
         monkeypatch.setattr(materials, "surface_material", glow(value))
-        monkeypatch.setattr(Surfaces, "primvars", property(lambda it: frozenset(it.target.mesh.primvars)))
         unique = Material(path="/m", emissive_color=(1.0,) * 3, ior=1 + RNG.random())  # not built by the library yet
         scene = with_first(scene, target=replace(scene.target, materials=(unique,)))
         visibility = blender.visibility(scene)

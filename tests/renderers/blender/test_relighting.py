@@ -115,7 +115,7 @@ def as_one(blender, monkeypatch, scene, effort, **options):
     """The picture without groups."""
     with monkeypatch.context() as patch:
         patch.setattr("spin_usd.renderers.blender.renderer.group_names", lambda groups: ["all"])
-        patch.setattr("spin_usd.renderers.skipped.facts.LightGroups.count", 1)
+        patch.setattr("spin_usd.renderers.blender.renderer.pass_name", lambda name: "Combined")
         return blender.radiance(scene, effort, **options)
 
 
