@@ -118,11 +118,6 @@ class Mesh(Shape):
         return min(int(ids.min()) for ids in each), max(int(ids.max()) for ids in each)
 
     @cached_property
-    def primvar_names(self) -> frozenset[str]:
-        """The names of the primvars that some of it has."""
-        return frozenset(name for shape in self.shapes for name in shape.primvars)
-
-    @cached_property
     def hull(self) -> Float:
         """(N, 3) points whose convex hull is the mesh's: few, so that bounding it every frame costs nothing."""
         if not self.instances:
