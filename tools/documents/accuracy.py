@@ -8,10 +8,9 @@ from three_stages import STAGES
 
 from spin_usd.accuracy.choice import most_exact
 from spin_usd.accuracy.front import Criterion, Outcome
-from spin_usd.accuracy.measurement import Measurement, Saving
+from spin_usd.accuracy.measurement import Measurement
 from spin_usd.accuracy.report import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name, in_full
 from spin_usd.accuracy.tables import in_markdown, number, percent, within
-from spin_usd.commands.measure.savings import EVERYTHING
 from spin_usd.scene.effort import QUALITIES
 from spin_usd.store.measurement_file import read_measurement
 
@@ -110,25 +109,6 @@ def glints(folder: Path) -> str:
         for row in found["rows"]
     ]
     return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
-
-
-def savings(folder: Path) -> str:
-    """Return what each stage did not need, what a render costs with all of that, and what it changes."""
-    intro = (
-        "What is skipped on those stages, and what that saves: processor time of the same render with all of that work "
-        "over that without it, least to most of the seeds. Item by item, which timing hardly tells apart, it is in the "
-        "tables of each stage:"
-    )
-    rows = [_saved(stage, found.savings) for stage, found in measurements(folder).items()]
-    headings = ("stage", "skipped", "with / without", "relative difference", "another seed's")
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
-
-
-def _saved(stage: str, savings: tuple[Saving, ...]) -> list[str]:
-    (all_of_it,) = (each for each in savings if each.what == EVERYTHING)
-    names = ", ".join(each.what for each in savings if each is not all_of_it)
-    ratios = f"{number(all_of_it.ratio_least)} to {number(all_of_it.ratio_most)}"
-    return [stage, names, ratios, percent(all_of_it.difference), percent(all_of_it.noise)]
 
 
 def reports(folder: Path) -> dict[str, str]:
