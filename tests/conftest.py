@@ -96,9 +96,9 @@ def blenders():
         renderer.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def blender(blenders):
-    """The one Blender of this process, opened again where a command has opened another since."""
+    """The one Blender of this process, opened again where a command of a module before has opened another."""
     from spin_usd.renderers.blender.renderer import BlenderRenderer
 
     if not blenders or not _is_open(blenders[-1]):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.renderers.blender.passes import COMBINED
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight, RectLight
@@ -86,6 +87,7 @@ class TestAdaptive:
         scene, effort = parts(METAL, sun(), panel()), {"samples": 4 * LOOK, "adaptive": NOISE}
         apart = render(blender, scene, **effort)
         monkeypatch.setattr("spin_usd.renderers.blender.renderer.group_names", lambda groups: ["all"])
+        monkeypatch.setattr("spin_usd.renderers.blender.renderer.pass_name", lambda group: COMBINED)
         monkeypatch.setattr("spin_usd.scene.derived.light_groups.LightGroups.count", 1)
         whole = render(blender, scene, **effort)
         np.testing.assert_array_equal(apart.coverage, whole.coverage)
