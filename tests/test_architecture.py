@@ -29,7 +29,7 @@ ONLY_IN = {
     "DracoPy": ("formats",),
     "cascadio": ("formats",),
     "embreex": ("renderers/embree",),
-    "cv2": ("commands/check/in_child/pose.py", "labels/preview.py", "sensor"),
+    "cv2": ("commands/check/in_child/picture.py", "labels/preview.py", "sensor"),
     "PIL": ("formats",),
     "matplotlib": ("commands/measure/plot.py",),
     "typer": ("terminal", "commands", "command_line.py"),

@@ -30,8 +30,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.accuracy.measurement import LabelFigures
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
 
 FLOOR = 0.4
 """eps, of the reference's mean over the target. Usual is eps^2 = 0.01 beside a white of 1 (Rousselle 2011); an exposure
@@ -150,3 +153,52 @@ def _windowed(image: Float) -> Float:
     from scipy import ndimage  # not above: scipy is slow to load, and few need it
 
     return np.asarray(ndimage.gaussian_filter(image, SIGMA_PX, radius=RADIUS_PX, axes=(0, 1)), np.float64)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LabelImages:
+    """The labels of a whole picture, 0 = nothing: depth (H, W), metres; part (H, W), ids; body (H, W, 3), metres."""
+
+    depth: NDArray[Any]
+    part: NDArray[Any]
+    body: NDArray[Any]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(H, W), where the target is."""
+        return np.asarray(self.part > 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Viewpoint:
+    """The camera and pose of a picture, which decide where a body point appears."""
+
+    camera: Camera
+    T_cam_body: Transform
+
+
+def agreement(
+    ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
+) -> LabelFigures:
+    """Return the agreement of the labels `ours`, of the pass of `renderer`, with `theirs`, of that of `against`; two
+    empty silhouettes agree."""
+    union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
+    apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
+    return LabelFigures(
+        frame=frame,
+        renderer=renderer,
+        against=against,
+        iou=float(both.sum() / union.sum()) if union.any() else 1.0,
+        depth_m=float(apart.max(initial=0.0)),
+        reprojection_px=_worst_reprojection(ours, sight),
+        part_pixels=int((ours.part[both] != theirs.part[both]).sum()),
+    )
+
+
+def _worst_reprojection(labels: LabelImages, sight: Viewpoint) -> float:
+    """Return the largest distance, pixels, of the projection of a pixel's body point from that pixel's centre."""
+    rows, columns = np.nonzero(labels.seen)
+    body = labels.body[rows, columns].astype(np.float64)
+    found: Float = sight.camera.project(sight.T_cam_body.points(body))
+    off = found - (np.stack([columns, rows], -1) + 0.5)
+    return float(np.hypot(*off.T).max(initial=0.0))

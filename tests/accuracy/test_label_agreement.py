@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.accuracy.label_agreement import LabelImages, Viewpoint, agreement
+from spin_usd.accuracy.error import LabelImages, Viewpoint, agreement
 from tests.cases.scenes import SPEEDPLUS, pose
 
 SHAPE = (SPEEDPLUS.height, SPEEDPLUS.width)

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spin_usd.commands.plan.report import measured_renders
 from spin_usd.picture.make_picture import BEAUTY_PASS, LABEL_PASS
 from spin_usd.planning.cost import expected_work
 from spin_usd.planning.in_child import Extents
 from spin_usd.planning.make_plan import SHARED_FROM, make_plan
-from spin_usd.planning.measured_cost import measured_renders
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.wall_time import BESIDE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.planning.work import CommonWork, Task, work_units

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 from benchmarks.command import asked
 
-from spin_usd.commands.check.in_child.boxes import box_of_mask
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.commands.check.in_child.keypoints import depths_around
-from spin_usd.commands.check.in_child.pose import pose_error
+from spin_usd.commands.check.in_child.picture import box_of_mask, pose_error
 from spin_usd.files.folder import FileIn
 from spin_usd.formats.arrays.array_file import read_array
 from spin_usd.store.dataset_folder import Store

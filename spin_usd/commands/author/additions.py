@@ -17,9 +17,8 @@ from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
-from spin_usd.stage.author.add_keypoints import add_keypoints
-from spin_usd.stage.author.add_lidar import add_lidar
 from spin_usd.stage.author.add_parts import add_parts
+from spin_usd.stage.author.added_layer import add_keypoints, add_lidar
 from spin_usd.stage.author.camera_layer import set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer

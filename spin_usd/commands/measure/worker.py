@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from spin_usd.accuracy.label_agreement import LabelImages, Viewpoint, agreement
+from spin_usd.accuracy.error import LabelImages, Viewpoint, agreement
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.arrays import digest
 from spin_usd.commands.measure.figures import PictureFigures

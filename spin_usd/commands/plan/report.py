@@ -9,24 +9,30 @@ from typing import Annotated, Any
 from msgspec import UNSET, Meta, UnsetType
 from msgspec.structs import asdict
 
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.commands.render.orphans import orphaned_pictures
 from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.same_stage import other_origin
 from spin_usd.commands.render.workers import default_workers
+from spin_usd.errors import InputError
 from spin_usd.json_fields import Count, JsonStruct, Sha256, Size
+from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.effort_choice import Chosen, Expected, doubts
 from spin_usd.planning.make_plan import Plan
-from spin_usd.planning.measured_cost import measured_beside
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.skipped_work import SkippedCount
 from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
+from spin_usd.planning.work import CommonWork, Task
 from spin_usd.processes.devices import AUTO
+from spin_usd.processes.machine import machine
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.records.record import EffortChoice
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.store.dataset_folder import Store
+from spin_usd.store.measurement_file import FILE, folder_of, measurement_file, read_measurement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,3 +196,29 @@ def _of_device(request: RenderRequest, plan: Plan) -> Iterator[str]:
         yield f"--device auto: light is rendered on {device}"
     if device != CPU:
         yield f"what a picture costs on {device} is not known: times are those of the CPU"
+
+
+def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timings, list[str]]:
+    """Return the timings of the measurement that lies beside the stage, none where it is not of this stage on this
+    machine; and notes on what is wrong with it, where it cannot be used."""
+    if not (folder_of(stage) / FILE).exists():
+        return Timings(), []
+    try:
+        measurement = read_measurement(measurement_file(stage))
+    except InputError as e:
+        return Timings(), [f"the measurement beside the stage is not used: {e}"]
+    known = plan.stages.get(measurement.variant)
+    if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
+        return Timings(), []
+    return measured_renders(measurement, plan, options), []
+
+
+def measured_renders(measurement: Measurement, plan: Plan, options: CommonWork) -> Timings:
+    """Return the timings of pictures that were measured and are planned, rendered as the options say."""
+    setting, found = Configuration(renderer=options.renderer, effort=options.effort), Timings()
+    cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
+    for picture in plan.pictures:
+        if picture.variant == measurement.variant and picture.frame in cpu_s:
+            expected = expected_work(Task(picture=picture, label_pass=False, render=True), options)
+            found.add({BEAUTY_PASS: expected[BEAUTY_PASS]}, {BEAUTY_PASS: cpu_s[picture.frame]})
+    return found

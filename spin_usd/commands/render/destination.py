@@ -47,8 +47,7 @@ class Destination:
         """Return what starts a worker by its number of so many; None where it is a plain child process."""
         if not self.mirror and not self.cluster:
             return None
-        from spin_usd.processes.cluster.local_connection import LocalConnection
-        from spin_usd.processes.cluster.remote_child import RemoteChild
+        from spin_usd.processes.cluster.remote_child import LocalConnection, RemoteChild
         from spin_usd.processes.cluster.worker_actor import WorkerOpening
 
         output, versions, for_worker = self._output(lease), library_versions(), to_builtins(options)

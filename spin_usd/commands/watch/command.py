@@ -32,7 +32,7 @@ def watch(options: WatchOptions) -> None:
 
 def show_image(png: bytes) -> None:
     """Show the image as wide as the terminal."""
-    from spin_usd.commands.watch.half_blocks import half_blocks
+    from spin_usd.commands.watch.run import half_blocks
 
     columns = os.get_terminal_size(sys.stdout.fileno()).columns
     sys.stdout.write("".join(f"{line}\n" for line in half_blocks(png, columns)))

@@ -2,15 +2,22 @@
 
 import time
 from base64 import b64decode
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
+
+import numpy as np
 
 from spin_usd.commands.watch.light_render import LightRender
 from spin_usd.commands.watch.page_server import page_server
 from spin_usd.commands.watch.request import FileStates, WatchedPicture, WatchRequest, states_of
 from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
 from spin_usd.errors import UnknownPictureError
+from spin_usd.files.new_file import write_whole
+from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.labels.preview import reduced
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
@@ -21,6 +28,7 @@ from spin_usd.stop_signals import Stopped
 PREVIEW = "raycast"
 LOOK_S, SETTLE_S, MAX_SETTLE_S = 0.1, 0.03, 0.5
 SHARE = 20  # looking at the files takes this part of the time at most
+UPPER_HALF, RESET = "\u2580", "\x1b[0m"
 
 
 def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Callable[[bytes], None]) -> None:
@@ -125,3 +133,19 @@ class Follower:
             pictures={kind: b64decode(text) for kind, text in answer["pictures"].items()},
         )
         self._tell(f"{answer['frame']} of {choice.variant}: labels and preview after {seconds:.2f} s")
+
+
+def half_blocks(png: bytes, columns: int) -> Iterator[str]:
+    """Yield the lines that show the picture (PNG, RGB) so many characters wide, in 24-bit colours (ISO 8613-6)."""
+    with TemporaryDirectory(prefix="spin_usd-") as folder:
+        file = Path(folder, "picture.png")
+        write_whole(file, png)
+        pixels = reduced(read_image(file)[0], columns)
+    even = np.pad(pixels, ((0, len(pixels) % 2), (0, 0), (0, 0)))
+    for upper, lower in zip(even[::2].tolist(), even[1::2].tolist(), strict=True):
+        pairs = zip(upper, lower, strict=True)
+        yield "".join(f"\x1b[38;2;{_code(above)};48;2;{_code(below)}m{UPPER_HALF}" for above, below in pairs) + RESET
+
+
+def _code(colour: list[int]) -> str:
+    return ";".join(map(str, colour))

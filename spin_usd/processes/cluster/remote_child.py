@@ -5,11 +5,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any, Protocol
 
 from spin_usd.processes.child import returned
-from spin_usd.processes.cluster.worker_actor import Message
+from spin_usd.processes.cluster.worker_actor import Message, WorkerActor, WorkerOpening
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.patience import Patience
 from spin_usd.processes.readable import readable
@@ -135,3 +136,29 @@ class RemoteChild:
                 self._ended = True
                 os.close(self._readable)
                 os.close(self._writable)
+
+
+class LocalConnection:
+    """An actor in this process, opened with `opening`."""
+
+    def __init__(self, opening: WorkerOpening) -> None:
+        self._opening, self._actor = opening, WorkerActor()
+        self._threads = ThreadPoolExecutor(max_workers=1)
+
+    def open(self) -> "Future[list[Message]]":
+        return self._threads.submit(self._actor.open, self._opening)
+
+    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
+        with suppress(ChildDiedError):  # `receive` says so too
+            self._actor.send(call, arguments)
+
+    def receive(self) -> "Future[list[Message]]":
+        return self._threads.submit(self._actor.receive)
+
+    def close(self) -> None:
+        self._actor.close()
+        self._threads.shutdown()
+
+    def kill(self) -> None:
+        self._actor.kill()
+        self._threads.shutdown(wait=False)

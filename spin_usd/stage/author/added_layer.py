@@ -1,18 +1,23 @@
-"""A layer added to a written stage: prims of the root layer refer to it before all their other references."""
+"""Layers added to a written stage, such as given keypoints and a LiDAR that is mounted on the camera: prims of the root
+layer refer to them before all their other references."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Sdf, UsdGeom, Vt
+from pxr import Gf, Sdf, UsdGeom, Vt
 
+from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.lidar import Lidar
+from spin_usd.stage.author.paths import CAMERA, TARGET
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.conversion import box, vec3d, vec3f_array
+from spin_usd.stage.usd.conversion import box, quatd, vec3d, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 FOLDER = "layers"
-PRIM = Sdf.Path("/Keypoints")
+KEYPOINTS, LIDAR = Sdf.Path("/Keypoints"), Sdf.Path("/Lidar")
+"""The prims of the layers that are added."""
 
 
 def add_layer(root: Path, layer: Sdf.Layer, file: str, prims: Mapping[Sdf.Path, Sdf.Path]) -> None:
@@ -30,12 +35,25 @@ def add_layer(root: Path, layer: Sdf.Layer, file: str, prims: Mapping[Sdf.Path, 
         made.Save()
 
 
+def add_keypoints(root: Path, keypoints: Keypoints) -> None:
+    """Write `keypoints` over the stage at `root`, instead of those that its model has. Raises OutputError."""
+    layer = keypoints_layer(keypoints, "The keypoints that were given, metres, body axes.")
+    prim = TARGET.AppendChild(KEYPOINTS.name)
+    add_layer(root, layer, "keypoints.usda", {prim: KEYPOINTS})
+    made = open_layer(root)
+    made.GetPrimAtPath(prim).specifier = Sdf.SpecifierDef
+    stage = stage_on(made)
+    stage.GetPrimAtPath(TARGET).GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([prim])
+    with writing(root):
+        made.Save()
+
+
 def keypoints_layer(keypoints: Keypoints, documentation: str) -> Sdf.Layer:
-    """Make an anonymous layer whose prim PRIM has the `keypoints`, to stand below a target."""
+    """Make an anonymous layer whose prim KEYPOINTS has the `keypoints`, to stand below a target."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    author_metadata(layer, default_prim=PRIM.name, documentation=documentation)
+    author_metadata(layer, default_prim=KEYPOINTS.name, documentation=documentation)
     stage = stage_on(layer)
-    _author(UsdGeom.Points.Define(stage, PRIM), keypoints)
+    _author(UsdGeom.Points.Define(stage, KEYPOINTS), keypoints)
     return layer
 
 
@@ -50,3 +68,25 @@ def _author(points: UsdGeom.Points, keypoints: Keypoints) -> None:
     primvars.CreatePrimvar(name, Sdf.ValueTypeNames.StringArray, UsdGeom.Tokens.vertex).Set(list(keypoints.names))
     prim.ApplyAPI(schema.KEYPOINTS_API)
     prim.GetAttribute(schema.KEYPOINT_POSITIONS).Set(Vt.Vec3dArray([vec3d(point) for point in keypoints.points]))
+
+
+def add_lidar(root: Path, lidar: Lidar, documentation: str) -> None:
+    """Mount `lidar` on the camera of the stage at `root`, whose units are metres. Raises OutputError."""
+    add_layer(root, lidar_layer(lidar, documentation), "lidar.usda", {CAMERA.AppendPath(LIDAR.name): LIDAR})
+
+
+def lidar_layer(lidar: Lidar, documentation: str) -> Sdf.Layer:
+    """Make an anonymous layer with the LiDAR, to stand below a camera."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=LIDAR.name, documentation=documentation)
+    stage = stage_on(layer)
+    xform = UsdGeom.Xform.Define(stage, LIDAR)
+    pose = T_USDCAM_CAM @ lidar.T_cam_lidar
+    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation + 0.0))  # no negative zeros
+    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(quatd(pose.quaternion))
+    prim = xform.GetPrim()
+    prim.ApplyAPI(schema.LIDAR_API)
+    for field, name in schema.LIDAR.items():
+        value = getattr(lidar, field)
+        prim.GetAttribute(name).Set(Gf.Vec2d(*value) if isinstance(value, tuple) else value)
+    return layer

@@ -12,8 +12,7 @@ from msgspec import to_builtins
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.picture.versions import library_versions
-from spin_usd.processes.cluster.local_connection import LocalConnection
-from spin_usd.processes.cluster.remote_child import RemoteChild
+from spin_usd.processes.cluster.remote_child import LocalConnection, RemoteChild
 from spin_usd.processes.cluster.worker_actor import WorkerOpening
 from spin_usd.processes.cluster.worker_folder import SharedFolder
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
