@@ -68,16 +68,8 @@ def files(document):
 WITH_STEPS = [document for document in GUIDES if steps(document)]
 
 
-def renders(document):
-    return any(re.search(r"^spin-usd (render|debug) |spin_usd\.render\(", step) for _, step in steps(document))
-
-
 def shown(document):
     return str(document.relative_to(REPOSITORY))
-
-
-def guide(document):
-    return pytest.param(document, marks=[pytest.mark.slow] if renders(document) else [], id=shown(document))
 
 
 @pytest.mark.parametrize("document", WITH_STEPS, ids=shown)
@@ -96,7 +88,8 @@ def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
             assert context.params, command
 
 
-@pytest.mark.parametrize("document", [guide(document) for document in WITH_STEPS])
+@pytest.mark.slow
+@pytest.mark.parametrize("document", WITH_STEPS, ids=shown)
 def test_the_commands_and_the_python_work_in_their_order(document, tmp_path, spin_usd) -> None:
     """In a folder that has the checkout's stages, with the files that the document gives."""
     (tmp_path / "stages").symlink_to(REPOSITORY / "stages")

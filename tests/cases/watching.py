@@ -10,6 +10,8 @@ import urllib.error
 import urllib.request
 from contextlib import contextmanager
 
+from spin_usd.processes.child import IN_PROCESS
+
 PATIENCE_S = 60
 
 
@@ -64,7 +66,8 @@ class Watched:
 def watching(stage, *options):
     """Watch the first frame of the stage."""
     command = [sys.executable, "-m", "spin_usd.command_line", "watch", stage, "--frame", "0", "--port", "0", *options]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    alone = {name: value for name, value in os.environ.items() if name != IN_PROCESS}  # children as users have them
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True, env=alone)
     try:
         yield Watched(process, process.stdout.readline().split()[0])
     finally:

@@ -86,6 +86,7 @@ def stage(small_stage, tmp_path_factory):
     return folder / "variants.usda"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", EFFECTS)
 def test_the_effect_of_a_property_is_what_the_variant_costs(stage, variant) -> None:
     """Each variant changes one thing, so its effect by itself is what differs between the variants."""
@@ -99,6 +100,7 @@ def test_the_effect_of_a_property_is_what_the_variant_costs(stage, variant) -> N
     assert answer["pictures"] == {"compared": 8, "only_before": 0, "only_after": 0, **expected}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["lens", "late", "turned"])
 def test_the_way_back_costs_the_same(stage, variant) -> None:
     there, back = (diff(stage, *pair) for pair in (("nominal", variant), (variant, "nominal")))
@@ -108,6 +110,7 @@ def test_the_way_back_costs_the_same(stage, variant) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_what_counts_only_with_others_is_found_by_undoing_it(stage) -> None:
     """The size of a halo that only the second variant has; it has the schema from there too."""
     for pair in (("nominal", "halo"), ("halo", "nominal")):
