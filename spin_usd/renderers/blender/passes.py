@@ -41,9 +41,8 @@ class Readback:
 
     def planes(self, scene: Any, region: Region, passes: Sequence[str]) -> tuple[Float32, Float32]:
         """Return the view layer's `passes` (N, rows, columns, 3) of `region`, and the coverage (rows, columns)."""
-        if set(passes) <= {COMBINED}:  # the picture itself: a smaller file
-            rgba = self.picture(scene, region)
-            return rgba[None, ..., :3][: len(passes)], rgba[..., 3]
+        if not passes:  # coverage alone: a smaller file
+            return np.zeros((0, *region.shape, 3), np.float32), self.picture(scene, region)[..., 3]
         found = self._passes(scene, region, LAYERS, {**dict.fromkeys(passes, 3), COMBINED: 4})
         return np.stack([found[name][..., :3] for name in passes]), found[COMBINED][..., 3]
 

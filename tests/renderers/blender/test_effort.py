@@ -88,7 +88,6 @@ class TestAdaptive:
         apart = render(blender, scene, **effort)
         monkeypatch.setattr("spin_usd.renderers.blender.renderer.group_names", lambda groups: ["all"])
         monkeypatch.setattr("spin_usd.renderers.blender.renderer.pass_name", lambda group: COMBINED)
-        monkeypatch.setattr("spin_usd.scene.derived.light_groups.LightGroups.count", 1)
         whole = render(blender, scene, **effort)
         np.testing.assert_array_equal(apart.coverage, whole.coverage)
         np.testing.assert_allclose(apart.rgb, whole.rgb, rtol=ROUNDING, atol=ROUNDING * whole.rgb.max())
