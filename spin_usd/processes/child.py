@@ -261,6 +261,8 @@ class ChildHere(Child):
         self._calls = ChildCalls(lambda *message: self._say({"progress": message}))
         self._readable, self._writable = os.pipe()  # holds a byte while there is something to receive
         self._open = True
+        if "pxr" in sys.modules:  # which holds layers of commands before, as they were
+            self._calls.answer("reload_layers", {})
 
     def fileno(self) -> int:
         return self._readable

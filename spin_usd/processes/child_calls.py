@@ -40,6 +40,7 @@ CALLS: Mapping[str, str] = {
     "keypoints_text": "spin_usd.commands.keypoints.in_child:keypoints_text",
     "show_picture": "spin_usd.commands.show.in_child.picture_files:write_picture_files",
     "graphics_processors": "spin_usd.processes.open_renderer:graphics_processors",
+    "reload_layers": "spin_usd.stage.usd.layer_file:reload_layers",
     "try_renderer": "spin_usd.processes.open_renderer:try_renderer",
 }
 """By name the module, and in it the function, the class, or the method of one. What takes `progress` is given it."""

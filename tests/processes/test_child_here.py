@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from pxr import Sdf
 
 import spin_usd
 from spin_usd.processes.child import IN_PROCESS, Child, ChildHere
@@ -27,6 +28,19 @@ def test_a_run_in_one_process_makes_the_same_bytes(small_stage, tmp_path) -> Non
         here = [tmp_path / "here" / path.relative_to(tmp_path / "usual") for path in usual]
         assert [path.read_bytes() for path in here] == [path.read_bytes() for path in usual]
         assert usual
+
+
+def test_a_layer_that_is_held_is_read_again_where_its_file_has_changed(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv(IN_PROCESS, "1")
+    file = tmp_path / "stage.usda"
+    file.write_text('#usda 1.0\ndef Xform "Before" {}\n')
+    held = Sdf.Layer.FindOrOpen(str(file))
+    file.write_text('#usda 1.0\ndef Xform "After" {}\n')
+    with Child():
+        assert [prim.name for prim in held.rootPrims] == ["After"]
+    file.unlink()
+    with Child():
+        assert [prim.name for prim in held.rootPrims] == ["After"]
 
 
 def test_faults_and_progress_come_as_from_a_process(monkeypatch) -> None:

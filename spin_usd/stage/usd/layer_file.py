@@ -1,7 +1,7 @@
 """Layers as files: written with the metadata that every layer repeats."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeAlias
 
@@ -26,6 +26,15 @@ def layer_at(file: str | Path) -> Sdf.Layer:
     if layer is None:
         raise StageError("USD cannot read it", where=file, do="fix the layer, or write it again")
     return layer
+
+
+def reload_layers() -> None:
+    """Read the layers that this process holds again where their files have changed since. Those whose files are gone or
+    damaged stay as they were."""
+    for layer in Sdf.Layer.GetLoadedLayers():
+        if not layer.anonymous and not layer.dirty:
+            with suppress(Tf.ErrorException):
+                layer.Reload()
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
