@@ -1,8 +1,8 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
 The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
-`export` and `show`. They take what the commands take, by the same names, return what was done, and raise a `SpinError`
-where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
+`export`, `score` and `show`. They take what the commands take, by the same names, return what was done, and raise a
+`SpinError` where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
 
 Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
 Blender is ever loaded into the caller's.
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from spin_usd.commands.plan.run import plan
     from spin_usd.commands.render.run import render
     from spin_usd.commands.reproduce.run import reproduce
+    from spin_usd.commands.score.run import score
     from spin_usd.commands.show.run import show
     from spin_usd.errors import SpinError
     from spin_usd.store.dataset import Dataset
@@ -44,6 +45,7 @@ __all__ = [
     "plan",
     "render",
     "reproduce",
+    "score",
     "show",
 ]
 
@@ -61,6 +63,7 @@ _MODULES = {
     "plan": "spin_usd.commands.plan.run",
     "render": "spin_usd.commands.render.run",
     "reproduce": "spin_usd.commands.reproduce.run",
+    "score": "spin_usd.commands.score.run",
     "show": "spin_usd.commands.show.run",
 }
 

@@ -25,7 +25,7 @@ hypothesis.settings.load_profile("steady")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SHARED = REPOSITORY.parent / "shared"
-REPORTS = {"check", "diff", "doctor", "plan", "render"}
+REPORTS = {"check", "diff", "doctor", "plan", "render", "score"}
 """Commands whose --json has a schema."""
 
 

@@ -55,6 +55,10 @@ EXAMPLES = {
         "spin-usd export my_dataset --to speedplus --out my_speedplus --split train=0.8,validation=0.2",
         "spin-usd export --list",
     ),
+    "score": (
+        "spin-usd score predictions.csv --truth my_dataset",
+        "spin-usd score keypoints.json --truth my_dataset --variants 'noisy_*' --partial --out my_score",
+    ),
     "diff": ("spin-usd diff my_stage nominal noisy_1",),
     "measure": (
         "spin-usd measure my_stage",

@@ -6,6 +6,7 @@ uchar, and faces of three corners alone. Source: `load_ply` in bop_toolkit's `in
 
 import tempfile
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
@@ -90,7 +91,12 @@ def body_models(dataset: ExportedDataset) -> dict[int, Model]:
     for entry in dataset.entries:
         frames[entry.variant].append(entry.frame)
     stage = dataset.picture(0).picture.record["provenance"]["stage"]["root"]
-    root = Folder(dataset.dataset.root).path(stage)
+    return read_models(Folder(dataset.dataset.root).path(stage), frames)
+
+
+def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Model]:
+    """Return the model of each target of the stage by its id, as it is in the `frames`, their names by variant. Raises
+    StageError, UnsupportedError for a target that changes its shape in them."""
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         ids = ask_child("save_models", reads=root, stage=str(root), folder=folder, frames=frames)
         return {number: _loaded(Path(folder, f"{number}.npz")) for number in ids}

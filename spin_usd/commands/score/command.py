@@ -1,0 +1,62 @@
+"""`spin-usd score`: how far predicted poses are off, in the terms of SPEED, SPEED+ and BOP."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+import spin_usd
+from spin_usd.commands.score.options import ScoreOptions
+from spin_usd.pluralise import pluralise
+from spin_usd.terminal.lines import print_out
+from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.parameters import Json
+from spin_usd.terminal.progress import shown
+from spin_usd.terminal.report import show_report
+from spin_usd.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from spin_usd.commands.score.report import ScoredErrors, ScoredModel
+
+HEADINGS = ("pictures", "count", "SPEED", "SPEED+", "position m", "p90", "attitude deg", "p90")
+
+
+def score(context: typer.Context, options: ScoreOptions, *, as_json: Json = False) -> None:
+    """Score predicted poses: SPEED and SPEED+ scores, errors in metres and degrees, ADD, and BOP's recalls.
+
+    Errors are medians, with what nine of ten pictures are below. SPEED is the score without thresholds, SPEED+ the one
+    with those of its calibration.
+    """
+    from msgspec import UNSET
+
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.score(**options.arguments(on_progress=progress))
+    show_notes(report.notes)
+    if as_json:
+        show_report(report)
+        return
+    rows = [_row(f"{each.by} {each.group}", each) for each in report.groups]
+    show_table(HEADINGS, [*rows, _row("all", report.all)])
+    if report.model is not UNSET:
+        print_out(*_model(report.model))
+    if report.missing:
+        print_out(f"{pluralise(report.missing, 'picture')} without a usable prediction")
+    if options.out:
+        print_out(f"{options.out}   (index.html, score.json)")
+
+
+def _row(name: str, errors: "ScoredErrors") -> list[str]:
+    position, attitude = errors.position_m, errors.attitude_deg
+    numbers = (
+        *(errors.scores[each] for each in ("speed", "speedplus")),
+        *(position[each] for each in ("median", "p90")),
+        *(attitude[each] for each in ("median", "p90")),
+    )
+    return [name, str(errors.pictures), *(f"{number:.4g}" for number in numbers)]
+
+
+def _model(model: "ScoredModel") -> list[str]:
+    return [
+        f"ADD {model.add_m['median']:.4g} m (found {100 * model.add_found:.1f} %), ADD-S "
+        f"{model.add_s_m['median']:.4g} m (found {100 * model.add_s_found:.1f} %), diameter {model.diameter:.4g} m",
+        f"BOP's recalls: MSSD {model.mssd_recall:.3f}, MSPD {model.mspd_recall:.3f}",
+    ]

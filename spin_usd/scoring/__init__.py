@@ -1,0 +1,1 @@
+"""How good predicted poses are: the formulas of scores and errors."""
