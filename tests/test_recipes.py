@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spin_usd.formats.arrays.image_file import read_image, write_image
+from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.sha256 import sha256_of
 from spin_usd.store.dataset import Dataset
 from tests.conftest import REPOSITORY

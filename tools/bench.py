@@ -30,7 +30,7 @@ from benchmarks import (
 )
 
 from spin_usd.picture.versions import LIBRARIES
-from spin_usd.processes.machine import machine
+from spin_usd.processes.processors import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement, debug)
 RUNS = (growth, variants, plan, predict, calibrate, gallery, watch)

@@ -1,4 +1,7 @@
-"""The cheapest setting measured that is good enough."""
+"""The cheapest setting measured that is good enough, or what was measured of one that somebody else chose.
+
+Both are said in words: the worst picture's error with its uncertainty, its light, its cost.
+"""
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
@@ -6,7 +9,6 @@ from decimal import ROUND_CEILING, Context
 from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.accuracy.tables import number, percent
-from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 from spin_usd.errors import InputError
 
 AUTO = 1.0
@@ -14,6 +16,7 @@ AUTO = 1.0
 
 ROUNDING_DN = 0.3
 """A detector with no more noise than this has none of its own: rounding alone is 1 / sqrt(12) = 0.289."""
+WORTH_SAYING = 0.01  # of the target's light
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,3 +110,51 @@ def _bound_text(bound: float, criterion: Criterion) -> str:
 def _rounded_up(value: float) -> str:
     """Return three digits of the value, rounded up, and never as a power of ten."""
     return f"{Context(prec=3, rounding=ROUND_CEILING).create_decimal_from_float(value):f}"
+
+
+def outcome_of(measurement: Measurement, setting: Configuration) -> Outcome | None:
+    """Return the outcome of a setting; None where it was not measured on all pictures."""
+    return next((each for each in outcomes(measurement) if each.setting == setting), None)
+
+
+def expectation(measurement: Measurement, outcome: Outcome) -> str:
+    """Return a sentence on the outcome's expected error, light and cost, and on the cheapest setting of its renderer
+    that is cheaper and more exact."""
+    error = f"{error_text(outcome, Criterion.LIGHT)}{light_text(outcome)}"
+    said = f"expected error {error}, for {cost_text(outcome)}, as measured on this stage"
+    better = [each for each in outcomes(measurement) if _beats(each, outcome)]
+    if not better:
+        return said
+    best = min(better, key=lambda each: each.cpu_s)
+    return f"{said}; {best.setting.text} is cheaper and more exact: {expected(best, Criterion.LIGHT)}"
+
+
+def _beats(one: Outcome, other: Outcome) -> bool:
+    alike = one.setting.renderer == other.setting.renderer
+    errors = [each.error(Criterion.LIGHT).at_most for each in (one, other)]
+    return alike and one.cpu_s < other.cpu_s and errors[0] < errors[1]
+
+
+def expected(outcome: Outcome, criterion: Criterion) -> str:
+    """Return the error and the cost of an outcome."""
+    return f"{error_text(outcome, criterion)} for {cost_text(outcome)}"
+
+
+def error_text(outcome: Outcome, criterion: Criterion) -> str:
+    """Return the error in the worst picture, with its uncertainty."""
+    error, most = outcome.error(criterion)
+    value, unit = (percent, "") if criterion is Criterion.LIGHT else (number, " times the noise")
+    return f"{value(error)}{f' ± {value(most - error)}' if most > error else ''}{unit}"
+
+
+def light_text(outcome: Outcome) -> str:
+    """Return a phrase such as ", the target 3 % darker" for the worst picture; "" where the difference is hardly
+    visible."""
+    brightness = max((each.brightness for each in outcome.figures), key=abs)
+    if abs(brightness) <= WORTH_SAYING:
+        return ""
+    return f", the target {percent(abs(brightness))} {'brighter' if brightness > 0 else 'darker'}"
+
+
+def cost_text(outcome: Outcome) -> str:
+    return f"{number(outcome.cpu_s)} CPU s a picture"

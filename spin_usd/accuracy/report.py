@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator
 
-from spin_usd.accuracy.choice import choose, most_exact
+from spin_usd.accuracy.choice import choose, most_exact, outcome_of
 from spin_usd.accuracy.error import FLOOR
 from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
-from spin_usd.accuracy.lookup import outcome_of
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.accuracy.tables import in_columns, in_markdown, number, percent, within
 from spin_usd.errors import InputError

@@ -23,7 +23,7 @@ from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow
 from spin_usd.exchange.layout.limits import UINT16_MAX, depth_at_most, no_distortion, one_camera, target_is_a_file_name
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
 PANEL_CLASS = "solar_panel"

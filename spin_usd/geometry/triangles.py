@@ -1,4 +1,4 @@
-"""Triangles by their corners: their normals and areas."""
+"""Triangles by their corners: their normals and areas. Polygons and strips of triangles too."""
 
 from collections.abc import Iterator
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 
 FACES_AT_ONCE = 2**15
+RESTART = -1  # ends one strip and begins the next, in the PLY files of the Stanford repository
 
 
 def normals(corners: Float) -> Float:
@@ -67,3 +68,22 @@ def affine(matrices: Float, points: Float) -> Float:
 def unit_vectors(vectors: Float) -> Float:
     """Return the vectors (..., 3) at length 1; 0 stays 0."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny)
+
+
+def strip_triangles(order: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return (F, 3) the triangles of the strip `order` (N,), all wound like the first; -1 in it begins another
+    strip."""
+    strips = np.split(np.asarray(order, np.int64), np.flatnonzero(order == RESTART))
+    return np.concatenate([_of_strip(strip[strip != RESTART]) for strip in strips])
+
+
+def _of_strip(strip: NDArray[np.int64]) -> NDArray[np.int64]:
+    odd = np.arange(max(len(strip) - 2, 0)) % 2
+    first = np.arange(len(odd))
+    return np.stack([strip[first], strip[first + 1 + odd], strip[first + 2 - odd]], axis=1)
+
+
+def newell(polygons: Float) -> Float:
+    """Twice the area vectors (..., 3) of polygons (..., n, 3). Source: M. E. Newell, in Sutherland et al. (1974)."""
+    relative = polygons - polygons[..., :1, :]
+    return np.cross(relative, np.roll(relative, -1, axis=-2)).sum(-2)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn
 from spin_usd.files.size_limits import MAX_ARRAY
-from spin_usd.formats.arrays.image_file import decoded_image, write_image
+from spin_usd.formats.image_file import decoded_image, write_image
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 

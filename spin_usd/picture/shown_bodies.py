@@ -10,7 +10,7 @@ from spin_usd.geometry.region import Region
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
 from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.scene.derived.body_faces import by_body
+from spin_usd.scene.derived.faces import by_body
 from spin_usd.scene.model import Scene
 
 NOTHING = -1

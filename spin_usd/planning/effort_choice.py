@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, Meta
 
-from spin_usd.accuracy.choice import choose
+from spin_usd.accuracy.choice import choose, expectation, outcome_of
 from spin_usd.accuracy.front import Criterion, Outcome
-from spin_usd.accuracy.lookup import expectation, outcome_of
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.errors import InputError
 from spin_usd.json_fields import Size

@@ -60,7 +60,7 @@ _ALL = (
         class_name="BlenderRenderer",
         library="bpy",
         python="3.13",
-        graphics="spin_usd.renderers.blender.graphics",
+        graphics="spin_usd.renderers.blender.cycles_settings",
         effort=frozenset(
             {"samples", "adaptive", "denoiser", "bounces", "clamp", "filter_glossy", "light_tree", "reduction"}
         ),

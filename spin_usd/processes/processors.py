@@ -1,6 +1,7 @@
-"""The processors that this process may use, and how workers share them."""
+"""The processors that this process may use, and how workers share them; the machine in a few words."""
 
 import os
+import platform
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -30,3 +31,16 @@ def hold_to(cpus: Sequence[int]) -> None:
         for thread in psutil.Process().threads():
             with suppress(ProcessLookupError):  # it has ended meanwhile
                 os.sched_setaffinity(thread.id, cpus)
+
+
+def machine() -> dict[str, str | int]:
+    """Return the number of processors that may be used, the architecture, the system, and the memory in GiB:
+    the machine that figures were measured on, without names or paths."""
+    import psutil
+
+    return {
+        "cores": len(usable_cpus()),
+        "architecture": platform.machine(),
+        "system": platform.system(),
+        "memory_gib": round(psutil.virtual_memory().total / 2**30),
+    }

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.store.atomic import write_atomically

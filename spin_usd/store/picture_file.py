@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn
-from spin_usd.formats.arrays.array_file import described_type, read_array
+from spin_usd.formats.array_file import described_type, read_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 
 

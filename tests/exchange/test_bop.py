@@ -11,7 +11,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.bop import depth_scale
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.exchange.layout.rectified_picture import resampling
-from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.formats.image_file import read_image
 from spin_usd.store.dataset import Dataset
 from tests.exchange.conftest import PLAIN, clone, write_export
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.commands.render.run import render_dataset
-from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.formats.image_file import read_image
 from spin_usd.options import RunOptions
 from spin_usd.scene.effort import Effort
 from tests.authorities import photon_transfer

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.formats.image_file import read_image
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.picture.make_picture import Stopwatch, make_labels
 from spin_usd.renderers.embree.caster import EmbreeCaster

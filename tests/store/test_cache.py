@@ -14,7 +14,7 @@ import pytest
 
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.files.folder import Folder
-from spin_usd.formats.arrays.image_file import read_image, write_image
+from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 from spin_usd.options import RunOptions
 from spin_usd.picture.versions import library_versions

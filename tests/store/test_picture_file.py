@@ -3,7 +3,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.arrays.array_file import write_array
+from spin_usd.formats.array_file import write_array
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.channels import Channels
 from spin_usd.store.picture_file import read_picture_file

@@ -17,7 +17,7 @@ from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targe
 from spin_usd.commands.check.in_child.keypoints import depths_around
 from spin_usd.commands.check.in_child.picture import box_of_mask, pose_error
 from spin_usd.files.folder import FileIn
-from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.formats.array_file import read_array
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION

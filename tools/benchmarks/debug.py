@@ -22,7 +22,7 @@ import spin_usd
 from spin_usd import resources
 from spin_usd.accuracy.tables import in_markdown
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.formats.array_file import read_array
 
 FRAME = "0:1"
 BODIES = "two bodies, lightbox"

@@ -19,7 +19,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.signal import fftconvolve
 
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.sensor import Optics, Sensor

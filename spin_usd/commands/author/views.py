@@ -8,9 +8,8 @@ import numpy as np
 from spin_usd.errors import SpinError
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.geometry.triangles import areas
-from spin_usd.scene.derived.lit_share import suns_of
 from spin_usd.scene.derived.lookup import extremes
-from spin_usd.scene.derived.views import Views, views_of
+from spin_usd.scene.derived.views import Views, suns_of, views_of
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh

@@ -15,7 +15,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.layout.models import Model
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.scene.keypoints import Keypoints

@@ -36,9 +36,8 @@ from spin_usd.planning.time_limit import TimeLimits
 from spin_usd.planning.work import NOISE, CommonWork
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import rendering_memory
-from spin_usd.processes.machine import machine
 from spin_usd.processes.open_renderer import require_renderer
-from spin_usd.processes.processors import share_of, usable_cpus
+from spin_usd.processes.processors import machine, share_of, usable_cpus
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
 from spin_usd.store.atomic import write_atomically, write_text
 from spin_usd.store.dataset_folder import Lease, Store, refuse_special_files

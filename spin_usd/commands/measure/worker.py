@@ -1,11 +1,17 @@
-"""The child's part of a measurement: one renderer kept open, whose renders are timed and kept."""
+"""The child's part of a measurement: one renderer kept open, whose renders are timed and kept.
+
+With the time of each goes the most memory that this process held meanwhile.
+"""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import psutil
 
 from spin_usd.accuracy.error import LabelImages, Viewpoint, agreement
 from spin_usd.accuracy.measurement import Configuration
@@ -15,7 +21,6 @@ from spin_usd.commands.measure.renders import RenderCost, RenderStore
 from spin_usd.picture.make_picture import Stopwatch, make_labels, render_in
 from spin_usd.picture.render_file import in_order
 from spin_usd.processes.open_renderer import open_renderer
-from spin_usd.processes.peak_memory import watch_memory
 from spin_usd.processes.processors import hold_to
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import LabelPass, Renderer
@@ -26,6 +31,9 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.stage.read.stage_reader import StageReader
+
+RESET_PEAK = "5"  # proc(5), /proc/pid/clear_refs: reset the peak resident set size to the current one
+PEAK = "VmHWM:"  # proc(5), /proc/pid/status: peak resident set size, kB
 
 
 class MeasuringWorker:
@@ -189,3 +197,25 @@ def _labels(scene: Scene, label_pass: LabelPass) -> LabelImages:
     kinds = ("depth", "segmentation", "dense_pose")
     made = {kind: array for kind, array, _ in make_labels(scene, label_pass, kinds, Stopwatch())}
     return LabelImages(depth=made["depth"], part=made["segmentation"], body=made["dense_pose"])
+
+
+def watch_memory() -> Callable[[], int]:
+    """Begin a stretch; the function that comes back returns the most bytes held since. Where the system keeps no peak
+    that can be reset, it returns what is held at the end."""
+    try:
+        Path("/proc/self/clear_refs").write_text(RESET_PEAK, encoding="ascii")
+    except OSError:
+        return _held
+    return _peak
+
+
+def _peak() -> int:
+    with suppress(OSError, ValueError, IndexError):
+        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+            if line.startswith(PEAK):
+                return 1024 * int(line.split()[1])
+    return _held()
+
+
+def _held() -> int:
+    return int(psutil.Process().memory_info().rss)

@@ -25,8 +25,7 @@ from spin_usd.planning.skipped_work import SkippedCount
 from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
 from spin_usd.planning.work import CommonWork, Task
 from spin_usd.processes.devices import AUTO
-from spin_usd.processes.machine import machine
-from spin_usd.processes.processors import usable_cpus
+from spin_usd.processes.processors import machine, usable_cpus
 from spin_usd.records.record import EffortChoice
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views

@@ -15,7 +15,7 @@ from spin_usd.commands.render.record import CurrentPicture, make_record
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
-from spin_usd.formats.arrays.array_file import read_array, write_array
+from spin_usd.formats.array_file import read_array, write_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, needs_next_frame, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.make_picture import (

@@ -17,7 +17,7 @@ from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.picture.make_picture import IMAGE, Stopwatch, make_labels, render_in

@@ -16,7 +16,7 @@ from spin_usd.commands.watch.request import FileStates, WatchedPicture, WatchReq
 from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
 from spin_usd.errors import UnknownPictureError
 from spin_usd.files.new_file import write_whole
-from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.formats.image_file import read_image
 from spin_usd.labels.preview import reduced
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.child_limits import PATIENCE_S

@@ -23,7 +23,7 @@ from spin_usd.exchange.layout.layout import FormatOption, IndexRow, LinkedFile, 
 from spin_usd.exchange.layout.limits import UINT16_MAX
 from spin_usd.exchange.layout.models import MILLIMETRES, Model, body_models, diameter, ply_bytes
 from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
 

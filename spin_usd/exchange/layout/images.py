@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.layout.layout import LinkedFile, MadeFile
-from spin_usd.formats.arrays.image_file import JPEG_QUALITY, write_image
+from spin_usd.formats.image_file import JPEG_QUALITY, write_image
 
 LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers
 GREY = "grey = 0.2126 R + 0.7152 G + 0.0722 B of the encoded numbers"

@@ -34,7 +34,7 @@ from spin_usd.formats.mesh.gltf_materials import (
 )
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
 from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedMesh, Values, placed_meshes
-from spin_usd.formats.mesh.triangle_strips import strip_triangles
+from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 from spin_usd.scene.shape import MAX_FACES

@@ -21,10 +21,10 @@ from spin_usd.faults import decoding
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import refuse_long_lines
 from spin_usd.formats.texture_file import color_space, texture_beside
+from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 

@@ -1,17 +1,36 @@
-"""The light of a planet: of its sunlit ground, sea and clouds, of its lights by night, and of the air before them."""
+"""The light of a planet: of its sunlit ground, sea and clouds, of its lights by night, and of the air before them.
+
+Detail finer than the planet's maps, and noise, are put together at each pixel of a block.
+"""
 
 import numpy as np
 
+from spin_usd.renderers.background.clouds import CLOSE, Clouds, firmness_of, threshold_of, veil_opacity
 from spin_usd.renderers.background.elementary import Float32
-from spin_usd.renderers.background.node_grid import NodeGrid
-from spin_usd.renderers.background.planet_detail import DetailMaker
-from spin_usd.renderers.background.planet_maps import Places, cloud_map, ground_map, night_map
+from spin_usd.renderers.background.enlarge import enlarged
+from spin_usd.renderers.background.node_grid import NodeGrid, Octave
+from spin_usd.renderers.background.noise_octaves import MEAN_WAVE, octave, resolved
+from spin_usd.renderers.background.planet_maps import Map, Places, cloud_map, ground_map, night_map, ramp, shores
 from spin_usd.renderers.background.planet_points import Points
+from spin_usd.renderers.background.planet_sunlight import SunAtPoints
 from spin_usd.renderers.background.planet_surface import PlanetSurface
+from spin_usd.renderers.background.weather import Weather
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Image
 
 RGB = range(3)
+WAVE_TEXELS = 6.0  # the longest waves of detail, in texels of the maps
+GAIN = 0.72  # of the amplitudes of neighbouring octaves
+MEAN_FOLDED = np.float32(0.798)  # the mean of the absolute value of a normally distributed number
+MAP_TEXELS = 0.7  # from one look-up in a map to the next, between which it is interpolated
+MAP_SWIRL = 0.15  # of the clouds' swirl, by which maps are moved: so nothing shows their texels
+SHARP, MOST_SHARP = 4.0, 8.0  # pixels in a texel from which coasts are sharper than the map, and how much at most
+RAGGED = 0.25  # by which noise moves a coast, in shares of water
+RELIEF_GAIN = 0.75  # of the octaves' heights, besides their own: finer detail is thickness and colour, hardly slope
+FINEST_RELIEF = 0.25  # scale heights of the air: the waves by which relief has a half of its height
+STRIDE = 2  # pixels, at least, from one to the next of the points at which slopes are looked up
+LOW = np.float32(0.15)  # the cosine of a Sun's zenith angle, below which slopes gain no more contrast
+HIGH = (0.2, 0.5)  # the tangents of that angle, below and above which slopes show nothing and all
 
 
 def mean_radiance(points: Points) -> list[Float32]:
@@ -100,3 +119,149 @@ def _add_night(radiance: list[Float32], lights: list[Float32], clear: Float32, l
     """Add what shines by itself, as far as clouds are `clear`."""
     for c in RGB:
         radiance[c] += lights[c] * clear * light[c]
+
+
+class Slopes:
+    """How much the relief of octaves of noise rises toward each Sun, over a scale height of the air and times the
+    tangent of the Sun's zenith angle.
+
+    Each octave is looked up again a little way toward the Sun: differences between pixels would show the facets of what
+    is interpolated between points.
+    """
+
+    def __init__(self, nodes: NodeGrid) -> None:
+        self._nodes, self._stride = nodes, nodes.spacing
+        self._height = nodes.points.globe.scale_height
+        self._steep = [_steep(sun) for sun in nodes.points.suns]
+        self._totals: dict[int, Float32] = {}
+
+    def add(self, found: Octave, values: Float32, plain: Float32, folded: Float32) -> None:
+        """Add an octave of those `values`: `plain` of them as they are, `folded` of their absolute value."""
+        finest, step = FINEST_RELIEF * self._height, found.wave / MEAN_WAVE
+        if not 2 * found.wave > finest > 0:
+            return
+        to = max(found.stride, min(STRIDE, self._stride))
+        values, plain, folded = (_every(plane, to // found.stride) for plane in (values, plain, folded))
+        height = self._height * RELIEF_GAIN**found.number * found.wave**2 / (found.wave**2 + finest**2)
+        for sun, steep in enumerate(self._steep):
+            if steep.any():
+                moved = [face.moved(sun, step) for face in self._nodes.points.faces]
+                ahead = octave(moved, found.wave, found.number, finer=self._nodes.spacing // to)
+                rise = (ahead - values) * plain + (np.abs(ahead) - np.abs(values)) * folded
+                self._add(sun, np.asarray(rise * np.float32(height / step)), to)
+        self._stride = to
+
+    def _add(self, sun: int, rise: Float32, stride: int) -> None:
+        if sun in self._totals:
+            (before,) = enlarged([self._totals[sun]], self._stride // stride)
+            rise += before
+        self._totals[sun] = rise
+
+    def at_pixels(self) -> list[Float32 | None]:
+        """Return the sum of all octaves for each Sun; None where it is 0 everywhere."""
+        found: list[Float32 | None] = [None] * len(self._steep)
+        for sun, total in self._totals.items():
+            (steep,) = self._nodes.enlarged([self._steep[sun]], to=self._stride)
+            (found[sun],) = enlarged([total * steep], self._stride)
+        return found
+
+
+def _every(plane: Float32, step: int) -> Float32:
+    return plane if step == 1 else plane[::step, ::step]
+
+
+def _steep(sun: SunAtPoints) -> Float32:
+    """Return the tangent of the Sun's zenith angle, as far as it says how bright slopes are."""
+    tangent = np.sqrt(np.maximum(1 - sun.cosine * sun.cosine, 0)) / np.maximum(sun.cosine, LOW)
+    return np.asarray(tangent * ramp(tangent, *HIGH), np.float32)
+
+
+class DetailMaker:
+    """Makes the surface at the pixels of `nodes` with `weather`, of a planet that has maps."""
+
+    def __init__(self, nodes: NodeGrid, weather: Weather) -> None:
+        self._nodes, self._weather = nodes, weather
+        self._planet, self._footprint = nodes.points.globe.planet, nodes.points.meeting.footprint
+        maps = (self._planet.albedo, self._planet.clouds, self._planet.night)
+        images = [image for image in maps if isinstance(image, Image)]
+        self._texel = 2 * np.pi / max(image.pixels.shape[1] for image in images)
+        self._stride = nodes.stride(self._texel * MAP_TEXELS)
+        self._places = self._make_places()
+
+    def surface(self) -> PlanetSurface:
+        """Return the surface at the pixels."""
+        slopes = Slopes(self._nodes)
+        noise, variance = self._noise(slopes)
+        ground, water = self._ground(noise)
+        clouded = self._planet.clouds is not None
+        return PlanetSurface(
+            ground=ground,
+            water=water,
+            noise=noise,
+            ranges=self._nodes.enlarged([self._weather.ranges])[0],
+            rises=slopes.at_pixels(),
+            clouds=self._clouds(self._planet.clouds, noise, variance) if self._planet.clouds else None,
+            veil=veil_opacity(self._nodes, self._weather) if clouded else None,
+        )
+
+    def night(self) -> list[Float32]:
+        """Return R, G, B of what shines by itself, of a map of it."""
+        assert self._planet.night
+        return enlarged(night_map(self._planet.night).at(self._places), self._stride)
+
+    def _make_places(self) -> Places:
+        a, b = (swirl * np.float32(MAP_SWIRL) for swirl in self._weather.swirl)
+        x, y, z = (n.astype(np.float32) for n in self._nodes.points.meeting.normal)
+        *normal, footprint = self._nodes.enlarged([x + a, y + b, z + a, self._footprint], to=self._stride)
+        return Places.of(normal, footprint)
+
+    def _noise(self, slopes: Slopes) -> tuple[Float32, Float32]:
+        """Return the noise at the pixels and how much of its whole variance of 1 is resolved, at the nodes. Its octaves
+        are added to `slopes`."""
+        nodes, coarsest = self._nodes, WAVE_TEXELS * self._texel
+        close = resolved(self._footprint, coarsest / CLOSE)
+        total, variance, stride = np.zeros_like(close), np.zeros_like(close), nodes.spacing
+        for found in nodes.octaves(coarsest, GAIN) if close.any() else ():
+            (total,), stride = enlarged([total], stride // found.stride), found.stride
+            amplitude = found.amplitude * close
+            parts = [amplitude * self._weather.plain, amplitude * self._weather.cells]
+            plain, folded = nodes.enlarged(parts, to=stride)
+            values = octave(nodes.points.faces, found.wave, found.number, finer=nodes.spacing // stride)
+            slopes.add(found, values, plain, folded)
+            total += values * plain
+            total += (np.abs(values) - MEAN_FOLDED) * folded
+            variance += amplitude * amplitude
+        return enlarged([total], stride)[0], variance
+
+    def _clouds(self, clouds: Image, noise: Float32, variance: Float32) -> Clouds:
+        """Return the clouds: so much of them as their map says."""
+        (cover,) = cloud_map(clouds).at(self._places)
+        (threshold,) = enlarged([threshold_of(cover)], self._stride)
+        (firmness,) = self._nodes.enlarged([firmness_of(variance)])
+        return Clouds.of(noise, threshold, firmness, tuple(clouds.pixels[0, 0, :3].tolist()))
+
+    def _ground(self, noise: Float32) -> tuple[list[Float32], Float32]:
+        """Return R, G, B of the albedo and the share of water, of coasts as sharp as the pixels."""
+        albedo = self._planet.albedo
+        if not isinstance(albedo, Image):
+            return [np.full_like(noise, channel) for channel in albedo], np.zeros_like(noise)
+        found = ground_map(albedo).at(self._places)
+        *ground, water = enlarged(found, self._stride)
+        sharper = np.clip(np.float32(self._texel / SHARP) / self._footprint, 1, MOST_SHARP) - 1
+        if not sharper.any() or not ((found[3] > 0) & (found[3] < 1)).any():
+            return ground, water
+        shore = self._shore(water, noise, sharper)
+        return self._moved(ground, shore - water, shores(albedo)), shore
+
+    def _shore(self, water: Float32, noise: Float32, sharper: Float32) -> Float32:
+        """Return the share of water of coasts that are ragged and, at the nodes, so much `sharper` than the map's."""
+        ragged = np.minimum(sharper, 1) * (1 + sharper) * np.float32(4 * RAGGED)
+        sharper, ragged = self._nodes.enlarged([sharper, ragged])
+        shore = water + (water - np.float32(0.5)) * sharper
+        shore += ragged * noise * water * (1 - water)
+        return np.clip(shore, 0, 1, out=shore)
+
+    def _moved(self, ground: list[Float32], more: Float32, changes: Map) -> list[Float32]:
+        """Return the colours of ground of which so much `more` is water."""
+        found = enlarged(changes.at(self._places), self._stride)
+        return [channel + more * change for channel, change in zip(ground, found, strict=True)]

@@ -15,11 +15,11 @@ from spin_usd.renderers.blender.cycles_settings import (
     LABEL,
     LABEL_LAYERS,
     ON_CPU,
+    LightDevice,
     cycles_effort,
     cycles_scene,
 )
 from spin_usd.renderers.blender.denoiser import GUIDES, Denoiser
-from spin_usd.renderers.blender.graphics import LightDevice
 from spin_usd.renderers.blender.lamp import LightSetup
 from spin_usd.renderers.blender.light_links import group_names, keep_apart, needs_groups, pass_name
 from spin_usd.renderers.blender.material import label_material

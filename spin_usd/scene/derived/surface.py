@@ -21,8 +21,7 @@ from spin_usd.geometry.region import Region
 from spin_usd.geometry.rotation import product
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
-from spin_usd.scene.derived.body_faces import by_body
-from spin_usd.scene.derived.faces import corners_of, normals_of, parts_of
+from spin_usd.scene.derived.faces import by_body, corners_of, normals_of, parts_of
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene

@@ -12,7 +12,7 @@ from pxr import Usd
 
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
-from spin_usd.formats.arrays.image_file import read_image
+from spin_usd.formats.image_file import read_image
 from spin_usd.scene.model import Scene
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.sun_and_planet import read_sky

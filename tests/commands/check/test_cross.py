@@ -7,7 +7,7 @@ import pytest
 
 import spin_usd as package
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.formats.arrays.array_file import write_array
+from spin_usd.formats.array_file import write_array
 from spin_usd.labels.table import LABELS
 
 

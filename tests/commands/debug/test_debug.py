@@ -9,7 +9,7 @@ import pytest
 
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.formats.array_file import read_array
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.stage.read.stage_reader import StageReader

@@ -10,7 +10,7 @@ from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.globe import Air, Globe, Rays
 from spin_usd.renderers.background.noise_octaves import faces_of, octave, resolved
-from spin_usd.renderers.background.planet_detail import DetailMaker
+from spin_usd.renderers.background.planet_radiance import DetailMaker
 from spin_usd.renderers.background.planet_view import BLOCK, PlanetView, blocks
 from spin_usd.renderers.background.sky import place_image, sky, solid_angles
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars

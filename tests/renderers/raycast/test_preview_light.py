@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.raycast.lambert import mean_radiance
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer, mean_radiance
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import (
     CylinderLight,

@@ -11,10 +11,9 @@ from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.facing import facing_share, few_axes
 from spin_usd.geometry.triangles import normals
 from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.scene.derived.lit_share import lit_shares
 from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary
-from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
+from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views, lit_shares
 from spin_usd.scene.light import DistantLight, PointLight
 from spin_usd.scene.plausible import is_plausible, likely_units
 from tests.cases import scenes

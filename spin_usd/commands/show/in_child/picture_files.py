@@ -22,7 +22,7 @@ from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.new_file import write_whole
-from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.geometry.polygons import newell
+from spin_usd.geometry.triangles import newell
 from spin_usd.stage.read.shapes.mesh import read_mesh, triangulate
 
 AREA_TOLERANCE = 1e-12  # double precision sums of a few triangles

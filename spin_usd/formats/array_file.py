@@ -1,8 +1,9 @@
-"""Point clouds as NPZ and PLY: an array with named columns, of which every number comes back as it was written.
+"""The files of a picture, whatever they hold: images, and the points of a LiDAR.
 
-Equal clouds are equal bytes: NPZ is not compressed, for compressors differ, and has no times. PLY is binary, little
-endian; a column of three numbers called `points` is its x, y and z. Sources: PKWARE's APPNOTE 6.3.10 on zip; numpy's
-NEP 1 on npy; G. Turk, "The PLY polygon file format" (1994).
+Point clouds are NPZ and PLY: an array with named columns, of which every number comes back as it was written. Equal
+clouds are equal bytes: NPZ is not compressed, for compressors differ, and has no times. PLY is binary, little endian; a
+column of three numbers called `points` is its x, y and z. Sources: PKWARE's APPNOTE 6.3.10 on zip; numpy's NEP 1 on
+npy; G. Turk, "The PLY polygon file format" (1994).
 """
 
 import zipfile
@@ -16,9 +17,12 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
 from spin_usd.faults import decoding
+from spin_usd.files.folder import FileIn
 from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import open_file
+from spin_usd.formats.image_file import decoded_image, write_image
+from spin_usd.scene.channels import Channels
 
 Cloud = NDArray[np.void]
 
@@ -27,6 +31,28 @@ POSITION, AXES = "points", ("x", "y", "z")
 PLY_TYPES = {"float32": "float", "float64": "double", "uint8": "uchar", "uint16": "ushort", "uint32": "uint"}
 NUMPY_TYPES = {name: np.dtype(dtype).newbyteorder("<") for dtype, name in PLY_TYPES.items()}
 END = b"end_header\n"
+
+
+def write_array(path: Path, array: NDArray[Any], *, kind: str, channels: Channels) -> None:
+    """Write the `array`, an image (H, W) or (H, W, C) or a table (N,), as a file of that `kind`. Raises as write_image
+    and write_point_cloud do."""
+    if path.suffix in SUFFIXES:
+        write_point_cloud(path, array, header=channels.header(kind))
+    else:
+        write_image(path, array, channels=channels.names, header=channels.header(kind))
+
+
+def read_array(source: FileIn, rows: range | None = None) -> NDArray[Any]:
+    """Read the numbers in a file that `write_array` wrote; of an image these `rows` alone. Raises InputError."""
+    with source.folder.open(source.name, MAX_ARRAY) as file:
+        path = source.path
+        return decoded_point_cloud(file, path) if path.suffix in SUFFIXES else decoded_image(file, path, rows)[0]
+
+
+def described_type(array: NDArray[Any]) -> str | dict[str, str]:
+    """Return the type of the numbers as numpy names it; of a table each column's, by its name."""
+    names = array.dtype.names
+    return array.dtype.name if names is None else {name: array.dtype[name].base.name for name in names}
 
 
 def write_point_cloud(path: Path, cloud: Cloud, *, header: Mapping[str, str]) -> None:

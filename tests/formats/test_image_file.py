@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
-from spin_usd.formats.arrays.image_file import read_image, write_image
+from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 
 RGB, XYZ, GREY, Z = ("R", "G", "B"), ("X", "Y", "Z"), ("Y",), ("Z",)
@@ -163,7 +163,7 @@ def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path) -> None:
     """A limit on the size of a file stands for the disk."""
     code = (
         "import pathlib, resource, signal, numpy as np; from spin_usd.errors import OutputError;"
-        "from spin_usd.formats.arrays.image_file import write_image; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "from spin_usd.formats.image_file import write_image; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "noise = np.random.default_rng(0).integers(0, 2**16, (64, 64)).astype(np.uint16);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
         f"try: write_image(pathlib.Path({str(tmp_path / 'a.png')!r}), noise, channels=('Y',))\n"

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from spin_usd.formats.arrays.image_file import exr_is_whole, png_is_whole, write_image
+from spin_usd.formats.image_file import exr_is_whole, png_is_whole, write_image
 
 ROWS = 70
 LOST = (1, 7, 64, 512, 4096)
@@ -39,7 +39,7 @@ def test_no_limit_of_a_files_size_leaves_half_an_image(tmp_path, name) -> None:
     size = len(encoded(tmp_path, name))
     code = (
         "import resource, sys; from pathlib import Path; from spin_usd.errors import OutputError\n"
-        "from tests.formats.arrays.test_whole_image import RENDERED, encoded\n"
+        "from tests.formats.test_whole_image import RENDERED, encoded\n"
         "folder, name, size = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])\n"
         "whole = encoded(folder, name)\n"
         "said = 0\n"

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from spin_usd.errors import InputError
-from spin_usd.formats.arrays.point_cloud_file import read_point_cloud, write_point_cloud
+from spin_usd.formats.array_file import read_point_cloud, write_point_cloud
 from spin_usd.labels.lidar import POINT
 
 HEADER = {"ImageDescription": "points of\na test", "spin:unit": "m"}

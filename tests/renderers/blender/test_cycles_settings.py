@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.renderers.blender import graphics
+from spin_usd.renderers.blender.cycles_settings import GRAPHICS, LightDevice, graphics_processors
 from spin_usd.renderers.device import DEVICES
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import DistantLight
@@ -29,15 +29,15 @@ def test_every_device_that_cycles_has_is_one_of_ours(blender) -> None:
 
 
 def test_what_is_not_there_is_refused_and_never_replaced(blender) -> None:
-    found = graphics.graphics_processors()
-    assert set(found) <= set(graphics.GRAPHICS)
-    for name in set(graphics.GRAPHICS) - set(found):
+    found = graphics_processors()
+    assert set(found) <= set(GRAPHICS)
+    for name in set(GRAPHICS) - set(found):
         with pytest.raises(UnsupportedError, match=rf"no device {name}; choose --device .*cpu"):
-            graphics.LightDevice(name)
+            LightDevice(name)
 
 
 def test_a_device_that_sees_nothing_is_refused() -> None:
-    seen, device = np.ones((20, 20), np.float32), graphics.LightDevice(CPU)
+    seen, device = np.ones((20, 20), np.float32), LightDevice(CPU)
     device.prove(seen, seen)
     with pytest.raises(UnsupportedError, match="400 pixels differ"):
         device.prove(seen, np.zeros_like(seen))
@@ -48,8 +48,8 @@ class TestTheProcessorUnderAnotherName:
 
     @pytest.fixture
     def renderer(self, blender, monkeypatch):
-        monkeypatch.setattr(graphics, "_use", lambda name: "a model")
-        device = graphics.LightDevice("cuda")
+        monkeypatch.setattr("spin_usd.renderers.blender.cycles_settings._use", lambda name: "a model")
+        device = LightDevice("cuda")
         device.cycles = {"device": "CPU"}  # Cycles has no other here
         monkeypatch.setattr(blender, "_device", device)
         return blender
@@ -59,7 +59,7 @@ class TestTheProcessorUnderAnotherName:
         first = renderer.radiance(plain, EFFORT, seed=3)
         again = renderer.radiance(plain, EFFORT, seed=3)
         assert renderer.versions()["cuda"] == "a model"
-        monkeypatch.setattr(renderer, "_device", graphics.LightDevice(CPU))
+        monkeypatch.setattr(renderer, "_device", LightDevice(CPU))
         wanted = renderer.radiance(plain, EFFORT, seed=3)
         for made in (first, again):
             assert np.array_equal(made.groups, wanted.groups)
