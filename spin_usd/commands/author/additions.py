@@ -21,7 +21,7 @@ from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.added_layer import add_keypoints, add_lidar
 from spin_usd.stage.author.camera_layer import set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
-from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
+from spin_usd.stage.read.target.keypoints import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")
 LIDAR_SUFFIXES = (".toml", ".json")

@@ -14,8 +14,7 @@ from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
-from spin_usd.stage.author.lights_and_environment import open_surroundings
-from spin_usd.stage.author.planet_maps import set_planet_maps
+from spin_usd.stage.author.lights_and_environment import open_surroundings, set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer

@@ -11,7 +11,6 @@ from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
 from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
 from spin_usd.stage.read import optics as optics_limits
 from spin_usd.stage.read import sensor as sensor_limits
-from spin_usd.stage.read.depth_of_field import F_STOPS
 from spin_usd.stage.read.distant_light import ANGLES
 from spin_usd.stage.read.emission import EMISSIONS, TEMPERATURES
 from spin_usd.stage.usd import schema
@@ -145,7 +144,10 @@ _ALL = (
         limits=ABOVE_0,
     ),
     Parameter(
-        name="focus.fstop", description="f-number of the aperture; 0 is a pinhole.", make=camera.focus, limits=F_STOPS
+        name="focus.fstop",
+        description="f-number of the aperture; 0 is a pinhole.",
+        make=camera.focus,
+        limits=optics_limits.F_STOPS,
     ),
     Parameter(
         name="earth.direction",
@@ -196,7 +198,7 @@ ATTRIBUTE_LIMITS: Mapping[str, Range] = {
     schema.AUTO_EXPOSURE_LEVEL: sensor_limits.LEVELS,
     schema.AUTO_EXPOSURE_STOPS: sensor_limits.STOPS,
     **{attribute: PARAMETERS[name].limits for name, attribute in camera.EXPOSURE.items()},
-    "fStop": F_STOPS,
+    "fStop": optics_limits.F_STOPS,
     "inputs:angle": ANGLES,
     "inputs:colorTemperature": TEMPERATURES,
     **{f"inputs:{name}": _from_limits(LIMITS[field]) for name, field in FIELDS.items()},

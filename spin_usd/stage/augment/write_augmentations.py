@@ -30,10 +30,9 @@ from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.read.camera import find_camera, read_camera
-from spin_usd.stage.read.depth_of_field import read_thin_lens
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights import LightReader
-from spin_usd.stage.read.optics import read_optics
+from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing

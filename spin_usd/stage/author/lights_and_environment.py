@@ -1,4 +1,4 @@
-"""Surroundings: layers of a stage's lights, and of its background.
+"""Surroundings: layers of a stage's lights, and of its background, in which a planet may have maps.
 
 Those that travel with spin_usd lie in `stages/environments`; a user may give others. The default prim of a layer of
 lights is Lights, that of an environment is Environment.
@@ -7,17 +7,29 @@ lights is Lights, that of an environment is Environment.
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Sdf
+from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
+from spin_usd.stage.composition.images import image_in
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
+from spin_usd.stage.read.planet import COLOURS, colours_outside
+from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata
 
 KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them."""
 USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 """The layer of each kind that a stage has unless another is chosen."""
+MAP_SHAPE = (
+    1.9,
+    2.1,
+)  # width over height: all longitudes and latitudes, and a row or two more or less
+MAP_ATTRIBUTES = {
+    "albedo": schema.PLANET_ALBEDO_FILE,
+    "clouds": schema.PLANET_CLOUDS_FILE,
+    "night": schema.PLANET_NIGHT_FILE,
+}
 
 
 def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
@@ -48,3 +60,31 @@ def extracted(flat: Sdf.Layer, prim: Sdf.Path, documentation: str) -> Sdf.Layer:
     author_metadata(layer, default_prim=prim.name, documentation=documentation)
     Sdf.CopySpec(flat, prim, layer, Sdf.Path.absoluteRootPath.AppendChild(prim.name))
     return layer
+
+
+def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
+    """Let the planet of an environment's `layer` show `maps`, files by what they show. Raises InputError for a layer
+    without a planet, or with several and none that is named Earth, and for a map that cannot be rendered."""
+    stage = stage_on(layer)
+    planets = [prim for prim in stage.Traverse() if prim.HasAPI(schema.PLANET_API)]
+    named = [prim for prim in planets if prim.GetName() == "Earth"]
+    if len(planets) != 1 and len(named) != 1:
+        found = f"maps of the Earth are given, and the environment has {len(planets)} planets"
+        raise InputError(found, do="choose the environment earth or earth_full, or name one planet Earth")
+    planet: Usd.Prim = (named or planets)[0]
+    for kind, file in maps.items():
+        _refuse_unless_map(file, kind)
+        planet.GetAttribute(MAP_ATTRIBUTES[kind]).Set(Sdf.AssetPath(str(file.resolve())))
+
+
+def _refuse_unless_map(file: Path, kind: str) -> None:
+    """Decode the map as a render will, so that what cannot be rendered is refused before a stage is written of it.
+    Raises InputError."""
+    image = image_in(file, "raw" if kind == "clouds" else "auto")
+    height, width = image.size
+    if not MAP_SHAPE[0] * height <= width <= MAP_SHAPE[1] * height:
+        found = f"has {width} x {height} pixels, and a map in latitude and longitude is twice as wide as high"
+        raise InputError(found, where=file, do="give one of the whole planet")
+    attribute = MAP_ATTRIBUTES[kind]
+    if attribute in COLOURS and (outside := colours_outside(image, attribute)):
+        raise InputError(outside, where=file, do=f"make them {COLOURS[attribute]}")

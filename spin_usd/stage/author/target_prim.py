@@ -1,16 +1,26 @@
-"""A target's prim in a stage, and below it the model, which refers to the target's asset."""
+"""A target's prim in a stage, and below it the model, which refers to the target's asset.
+
+A target alone is read as a stage would have it, before there is a stage.
+"""
 
 from pathlib import Path
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom
 
+from spin_usd.scene.target import Target
 from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.target.bodies import find_targets
+from spin_usd.stage.read.target.body_parts import BodyParts
+from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.layer_file import writing
+from spin_usd.stage.usd.layer_file import author_metadata, writing
+from spin_usd.stage.usd.root_metadata import Notes
 
 MODEL = "Model"
+ALONE = Sdf.Path("/Target")
+ALONE_FILE = "target_alone.usda"
 
 
 def author_target(stage: Usd.Stage, path: Sdf.Path, target: TargetAsset, reference: Sdf.Reference) -> None:
@@ -55,3 +65,23 @@ def keep_transparent(root: Path) -> None:
 def asset_reference(target: TargetAsset, asset_path: str) -> Sdf.Reference:
     """Return the reference to the target's asset, whose layer is at `asset_path`."""
     return Sdf.Reference(asset_path, Sdf.Path(target.prim) if target.prim else Sdf.Path())
+
+
+def composed_target(asset: TargetAsset, folder: Path) -> Target:
+    """Read the target of the `asset`, which lies in `folder`, where a stage of it alone is written: body axes, metres,
+    with its own keypoints. Raises StageError, UnsupportedError and GeometryError for what a render would refuse too."""
+    with writing(folder / ALONE_FILE):
+        layer = Sdf.Layer.CreateNew(str(folder / ALONE_FILE))  # a stage's images must lie in its root layer's folder
+    author_metadata(layer, default_prim=ALONE.name)
+    stage = stage_on(layer)
+    author_target(stage, ALONE, asset, asset_reference(asset, f"./{asset.file.relative_to(folder).as_posix()}"))
+    prim, time = stage.GetPrimAtPath(ALONE), Usd.TimeCode.EarliestTime()
+    reader = TargetReader(
+        prim=prim,
+        parts=BodyParts().add(prim),
+        time=time,
+        group_of=lambda _: 0,
+        images=Images(check=False),
+        notes=Notes(),
+    )
+    return reader.read(1.0)

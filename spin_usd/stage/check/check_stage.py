@@ -25,8 +25,8 @@ from spin_usd.stage.check.prims import (
 )
 from spin_usd.stage.check.refusals import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.variant_opinions import variant_findings
+from spin_usd.stage.composition.files import named_assets, opened_assets
 from spin_usd.stage.composition.materialx import names_document
-from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.parser_faults import parser_faults

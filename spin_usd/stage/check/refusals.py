@@ -14,12 +14,11 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.camera import find_camera, read_camera
-from spin_usd.stage.read.depth_of_field import read_thin_lens
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lens import derived_values, read_lens
 from spin_usd.stage.read.lights import LightReader, read_light, refuse_light, visible_lights
-from spin_usd.stage.read.optics import read_optics
+from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shutter import read_opening
 from spin_usd.stage.read.stage_reader import metres_per_unit

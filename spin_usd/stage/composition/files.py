@@ -2,25 +2,27 @@
 
 USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a warning. Here a stage may only
 name files by relative paths that stay within its own folder; layers that travel with spin_usd, within theirs.
+
+Not every asset path that a layer names brings something into a stage. Metadata that describe an asset (assetInfo,
+customData) hold some too: an identifier says what the asset is called where it came from, and nothing opens it.
 """
 
 import glob
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from pxr import Ar, Sdf
+from pxr import Ar, Sdf, UsdUtils
 
 from spin_usd.errors import StageError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.user_file import open_file, read_bytes
 from spin_usd.resources import stages
-from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM
 from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults
@@ -35,6 +37,7 @@ TEXT, CRATE = b"#usda", b"PXR-USDC"  # how layers begin
 BLOCK = 2**22
 QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
+DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,3 +234,30 @@ def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
         if file.resolve() != file:
             raise StageError(f"refers to @{named}@ through a symbolic link", where=layer, do=do)
     return [file for file in files if os.path.lexists(file)]
+
+
+def named_assets(identifier: str) -> list[str]:
+    """List every asset path authored in the layer, descriptions included."""
+    return [name for kind in UsdUtils.ExtractExternalReferences(identifier) for name in kind]
+
+
+def opened_assets(identifier: str, names: Iterable[str]) -> list[str]:
+    """Select those of `names` that the layer names outside descriptions: in arcs, clips and values."""
+    bare = Sdf.Layer.CreateAnonymous()
+    bare.TransferContent(layer_at(identifier))
+    bare.Traverse(Sdf.Path.absoluteRootPath, lambda path: _strip(bare, path))
+    opened: set[str] = set()
+
+    def note(name: str) -> str:
+        opened.add(name)
+        return name
+
+    UsdUtils.ModifyAssetPaths(bare, note)
+    return [name for name in names if name in opened]
+
+
+def _strip(layer: Sdf.Layer, path: Sdf.Path) -> None:
+    spec = layer.GetObjectAtPath(path)
+    for name in DESCRIPTIONS:
+        if spec and spec.HasInfo(name):
+            spec.ClearInfo(name)

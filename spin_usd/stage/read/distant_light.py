@@ -11,8 +11,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DistantLight
-from spin_usd.stage.read.emission import casts_shadows, emission
-from spin_usd.stage.read.shaping import refuse_shaping
+from spin_usd.stage.read.emission import casts_shadows, emission, refuse_shaping
 from spin_usd.stage.usd.values import Range, value_in
 
 ANGLES = Range(0, 180)  # degrees

@@ -41,8 +41,7 @@ from spin_usd.scene.light import (
 from spin_usd.scene.texture import Image
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.distant_light import direction_cam, read_distant_light
-from spin_usd.stage.read.emission import casts_shadows, emission, refuse_unsupported
-from spin_usd.stage.read.shaping import read_shaping, refuse_shaping
+from spin_usd.stage.read.emission import casts_shadows, emission, read_shaping, refuse_shaping, refuse_unsupported
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.prim_order import in_order
 from spin_usd.stage.usd.time_variation import CameraSpaceCache, varying, visibility_varies

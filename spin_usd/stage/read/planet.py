@@ -1,7 +1,9 @@
-"""A planet: SpinPlanetAPI."""
+"""A planet: SpinPlanetAPI, and what colours its images may have."""
 
+from collections.abc import Mapping
 from functools import lru_cache
 from math import hypot
+from types import MappingProxyType
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -13,10 +15,9 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.composition.planet_images import COLOURS, colours_outside
 from spin_usd.stage.read.emission import EMISSIONS
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.values import FINITE, SHARE, Range, read, typed_value, value_in
+from spin_usd.stage.usd.values import AT_LEAST_0, FINITE, SHARE, Range, read, typed_value, value_in
 
 RADII = Range(1e-3, 1e10)  # metres: from a marble to a star of ten times the Sun's radius
 MAX_AXIS_RATIO = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
@@ -27,6 +28,10 @@ MAX_SCALE_HEIGHT = (
 OPTICAL_DEPTHS = Range(0, 1000)  # thirty times that of Venus's clouds, through which nothing is seen
 MAX_DISTANCE_M = 1e15  # the camera's distance from the planet: two hundred times as far as Neptune from the Sun
 CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is left
+COLOURS: Mapping[str, Range] = MappingProxyType(
+    {schema.PLANET_ALBEDO_FILE: SHARE, schema.PLANET_NIGHT_FILE: AT_LEAST_0}
+)
+"""The linear red, green and blue that an image may hold, by the attribute that names its file."""
 
 
 def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metres: float, images: Images) -> Planet:
@@ -150,3 +155,17 @@ def _night_radiance(prim: Usd.Prim, time: Usd.TimeCode) -> Color:
 def _file(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Sdf.AssetPath | None:
     asset: Sdf.AssetPath | None = read(prim.GetAttribute(name), time)
     return asset if asset and asset.path else None
+
+
+def colours_outside(image: Image, attribute: str) -> str | None:
+    """Return in words which colours the image holds, where some are outside what `attribute` allows; else None."""
+    low, high = _extremes(image)
+    allowed = COLOURS[attribute]
+    return None if low in allowed and high in allowed else f"holds colours from {low:.3g} to {high:.3g}"
+
+
+@lru_cache(maxsize=4)
+def _extremes(image: Image) -> tuple[float, float]:
+    """Return its least and its greatest colour. It is cached: a map of a planet has millions of pixels."""
+    colours = image.extremes[:, :3]
+    return float(colours.min()), float(colours.max())

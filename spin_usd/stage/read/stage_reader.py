@@ -28,12 +28,11 @@ from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera import find_camera, read_camera
-from spin_usd.stage.read.depth_of_field import read_thin_lens
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
-from spin_usd.stage.read.optics import read_optics
+from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.planet import refuse_hidden_target
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shared_poses import SharedPoses

@@ -14,8 +14,8 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.triangles import newell
-from spin_usd.stage.read.shapes.deformation import Deformation
 from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar, known_interpolation
+from spin_usd.stage.read.shapes.skeletons import Deformation
 from spin_usd.stage.read.shapes.subdivision import SCHEMES, subdivided
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.usd.values import VECTORS, array, read, refuse

@@ -15,9 +15,9 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.stage.read.shapes.deformation import Deformation
 from spin_usd.stage.read.shapes.nurbs import read_nurbs_patch
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
+from spin_usd.stage.read.shapes.skeletons import Deformation
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.usd.values import read
 
