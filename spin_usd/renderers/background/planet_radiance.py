@@ -5,7 +5,6 @@ Detail finer than the planet's maps, and noise, are put together at each pixel o
 
 import numpy as np
 
-from spin_usd.renderers.background.clouds import CLOSE, Clouds, firmness_of, threshold_of, veil_opacity
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.enlarge import enlarged
 from spin_usd.renderers.background.node_grid import NodeGrid, Octave
@@ -13,7 +12,14 @@ from spin_usd.renderers.background.noise_octaves import MEAN_WAVE, octave, resol
 from spin_usd.renderers.background.planet_maps import Map, Places, cloud_map, ground_map, night_map, ramp, shores
 from spin_usd.renderers.background.planet_points import Points
 from spin_usd.renderers.background.planet_sunlight import SunAtPoints
-from spin_usd.renderers.background.planet_surface import PlanetSurface
+from spin_usd.renderers.background.planet_surface import (
+    CLOSE,
+    Clouds,
+    PlanetSurface,
+    firmness_of,
+    threshold_of,
+    veil_opacity,
+)
 from spin_usd.renderers.background.weather import Weather
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Image
