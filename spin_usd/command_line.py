@@ -29,10 +29,8 @@ from spin_usd.faults import expected
 from spin_usd.stop_signals import Stopped, let_signals_stop
 from spin_usd.terminal.command import Command, Group
 from spin_usd.terminal.help_text import examples_of, width
-from spin_usd.terminal.lines import BAD, Painted, print_err, print_out
-from spin_usd.terminal.notes import show_warnings
+from spin_usd.terminal.lines import BAD, LastingStream, Painted, lasting_streams, print_err, print_out, show_warnings
 from spin_usd.terminal.parameters import with_options
-from spin_usd.terminal.streams import LastingStream, lasting_streams
 
 STOPPED = 128  # and the signal's number, as shells have it
 

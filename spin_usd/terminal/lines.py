@@ -1,19 +1,35 @@
-"""Lines for people and programs. What is in them may come from anywhere; each stays one, and steers no terminal."""
+"""Lines for people and programs. What is in them may come from anywhere; each stays one, and steers no terminal.
+Notes for people go beside what a command prints; a report for programs is one JSON object, whose schema travels with
+spin_usd.
 
+Standard output and error are made such that nothing breaks them: a full disk, a reader that went away, a closed
+descriptor. What a command does is done either way. Whoever asked is told by the exit code when the output did not
+arrive.
+"""
+
+import errno
+import io
+import json
+import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
 from spin_usd.errors import printable
 
+if TYPE_CHECKING:
+    from msgspec import Struct
+
+
 GOOD, BAD, DOUBTFUL, NAME, QUIET = "green", "red", "yellow", "cyan", "bright_black"
 """Colours by what they say of a text."""
 
 DUMB = ("dumb", "unknown")
+CLOSED = OSError(errno.EBADF, os.strerror(errno.EBADF))
 
 
 @dataclass(frozen=True)
@@ -64,3 +80,92 @@ def is_terminal(stream: TextIO | None) -> bool:
 def has_colours(stream: TextIO | None) -> bool:
     """Return whether what is written there may have colours: on a terminal, unless NO_COLOR (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
+
+
+def show_report(report: "Struct") -> None:
+    """Print the `report` of a command in one line, by schemas/COMMAND-report-1.schema.json."""
+    from msgspec import to_builtins  # not above: most commands print no report
+
+    print_out(json.dumps(to_builtins(report)))
+
+
+def show_note(note: str) -> None:
+    """Print the note on standard error."""
+    print_err((Painted("note:", NAME), f" {note}"))
+
+
+def show_notes(notes: Iterable[str]) -> None:
+    """Print each note on standard error."""
+    for note in notes:
+        show_note(note)
+
+
+class _Notes(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        show_note(record.getMessage())
+
+
+def show_warnings() -> None:
+    """Print what this package's loggers warn of as notes."""
+    logger = logging.getLogger("spin_usd")
+    logger.handlers, logger.propagate = [_Notes()], False
+
+
+class LastingStream(io.RawIOBase):
+    """A descriptor that can be written for ever. `fault`: the first reason why something did not arrive, but for a
+    reader that went away, such as head: that has all it wanted."""
+
+    def __init__(self, descriptor: int, *, closed: bool) -> None:
+        self._descriptor, self._closed = descriptor, closed
+        self.fault: OSError | None = None
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        return os.isatty(self._descriptor)
+
+    def write(self, data: Any, /) -> int:
+        """Write what can be written, and take all."""
+        try:
+            if self._closed:
+                raise CLOSED
+            return os.write(self._descriptor, data)
+        except BrokenPipeError:
+            pass
+        except OSError as fault:
+            self.fault = self.fault or fault
+        return len(data)
+
+
+def lasting_streams() -> LastingStream:
+    """Put streams that last in place of standard output and error, and return that of the output.
+
+    Descriptors that are closed lead nowhere from now on: the next file opened would be taken for standard output.
+    """
+    given = (sys.__stdin__, sys.__stdout__, sys.__stderr__)
+    for descriptor, stream in enumerate(given):
+        if stream is None and not _is_open(descriptor):
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    output = LastingStream(1, closed=sys.__stdout__ is None)
+    if sys.stdout is sys.__stdout__:
+        sys.stdout = _wrapped(output, sys.stdout)
+    if sys.stderr is sys.__stderr__:
+        sys.stderr = _wrapped(LastingStream(2, closed=sys.__stderr__ is None), sys.stderr)
+    return output
+
+
+def _is_open(descriptor: int) -> bool:
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        return False
+    return True
+
+
+def _wrapped(stream: LastingStream, old: TextIO | None) -> TextIO:
+    encoding = "utf-8" if old is None else old.encoding
+    return io.TextIOWrapper(io.BufferedWriter(stream), encoding, "backslashreplace", line_buffering=True)

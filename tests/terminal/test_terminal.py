@@ -4,8 +4,8 @@ import re
 
 import pytest
 
+from spin_usd.commands.check.command import MAX_FOLDED, by_rule, show_findings
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.terminal.findings import MAX_FOLDED, by_rule, show_findings
 
 HELP = ("-m", "spin_usd.command_line", "--help")
 HOSTILE = "image/\x1b[31m\u202egnp.png"
@@ -17,7 +17,7 @@ FINDINGS = [
 ]
 SHOW_FINDINGS = (
     "-c",
-    "from tests.terminal.test_terminal import FINDINGS; from spin_usd.terminal.findings import show_findings; "
+    "from tests.terminal.test_terminal import FINDINGS; from spin_usd.commands.check.command import show_findings; "
     "import sys; show_findings(FINDINGS, unfolded=len(sys.argv) > 1)",
 )
 SHOW_PROGRESS = (

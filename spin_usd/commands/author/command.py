@@ -11,10 +11,11 @@ import spin_usd
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.errors import InputError
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import print_out
-from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
+
+ROOT = "dataset.usda"
 
 
 def author(
@@ -44,8 +45,6 @@ def author(
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
     """Write the stage of one page into `out`. Raises InputError for options that are given besides."""
-    from spin_usd.commands.author.minimal import write_minimal
-
     sources = {name: context.get_parameter_source(name) for name in context.params}
     asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
     if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
@@ -53,3 +52,16 @@ def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
         raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
     root = write_minimal(out)
     print_out(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")
+
+
+def write_minimal(out: Path) -> Path:
+    """Write the stage of one page into the new folder `out` and return its root layer. Raises InputError when `out` is
+    there and not empty, OutputError."""
+    import shutil
+
+    from spin_usd.resources import stages
+    from spin_usd.store.new_folder import new_folder
+
+    with new_folder(out) as folder:
+        shutil.copyfile(stages() / "examples" / "minimal.usda", folder / ROOT)
+    return out / ROOT

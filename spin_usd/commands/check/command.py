@@ -1,5 +1,10 @@
-"""`spin-usd check`: prints what is wrong with a stage or a dataset."""
+"""`spin-usd check`: prints what is wrong with a stage or a dataset, rule by rule: folded on a terminal, one line
+for each finding in a pipe or a file."""
 
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,14 +14,30 @@ import spin_usd
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.errors import FINDINGS
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, print_out
-from spin_usd.terminal.notes import show_note
+from spin_usd.scene.finding import ERROR, Finding
+from spin_usd.terminal.lines import (
+    BAD,
+    DOUBTFUL,
+    GOOD,
+    NAME,
+    QUIET,
+    Line,
+    Painted,
+    is_terminal,
+    print_out,
+    show_note,
+    show_report,
+)
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
-from spin_usd.terminal.report import show_report
+from spin_usd.terminal.tables import show_grid
 
 if TYPE_CHECKING:
     from spin_usd.commands.check.report import CheckReport
+
+
+MAX_FOLDED = 5  # findings of a rule that a terminal shows, unless asked for all
+COLOURS = {ERROR: BAD}
 
 
 def check(
@@ -42,7 +63,6 @@ def check(
 def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
     """Print the report for people."""
     from spin_usd.scene.derived.view_text import summary
-    from spin_usd.terminal.findings import show_findings
 
     print_out(*(f"repaired: {what}" for what in checked.repaired or ()))
     print_out(*(f"unrepaired: {what}" for what in checked.unrepaired or ()))
@@ -55,3 +75,68 @@ def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
     warnings = pluralise(len(checked.findings) - checked.errors, "warning")
     verdict = f"{pluralise(checked.errors, 'error')}, {warnings}"
     print_out((f"{checked.kind} {path}: ", Painted(verdict, colour, bold=True)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RuleFindings:
+    """The findings by the rule `code` that are of one severity, at least one. remedy: what to do about all of them; ""
+    where that differs or is not said."""
+
+    code: str
+    severity: str
+    findings: Sequence[Finding]
+    remedy: str
+
+    @property
+    def count(self) -> str:
+        return pluralise(len(self.findings), self.severity)
+
+
+def by_rule(findings: Iterable[Finding]) -> list[RuleFindings]:
+    """Return the findings by rule: those with errors first, each kind in alphabetic order, and each rule's findings in
+    the order given."""
+
+    def key(finding: Finding) -> tuple[bool, str, str]:
+        return finding.severity != ERROR, finding.severity, finding.code
+
+    groups = [list(group) for _, group in groupby(sorted(findings, key=key), key)]
+    return [RuleFindings(code=g[0].code, severity=g[0].severity, findings=g, remedy=_remedy(g)) for g in groups]
+
+
+def _remedy(findings: Sequence[Finding]) -> str:
+    """Return what follows the first semicolon of every message, where that is the same."""
+    remedies = {finding.message.partition("; ")[2] for finding in findings}
+    return remedies.pop() if len(remedies) == 1 else ""
+
+
+def show_findings(findings: Iterable[Finding], *, unfolded: bool) -> None:
+    """Print the findings on standard output. unfolded: all of them on a terminal too."""
+    rules = by_rule(findings)
+    if is_terminal(sys.stdout):
+        for rule in rules:
+            _show_rule(rule, unfolded=unfolded)
+    else:
+        print_out(*_lines(rules))
+
+
+def _lines(rules: Sequence[RuleFindings]) -> Iterator[str]:
+    """Yield a line for each finding, then one for each rule."""
+    for rule in rules:
+        for finding in rule.findings:
+            yield f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]"
+    for rule in rules:
+        yield f"rule {rule.code}: {rule.count}"
+
+
+def _show_rule(rule: RuleFindings, *, unfolded: bool) -> None:
+    """Print a rule's heading, what to do, and its findings, on a terminal."""
+    colour = COLOURS.get(rule.severity, DOUBTFUL)
+    print_out((Painted(rule.code, colour, bold=True), f"  {rule.count}"))
+    if rule.remedy:
+        show_grid([[Painted("→", colour), rule.remedy]], indent=2)
+    shown = rule.findings if unfolded else rule.findings[:MAX_FOLDED]
+    end = f"; {rule.remedy}" if rule.remedy else ""
+    show_grid([[Painted(each.where, NAME), each.message.removesuffix(end)] for each in shown], indent=2)
+    more = len(rule.findings) - len(shown)
+    rest: Line = (Painted(f"  ... and {more} more; --all lists them", QUIET),)
+    print_out(*([rest] if more else []), "")

@@ -6,10 +6,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from spin_usd.commands.check.digests import MAKE_AGAIN
+from spin_usd.commands.check.digests import MAKE_AGAIN, RENDER_AGAIN, provenance_findings, special_file_finding
 from spin_usd.commands.check.inventory import Inventory
-from spin_usd.commands.check.provenance import RENDER_AGAIN, provenance_findings
-from spin_usd.commands.check.special_files import special_file_finding
 from spin_usd.commands.check.stage import StageAnswer, stage_call
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError, SpinError

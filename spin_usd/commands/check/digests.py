@@ -1,15 +1,22 @@
-"""Rule: a file of the dataset has the bytes that its record says."""
+"""Rules: a file of the dataset has the bytes that its record says, the stage's files too, and none is a link."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from spin_usd.commands.check.special_files import special_file_finding
+from spin_usd.commands.check.inventory import Inventory
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.files.node import NodeType
-from spin_usd.scene.finding import Finding
+from spin_usd.files.node import Node, NodeType
+from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.store.dataset_folder import LOCK, OWN
+from spin_usd.store.names import STAGE
+from spin_usd.store.stage_layers import layers_of
 
 MAKE_AGAIN = "run spin-usd check --repair"
+LINK, SPECIAL = "link", "special"
+RENDER_AGAIN = "run spin-usd render again with the stage that made the pictures"
 
 
 def digest_findings(root: Path, name: str, sha256: str) -> Iterator[Finding]:
@@ -36,3 +43,35 @@ def _unread(folder: Folder, name: str, reason: str) -> Finding:
         case _:
             message = f"{reason}; {MAKE_AGAIN}"
     return Finding(code="missing", where=name, message=message)
+
+
+def special_file_finding(node: Node) -> Finding:
+    """Return a finding on a node that is neither file nor folder: a render refuses it where the dataset's own should
+    be."""
+    severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING
+    message = f"is a {node.type}, and those are not followed; put what it stands for in its place, or remove it"
+    code = LINK if node.type is NodeType.LINK else SPECIAL
+    return Finding(code=code, where=node.name, message=message, severity=severity)
+
+
+def provenance_findings(where: str, variant: str, stage: Mapping[str, Any], inventory: Inventory) -> Iterator[Finding]:
+    """Yield a warning where the stage has changed since, an error for each of its layers that is not as it was.
+
+    where: the record of a picture · variant, stage: the picture's, and what its provenance says of the stage.
+    """
+    description = inventory.description
+    if description and description["stage"]["hashes"].get(variant) != stage["hash"]:
+        message = "was made from another state of the stage; run spin-usd render again"
+        yield Finding(code="outdated", where=where, message=message, severity=WARNING)
+        return
+    for layer in layers_of(stage):
+        if layer not in inventory.layers and not inventory.missing & {layer[0], STAGE}:
+            found = [_of_layer(finding) for finding in digest_findings(inventory.root, *layer)]
+            inventory.layers[layer] = not found
+            yield from found
+
+
+def _of_layer(finding: Finding) -> Finding:
+    if finding.code in (LINK, SPECIAL):
+        return finding
+    return replace(finding, code="layer", message=f"is not as it was when pictures were made; {RENDER_AGAIN}")

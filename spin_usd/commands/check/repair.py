@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from spin_usd.commands.check.dataset import dataset_findings
-from spin_usd.commands.check.provenance import RENDER_AGAIN
+from spin_usd.commands.check.digests import RENDER_AGAIN
 from spin_usd.commands.check.report import CheckReport
 from spin_usd.commands.check.strays import STRAY
 from spin_usd.commands.render.report import RenderReport

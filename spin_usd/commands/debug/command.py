@@ -4,8 +4,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.debug.options import DebugOptions
-from spin_usd.terminal.lines import print_out
-from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.progress import shown
 
 

@@ -9,10 +9,9 @@ import typer
 
 from spin_usd.options import Frames, Stage
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, print_out
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, print_out, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
-from spin_usd.terminal.report import show_report
 
 if TYPE_CHECKING:
     from spin_usd.records.difference import DiffReport, TriedDifference

@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, print_out
+from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, Painted, print_out, show_report
 from spin_usd.terminal.parameters import Json
-from spin_usd.terminal.report import show_report
 
 OK, MISSING = Painted("ok ", GOOD), Painted("NO ", BAD, bold=True)
 

@@ -149,8 +149,7 @@ def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, fil
 def _served(request: KeypointsOptions, session: Session, pictures: Pictures | None) -> Iterator[str]:
     """Serve the session, and give the address of its page."""
     from spin_usd.commands.keypoints.guarded_server import guarded_server
-    from spin_usd.commands.keypoints.panel import Panel
-    from spin_usd.commands.keypoints.pictures_panel import PicturesPanel
+    from spin_usd.commands.keypoints.panel import Panel, PicturesPanel
     from spin_usd.commands.keypoints.target_view import TargetView
 
     with guarded_server(request.host, request.port, "spin-usd keypoints") as server:

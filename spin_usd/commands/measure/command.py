@@ -9,8 +9,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, Painted, print_err, print_out
-from spin_usd.terminal.notes import show_note
+from spin_usd.terminal.lines import BAD, Painted, print_err, print_out, show_note
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 

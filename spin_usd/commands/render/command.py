@@ -8,11 +8,9 @@ import spin_usd
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.commands.render.options import RenderOptions
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import print_out
-from spin_usd.terminal.notes import show_note, show_notes
+from spin_usd.terminal.lines import print_out, show_note, show_notes, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
-from spin_usd.terminal.report import show_report
 
 if TYPE_CHECKING:
     from spin_usd.commands.render.report import RenderReport

@@ -7,8 +7,7 @@ import typer
 import spin_usd
 from spin_usd.commands.reproduce.options import ReproduceOptions
 from spin_usd.errors import FINDINGS
-from spin_usd.terminal.lines import BAD, GOOD, Painted, print_out
-from spin_usd.terminal.notes import show_note, show_notes
+from spin_usd.terminal.lines import BAD, GOOD, Painted, print_out, show_note, show_notes
 from spin_usd.terminal.parameters import Json
 
 OTHER_DEVICE = (

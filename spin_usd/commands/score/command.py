@@ -7,11 +7,9 @@ import typer
 import spin_usd
 from spin_usd.commands.score.options import ScoreOptions
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import print_out
-from spin_usd.terminal.notes import show_notes
+from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
-from spin_usd.terminal.report import show_report
 from spin_usd.terminal.tables import show_table
 
 if TYPE_CHECKING:

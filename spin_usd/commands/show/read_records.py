@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from spin_usd.commands.show.columns import leaves
+from spin_usd.commands.show.measures import measured
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
-from spin_usd.commands.show.values.columns import leaves
-from spin_usd.commands.show.values.measures import measured
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.poses import FRAME_NAME

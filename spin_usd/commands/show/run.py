@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd import __version__
+from spin_usd.commands.show.columns import Column, Columns
 from spin_usd.commands.show.data_file import KEY_LENGTH, DataFile
 from spin_usd.commands.show.gallery_folder import PAGE, GalleryFolder, refuse_other
+from spin_usd.commands.show.measures import described
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys
 from spin_usd.commands.show.read_records import ReadPicture, read_records
-from spin_usd.commands.show.values.columns import Column, Columns
-from spin_usd.commands.show.values.measures import described
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.geometry.lens import invertible_radius
 from spin_usd.labels.table import PIXEL_LABELS

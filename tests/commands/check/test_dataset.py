@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from spin_usd.commands.check.dataset import cache_findings, dataset_findings, sums_findings
-from spin_usd.commands.check.digests import MAKE_AGAIN
+from spin_usd.commands.check.digests import MAKE_AGAIN, provenance_findings
 from spin_usd.commands.check.inventory import Inventory
-from spin_usd.commands.check.provenance import provenance_findings
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError
 from spin_usd.progress import no_progress

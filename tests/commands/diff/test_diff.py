@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from spin_usd.commands.diff.in_child.compare import Selection, compare
+from spin_usd.commands.diff.in_child import Selection, compare
 from spin_usd.commands.render.request import plan
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.derived.content_keys import KEYS

@@ -10,12 +10,12 @@ import pytest
 
 import spin_usd
 from spin_usd.commands.show import run as gallery
+from spin_usd.commands.show.columns import Columns
 from spin_usd.commands.show.data_file import DataFile
-from spin_usd.commands.show.in_child.picture_files import STEP_M
+from spin_usd.commands.show.in_child import STEP_M
 from spin_usd.commands.show.picture_keys import PictureKeys
 from spin_usd.commands.show.read_records import ReadPicture
 from spin_usd.commands.show.run import pictures_of
-from spin_usd.commands.show.values.columns import Columns
 
 RAY_M = 1e-6  # what a point is off where the page's ray and ours differ by rounding, with float32's 6e-8 of 10 m
 WINDOW = 100  # more tiles than a small laptop shows

@@ -6,9 +6,9 @@ import time
 import psutil
 import pytest
 
-from spin_usd.commands.watch.light_render import LightRender
 from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.commands.watch.request import WatchedPicture, WatchRequest
+from spin_usd.commands.watch.run import LightRender
 from spin_usd.commands.watch.state import SharedState
 from spin_usd.scene.effort import Effort
 from tests.cases.root_layers import over_stage

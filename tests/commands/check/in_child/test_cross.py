@@ -1,12 +1,16 @@
 """By what two exact passes may differ, and what is a fault: labels of a box changed in known ways."""
 
+import json
 from collections import Counter
 
 import numpy as np
 import pytest
 
-from spin_usd.commands.check.in_child.cross import _coincident
-from spin_usd.commands.check.in_child.label_disagreement import EDGE_SHARE, FEW, disagreements
+import spin_usd as package
+from spin_usd.commands.check.in_child.cross import EDGE_SHARE, FEW, _coincident, disagreements
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.formats.array_file import write_array
+from spin_usd.labels.table import LABELS
 from tests.cases.labelled import labels_of
 from tests.cases.scenes import BARREL, box, pose, scene, target
 
@@ -104,3 +108,41 @@ def test_parts_that_lie_in_one_another_are_each_others(offset, there) -> None:
     swapped = np.where(seen, 3 - theirs["segmentation"], 0).astype(np.uint16)
     excused = _coincident(double, {**theirs, "segmentation": swapped}, theirs)
     np.testing.assert_array_equal(excused, seen & there)
+
+
+@pytest.fixture
+def described(tmp_path):
+    """A folder that is a dataset by its description alone."""
+    (tmp_path / "dataset.json").write_text("{}")
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_cycles_agrees_and_finds_what_was_changed(small_stage, tmp_path, spin_usd) -> None:
+    """The second picture's depth is moved by a pixel; its digest, which `check` holds too, is another finding."""
+    made = tmp_path / "dataset"
+    package.render(small_stage, out=made, frames="0:3", labels_only=True, workers=1)
+    picture = package.Dataset(made)[1]
+    moved = np.roll(picture.label("depth"), 1, axis=1)
+    write_array(made / picture.files["depth"].path, moved, kind="depth", channels=LABELS["depth"].channels)
+    said = json.loads(spin_usd("check", made, "--cross", "--json", code=1).stdout)
+    crossed = [finding for finding in said["findings"] if finding["code"] == "cross"]
+    assert said["compared"] == 3
+    assert {finding["where"] for finding in crossed} == {"records/nominal/img000002.json"}
+    assert any("the depth differs" in finding["message"] for finding in crossed)
+
+
+def test_pictures_are_counted_for_a_comparison_alone(described) -> None:
+    with pytest.raises(InputError, match="cross_pictures is given without cross"):
+        package.check(described, cross_pictures=1)
+
+
+def test_without_blender_nothing_is_advised_that_check_does_not_have(described, monkeypatch) -> None:
+    monkeypatch.setattr("spin_usd.processes.open_renderer.find_spec", lambda _: None)
+    with pytest.raises(UnsupportedError, match=r"needs bpy, .* has it, or leave --cross out$"):
+        package.check(described, cross=True)
+
+
+def test_a_stage_is_not_crossed(small_stage) -> None:
+    with pytest.raises(InputError, match="--cross is for those"):
+        package.check(small_stage, cross=True)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 from PIL import Image
 
-from spin_usd.commands.export.card import BANDS, SECTORS, views
+from spin_usd.commands.export.in_child import BANDS, SECTORS, views
 from tests.exchange.conftest import clone, write_export
 
 QUARTER = [0.5**0.5, 0.5**0.5, 0.0, 0.0]  # a quarter turn about x
