@@ -6,6 +6,7 @@ variants name comes last, and `reorder` says nothing: neither changes a number.
 """
 
 from collections.abc import Iterable, Iterator
+from functools import reduce
 
 from pxr import Pcp, Sdf, Usd
 
@@ -32,12 +33,13 @@ def in_order(prims: Iterable[Usd.Prim]) -> list[Usd.Prim]:
     found = list(prims)
     if len(found) < 2:
         return found
+    top = reduce(Sdf.Path.GetCommonPrefix, (prim.GetPath() for prim in found))  # what is above it orders none of them
     names: dict[Sdf.Path, dict[str, int]] = {}
 
     def place(prim: Usd.Prim) -> tuple[int, ...]:
-        parent = prim.GetParent()
-        if not parent:
+        if prim.GetPath() == top:
             return ()
+        parent = prim.GetParent()
         path = parent.GetPath()
         if path not in names:
             names[path] = {child.GetName(): number for number, child in enumerate(ordered_children(parent))}
