@@ -34,7 +34,7 @@ def test_a_frame_is_of_the_same_shard_wherever_it_stands_in_the_stage(frames, co
         assert {frames[place] for place in shard.own(frames)} == {shuffled[place] for place in shard.own(shuffled)}
 
 
-@pytest.mark.parametrize("count", [2, 16, 100])
+@pytest.mark.parametrize("count", [2, 16, pytest.param(100, marks=pytest.mark.slow)])
 def test_shards_of_an_approach_cost_alike(count) -> None:
     """A target that comes nearer, of which the last picture shows twenty-five times as many pixels as the first."""
     total = count * FRAMES_A_SHARD

@@ -324,6 +324,7 @@ def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch) -
     assert cache.find("depth", entry.purpose.key) is None
 
 
+@pytest.mark.slow
 def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd) -> None:
     (dataset / "cache" / "notes.txt").write_text("mine")
     (dataset / "cache" / "measured.json").write_text("{}")
@@ -336,6 +337,7 @@ def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd) ->
     assert "cache/measured.json" not in of_cache
 
 
+@pytest.mark.slow
 def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_path) -> None:
     out = tmp_path / "dataset"
     make(stage, out, frames="0:1", variants=("nominal", "dim"))

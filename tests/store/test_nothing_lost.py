@@ -349,6 +349,7 @@ def test_strays_are_reported_of_the_datasets_own_places_alone(dataset) -> None:
     assert sorted(found) == ["cache/mine/e.txt", "image/nominal/sub/d.png"]
 
 
+@pytest.mark.slow
 def test_a_damaged_picture_is_made_again_when_told_to_verify(authored, dataset, spin_usd) -> None:
     path = dataset / "image" / "nominal" / "img000001.png"
     whole = path.read_bytes()

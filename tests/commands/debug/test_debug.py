@@ -74,6 +74,7 @@ def rendered(two_bodies, tmp_path_factory, spin_usd):
     return read_array(FileIn(Folder(out), record["files"]["radiance"]["path"])), record["provenance"]
 
 
+@pytest.mark.slow
 def test_what_blender_renders_is_our_radiance(opened, rendered):
     ours, theirs = rendered[0], opened[1]
     covered = ours[..., 3] >= 1

@@ -63,6 +63,7 @@ def test_workers_and_resuming_change_no_byte(stage, dataset, render, tmp_path) -
     assert clouds(tmp_path) == clouds(dataset)
 
 
+@pytest.mark.slow
 def test_check_finds_nothing_and_a_changed_record(dataset, spin_usd) -> None:
     spin_usd("check", dataset)
     path = dataset / "records" / "nominal" / "img000001.json"

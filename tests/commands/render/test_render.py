@@ -206,6 +206,7 @@ def test_labels_alone_and_the_image_later(small_stage, tmp_path) -> None:
     assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth", "segmentation", "image"}
 
 
+@pytest.mark.slow
 def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd) -> None:
     make(small_stage, dataset, frames="0:4", image_format="jpg")
     assert {p.suffix for p in (dataset / "image" / "nominal").iterdir()} == {".jpg"}
@@ -224,6 +225,7 @@ def test_check_finds_each_flipped_byte(dataset, spin_usd) -> None:
     assert ({(f["code"], f["where"]) for f in found}, len(found)) == (named, len(spoilt))
 
 
+@pytest.mark.slow
 def test_check_finds_labels_that_lie(dataset, spin_usd) -> None:
     """A pose that is off by a millimetre, with every digest right: of the picture alone, and of its target too."""
     path = record_files(dataset)[0]

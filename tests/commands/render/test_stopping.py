@@ -70,6 +70,7 @@ def assert_left_well(out, children) -> int:
     return len(records)
 
 
+@pytest.mark.slow
 def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_path) -> None:
     process = started(small_stage, tmp_path, "--effort", SLOW, "--workers", "2")
     wait_until(lambda: begun(tmp_path), process)
@@ -114,6 +115,7 @@ def test_a_signal_stops_the_planning_and_leaves_nothing(small_stage, tmp_path) -
     assert not psutil.wait_procs(children, timeout=10)[1]
 
 
+@pytest.mark.slow
 def test_a_closed_terminal_neither_hangs_nor_loses_anything(small_stage, tmp_path) -> None:
     """The terminal goes for good: what the run still says there cannot be written."""
     ours, theirs = pty.openpty()
