@@ -1,0 +1,261 @@
+"""Author, render, train and score what a file says, row by row: `tools/train/experiment --help`.
+
+The file (tools/train/experiments has those of the documents) names sets of pictures, each with what `spin-usd author`
+and `render` are given; rows, each with the set that a network learns from; and the sets that all rows are tried on.
+Each row is done once for each seed. What is finished stands in tools/figures/training/NAME/ROW-SEED.json, and is not
+done again unless the file asks for something else there, so a table goes on on another machine or another day. Stopped
+anywhere and started again, it goes on where it was.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+import tomllib
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import spin_usd
+from spin_usd.processes.processors import machine
+
+ROOT = Path(__file__).resolve().parents[2]
+FIGURES = ROOT / "tools" / "figures" / "training"
+COMMAND = (sys.executable, "-m", "spin_usd.command_line")
+BASELINE = ROOT / "tools" / "train" / "baseline"
+FILES = {"camera", "augment", "poses", "preset", "lights", "environment", "sample"}
+"""Options of `author` whose value may be a file beside the experiment's."""
+LAST = 100  # steps whose mean loss a row keeps
+BEDS = ("lightbox", "sunlamp")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """name · folder: of its file · training: options of the baseline · seeds · sets, by name: `author` and `render`
+    options of each · tests: names of those that rows are tried on · rows, by name: `set`, and `frames`, `appearances`
+    and options of the baseline of their own."""
+
+    name: str
+    folder: Path
+    training: Mapping[str, Any]
+    seeds: Sequence[int]
+    sets: Mapping[str, Mapping[str, Any]]
+    tests: Sequence[str]
+    rows: Mapping[str, Mapping[str, Any]]
+
+    def files(self, name: str) -> dict[str, Path]:
+        """Return those options of `author` for the set that are files beside the experiment's."""
+        author = self.sets[name]["author"]
+        return {each: file for each in FILES & set(author) if (file := self.folder / str(author[each])).is_file()}
+
+    def asked(self, name: str) -> list[Any]:
+        """Return all that the set is made of: its options, and what its files hold."""
+        return [self.sets[name], {each: file.read_text() for each, file in self.files(name).items()}]
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read the experiment's file. Ends the program for one that is not understood."""
+    try:
+        found = tomllib.loads(path.read_text())
+        read = Experiment(
+            name=path.stem,
+            folder=path.parent.resolve(),
+            training=found["training"],
+            seeds=found["seeds"],
+            sets=found["set"],
+            tests=found["tests"],
+            rows=found["row"],
+        )
+    except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
+        raise SystemExit(f"{path} is no experiment: {error}") from None
+    wanted = {*read.tests, *(row.get("set") for row in read.rows.values())}
+    if unknown := sorted(str(name) for name in wanted - set(read.sets)):
+        raise SystemExit(f"{path} has no set {', '.join(unknown)}; choose among {', '.join(read.sets)}")
+    return read
+
+
+class Work:
+    """What an experiment makes in a folder: sets/NAME with stage and dataset, rows/NAME/SEED with the network."""
+
+    def __init__(self, experiment: Experiment, folder: Path, speedplus: Path | None) -> None:
+        self.experiment, self.folder, self.speedplus = experiment, folder, speedplus
+        self._locks = {name: threading.Lock() for name in experiment.sets}
+
+    def place(self, name: str) -> Path:
+        """Return the set's folder: one of its own for each thing that the experiment's file has asked for."""
+        return self.folder / "sets" / f"{name}-{_digest(self.experiment.asked(name))[:8]}"
+
+    def dataset(self, name: str) -> Path:
+        """Return the set's dataset, authored and rendered as far as it is not yet."""
+        options, folder = self.experiment.sets[name], self.place(name)
+        with self._locks[name]:
+            if not (folder / "stage").is_dir():  # it is written as a whole, or not at all
+                author = dict(options["author"]) | self.experiment.files(name)
+                _timed(folder, (*COMMAND, "author", *_flags(author), "--out", str(folder / "stage")))
+            if not (folder / "rendered").is_file():
+                render = (str(folder / "stage"), *_flags(options["render"]), "--out", str(folder / "dataset"))
+                _timed(folder, (*COMMAND, "render", *render))
+                (folder / "rendered").touch()
+        return folder / "dataset"
+
+    def cpu_s(self, name: str) -> float:
+        """Return the processor seconds that the set has taken here."""
+        found: float = json.loads((self.place(name) / "seconds.json").read_text())["cpu_s"]
+        return found
+
+    def row(self, name: str, seed: int) -> dict[str, Any]:
+        """Make the row with that seed, and return what is kept of it."""
+        row = self.experiment.rows[name]
+        source, folder = self.dataset(row["set"]), self.folder / "rows" / name / str(seed)
+        folder.mkdir(parents=True, exist_ok=True)
+        truths = {test: self.dataset(test) for test in self.experiment.tests}
+        if self.speedplus:
+            truths |= {bed: self.speedplus / bed / "test.json" for bed in BEDS}
+            keypoints = folder / "keypoints.json"
+            keypoints.write_text(json.dumps(spin_usd.Dataset(source).keypoints.points.tolist()))
+        asked = {**self.experiment.training, **{key: value for key, value in row.items() if key != "set"}}
+        tests = [word for test, path in truths.items() for word in ("--test", f"{test}={path}")]
+        beds = ["--keypoints", str(folder / "keypoints.json")] if self.speedplus else []
+        with (folder / "log.txt").open("a") as log:
+            command = [
+                str(BASELINE),
+                str(source),
+                *_flags(asked),
+                "--seed",
+                str(seed),
+                "--out",
+                str(folder),
+                *tests,
+                *beds,
+            ]
+            if subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode:
+                raise SystemExit(f"{name} of seed {seed} ended with an error; {folder / 'log.txt'} says which")
+        result = json.loads((folder / "training.json").read_text())
+        every = len(spin_usd.Dataset(source))
+        return {
+            "key": self.key(name),
+            "row": name,
+            "seed": seed,
+            "set": row["set"],
+            "pictures": result["pictures"],
+            "training": result["training"],
+            "loss": sum(result["losses"][-LAST:]) / len(result["losses"][-LAST:]),
+            "train_cpu_s": result["cpu_s"],
+            "render_cpu_s": self.cpu_s(row["set"]) * result["pictures"] / every,
+            "stages": {each: _stage_hash(self.dataset(each)) for each in (row["set"], *self.experiment.tests)},
+            "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
+            "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
+            "machine": machine(),
+            "finished": result["finished"],
+        }
+
+    def key(self, name: str) -> str:
+        """Return the digest of all that the experiment's file asks of the row but the seed."""
+        experiment, row = self.experiment, self.experiment.rows[name]
+        sets = {each: experiment.asked(each) for each in (row["set"], *experiment.tests)}
+        return _digest([experiment.training, row, sets, BEDS if self.speedplus else ()])
+
+
+def _digest(value: object) -> str:
+    return sha256(json.dumps(value, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _flags(options: Mapping[str, Any]) -> list[str]:
+    """Return options as the command line has them: true is a flag alone."""
+    flags = []
+    for name, value in options.items():
+        flag = f"--{name.replace('_', '-')}"
+        flags += [flag] if value is True else [flag, str(value)]
+    return flags
+
+
+def _timed(folder: Path, command: Sequence[str]) -> None:
+    """Run a command of ours, and add the processor seconds of it and its children to those of the folder, also where it
+    is stopped. Ends the program where it fails."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "seconds.json"
+    spent = json.loads(file.read_text())["cpu_s"] if file.is_file() else 0.0
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    try:
+        _, status, usage = os.wait4(process.pid, 0)
+    except BaseException:
+        _, status, usage = os.wait4(process.pid, 0)
+        file.write_text(json.dumps({"cpu_s": spent + usage.ru_utime + usage.ru_stime}))
+        raise
+    process.returncode = os.waitstatus_to_exitcode(status)
+    file.write_text(json.dumps({"cpu_s": spent + usage.ru_utime + usage.ru_stime}))
+    if process.returncode:
+        raise SystemExit(f"ended with {process.returncode}: {' '.join(command)}")
+
+
+def _stage_hash(dataset: Path) -> str:
+    found: str = spin_usd.Dataset(dataset)[0].record["provenance"]["stage"]["hash"]
+    return found
+
+
+def _score(predictions: Path, truth: Path) -> dict[str, Any]:
+    command = (*COMMAND, "score", str(predictions), "--truth", str(truth), "--json", "--quiet")
+    done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
+    found: dict[str, Any] = json.loads(done.stdout)["all"]
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("experiment", type=Path, metavar="SPEC.toml")
+    parser.add_argument("--work", type=Path, required=True, help="folder of stages, datasets and networks: gigabytes")
+    parser.add_argument("--figures", type=Path, default=FIGURES, help="folder of what is finished")
+    parser.add_argument("--rows", metavar="NAME,...", help="some of the rows")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="networks that learn at a time")
+    parser.add_argument("--speedplus", type=Path, help="folder of SPEED+: try rows on its lightbox and sunlamp too")
+    given = parser.parse_args()
+    experiment = read_experiment(given.experiment)
+    work = Work(experiment, given.work.resolve(), given.speedplus and given.speedplus.resolve())
+    rows = given.rows.split(",") if given.rows else list(experiment.rows)
+    if unknown := [name for name in rows if name not in experiment.rows]:
+        raise SystemExit(
+            f"{given.experiment} has no row {', '.join(unknown)}; choose among {', '.join(experiment.rows)}"
+        )
+    files = {(n, s): given.figures / experiment.name / f"{n}-{s}.json" for s in experiment.seeds for n in rows}
+    left = {at: file for at, file in files.items() if not _is_finished(file, work.key(at[0]))}
+    print(f"{len(files) - len(left)} of {len(files)} are finished", flush=True)
+    begun = time.monotonic()
+    for name in dict.fromkeys([*(experiment.rows[row]["set"] for row, _ in left), *(experiment.tests if left else ())]):
+        print(f"rendering: set {name}", flush=True)
+        work.dataset(name)
+    print(f"all sets are rendered, {time.monotonic() - begun:.0f} s", flush=True)
+    begun = time.monotonic()
+    with ThreadPoolExecutor(given.jobs) as pool:
+        running = {pool.submit(work.row, *at): at for at in left}
+        try:
+            for done, future in enumerate(as_completed(running), start=1):
+                _keep(left[running[future]], future.result())
+                to_go = (time.monotonic() - begun) / done * (len(left) - done)
+                print(
+                    f"row {running[future][0]}, seed {running[future][1]}: {done} of {len(left)}, {to_go:.0f} s left",
+                    flush=True,
+                )
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _is_finished(file: Path, key: str) -> bool:
+    return file.is_file() and json.loads(file.read_text())["key"] == key
+
+
+def _keep(file: Path, found: Mapping[str, Any]) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    new = file.with_suffix(".new")
+    new.write_text(json.dumps(found, indent=1) + "\n")
+    os.replace(new, file)
+
+
+if __name__ == "__main__":
+    main()
