@@ -1,0 +1,127 @@
+"""Blocks and plots of what networks learned from, of tools/figures/training, which tools/train/experiment writes."""
+
+import json
+import statistics
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib.style
+from documents.marked import NotMeasuredError, prose
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from spin_usd.accuracy.tables import in_markdown, number, within
+
+SCORE = "speedplus"
+MEANING = {
+    "plain": "one colour a material, no shadows, an ideal detector; the Sun moves",
+    "rich": "camera, environment and materials are rich; the Sun moves",
+    "rich_1": "rich; light, materials and background differ from pose to pose",
+    "rich_3": "the same, three appearances of each pose",
+    "rich_10": "the same, ten appearances of each pose",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """Runs of one row, one for each seed, as the experiment keeps them."""
+
+    name: str
+    runs: Sequence[Mapping[str, Any]]
+
+    def cpu_s(self, kind: str) -> float:
+        """Return the processor seconds of "render" or "train", the mean over runs."""
+        return statistics.fmean(run[f"{kind}_cpu_s"] for run in self.runs)
+
+    def score(self, test: str) -> tuple[float, float]:
+        """Return the mean score on a test over the seeds, and its standard error; that is NaN of one seed."""
+        return _mean([run["scores"][test]["scores"][SCORE] for run in self.runs])
+
+    def degrees(self, test: str) -> tuple[float, float]:
+        """Return the same of the median error of the attitude, degrees."""
+        return _mean([run["scores"][test]["attitude_deg"]["median"] for run in self.runs])
+
+
+def _mean(values: Sequence[float]) -> tuple[float, float]:
+    error = statistics.stdev(values) / len(values) ** 0.5 if len(values) > 1 else float("nan")
+    return statistics.fmean(values), error
+
+
+def rows_of(folder: Path, experiment: str) -> list[Row]:
+    """Return the rows that are finished, from the cheapest to render on. Raises NotMeasuredError for none."""
+    runs = defaultdict(list)
+    for file in sorted((folder / "training" / experiment).glob("*.json")):
+        run = json.loads(file.read_text())
+        runs[run["row"]].append(run)
+    if not runs:
+        raise NotMeasuredError(f"run tools/train/experiment tools/train/experiments/{experiment}.toml")
+    return sorted((Row(name=name, runs=found) for name, found in runs.items()), key=lambda row: row.cpu_s("render"))
+
+
+def proxy(folder: Path) -> str:
+    """Return what richness and appearances are worth."""
+    return _table(rows_of(folder, "proxy"), list(MEANING))
+
+
+def cost(folder: Path) -> str:
+    """Return what the quality of the training pictures is worth, with its plot."""
+    table = _table(rows_of(folder, "cost"), [])
+    return f"{table}\n![Error on held-out sets against processor seconds of rendering](../images/training_cost.svg)"
+
+
+def _table(rows: Sequence[Row], order: Sequence[str]) -> str:
+    tests = list(rows[0].runs[0]["scores"])
+    places = {name: place for place, name in enumerate(order)}
+    cells = [
+        [
+            f"`{row.name}`" + (f": {MEANING[row.name]}" if row.name in MEANING else ""),
+            str(row.runs[0]["pictures"]),
+            number(row.cpu_s("render")),
+            *(f"{_within(row.score(test))} · {_within(row.degrees(test))}°" for test in tests),
+        ]
+        for row in sorted(rows, key=lambda row: places.get(row.name, 0))
+    ]
+    seeds = {len(row.runs) for row in rows}
+    training = rows[0].runs[0]["training"]
+    train = statistics.fmean(row.cpu_s("train") for row in rows)
+    note = (
+        f"SPEED+ score · median error of the attitude; means over {' or '.join(map(str, sorted(seeds)))} seeds with "
+        f"their standard errors. {training['steps']} steps of {training['batch']} crops of {training['size']} pixels, "
+        f"{train:.0f} processor seconds; rendering: processor seconds of all the row's pictures."
+    )
+    return f"{prose(note)}\n\n{in_markdown(('learned from', 'pictures', 'rendering, s', *tests), cells)}"
+
+
+def _within(found: tuple[float, float]) -> str:
+    value, error = found
+    return within(value, error) if error == error else number(value)
+
+
+def cost_plot(folder: Path) -> str:
+    """Return the text of an SVG file: the score on each held-out set against processor seconds of rendering, the front
+    of those that nothing cheaper beats, of both experiments."""
+    rows = [*rows_of(folder, "cost"), *(row for row in rows_of(folder, "proxy") if row.name not in ("plain", "rich"))]
+    tests = list(rows[0].runs[0]["scores"])
+    rows.sort(key=lambda row: row.cpu_s("render"))
+    text = StringIO()
+    style: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "spin_usd", "font.size": 8}
+    with matplotlib.style.context(["default", style]):
+        figure = Figure(figsize=(9.5, 3.6), facecolor="white", layout="constrained")
+        FigureCanvasSVG(figure)
+        for axes, test in zip(figure.subplots(1, len(tests)), tests, strict=True):
+            x, y = [row.cpu_s("render") for row in rows], [row.score(test) for row in rows]
+            axes.errorbar(x, [mean for mean, _ in y], [error for _, error in y], fmt="o", markersize=4, color="#0072b2")
+            front = [place for place in range(len(y)) if all(y[place][0] < y[other][0] for other in range(place))]
+            axes.plot([x[place] for place in front], [y[place][0] for place in front], color="#888888", linewidth=1)
+            for row, at, (mean, _) in zip(rows, x, y, strict=True):
+                axes.annotate(row.name, (at, mean), xytext=(5, 4), textcoords="offset points", size=7)
+            axes.set_xscale("log")
+            axes.set_title(f"SPEED+ score on {test}, mean and standard error", fontsize=9, loc="left")
+            axes.set_xlabel("processor seconds of rendering, all pictures")
+            axes.margins(0.15)
+        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return "\n".join(line.strip() for line in text.getvalue().splitlines()) + "\n"
