@@ -349,7 +349,7 @@ class ResolvedOptions(EffortOptions, ChosenPictures):
 @dataclass(frozen=True, kw_only=True)
 class PictureOptions(ResolvedOptions):
     """What decides the pictures of `render` and `plan`. What stands here is in each record by its name, where it is not
-    as usual: an option that changes pictures goes here. Workers and shards are given it too."""
+    as usual: an option that changes pictures goes here. Workers are given it too."""
 
     image_format: Annotated[str, Option("png or jpg.", "NAME")] = "png"
 

@@ -66,7 +66,7 @@ class VariantTable:
 
 
 def variant_table(
-    plan: Plan, options: CommonWork, image_suffix: str, out: Path | None = None, renders: Timings | None = None
+    plan: Plan, options: CommonWork, wanted: WantedFiles, out: Path | None = None, renders: Timings | None = None
 ) -> VariantTable:
     """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
@@ -79,7 +79,6 @@ def variant_table(
     measured = read_measured(store.folder, MEASURED) if store else Timings()
     if renders and not measured.has_measured(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
-    wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
     labelled = {kind: set(held.get(kind, set())) for kind in options.labels}
     rendered, exposed = set(held.get(RENDERS, set())), set[str]()

@@ -16,14 +16,17 @@ from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
+from spin_usd.store.recorded_settings import recorded_options
 
 
 @dataclass(frozen=True, kw_only=True)
 class WantedFiles:
-    """The kinds of file asked for, the image's file name extension, whether every byte of files that are there is
-    verified before they are used again, and the names of pictures that are made again whatever is there."""
+    """The kinds of file asked for, the options that decide the image (`PictureOptions.recorded`), the image's file name
+    extension, whether every byte of files that are there is verified before they are used again, and the names of
+    pictures that are made again whatever is there."""
 
     kinds: tuple[str, ...]
+    options: Mapping[str, Any]
     image_suffix: str
     verify: bool = False
     again: Collection[str] | None = None
@@ -87,11 +90,12 @@ def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> b
 def _is_finished(
     store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
 ) -> bool:
-    """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
+    """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted, as it is wanted."""
     return (
         bool(had)
         and picture.name not in (wanted.again or ())
         and _is_current(record, had, picture)
+        and (IMAGE not in wanted.kinds or recorded_options(record) == wanted.options)
         and _complete(store, picture, had, wanted)
         and (not wanted.verify or _as_recorded(store, record))
     )

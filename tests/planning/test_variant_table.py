@@ -15,9 +15,11 @@ from spin_usd.planning.work import CommonWork, Task
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.store.unfinished import WantedFiles
 from tests.cases.requests import request_for
 
 OPTIONS = CommonWork(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)
+WANTED = WantedFiles(kinds=OPTIONS.kinds, options={}, image_suffix=".png")
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=3), seed=5)
 AUGMENTATIONS = """#usda 1.0
 over "World" (
@@ -123,7 +125,7 @@ def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmente
     monkeypatch.setattr("spin_usd.planning.make_plan.SHARED_FROM", 2)
     shared = asked(augmented, processes=2)
     assert (shared.pictures, shared.stages) == (alone.pictures, alone.stages)
-    cost = variant_table(alone, OPTIONS, ".png")
+    cost = variant_table(alone, OPTIONS, WANTED)
     assert [row.counts for row in cost.rows] == [(3, 3, 3, 3), (3, 0, 0, 3), (3, 0, 3, 3), (3, 0, 0, 3)]
 
 
@@ -144,7 +146,7 @@ def a_plan(pictures, variants):
 
 def test_what_two_variants_share_counts_for_the_first() -> None:
     pictures = [planned("a", 0, "g", "r", "e"), planned("b", 0, "g", "r", "f"), planned("c", 0, "g", "s", "h")]
-    cost = variant_table(a_plan(pictures, ("a", "b", "c")), OPTIONS, ".png")
+    cost = variant_table(a_plan(pictures, ("a", "b", "c")), OPTIONS, WANTED)
     assert [row.counts for row in cost.rows] == [(1, 1, 1, 1), (1, 0, 0, 1), (1, 0, 1, 1)]
     assert cost.total.counts == (3, 1, 2, 3)
     assert cost.rows[0].seconds > cost.rows[2].seconds > cost.rows[1].seconds > 0

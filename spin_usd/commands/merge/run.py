@@ -80,7 +80,7 @@ class _Collected:
             raise InputError(f"contradicts {known.path}", where=picture.path, do=AGAIN)
         settings = _settings(record, picture)
         usual, where = self.settings.setdefault(picture.variant, (settings, picture.path))
-        if differing := [name for name in settings if settings[name] != usual[name]]:
+        if differing := [name for name in {**settings, **usual} if settings.get(name) != usual.get(name)]:
             found = f"was rendered with another {' and another '.join(differing)} than {where}"
             raise InputError(found, where=picture.path, do=AGAIN)
 

@@ -32,6 +32,7 @@ from spin_usd.scene.derived.views import Views
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.measurement_file import FILE, folder_of, measurement_file, read_measurement
+from spin_usd.store.unfinished import WantedFiles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -165,7 +166,9 @@ def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, expla
     plan lists the skipped work."""
     options = common_work(request, plan)
     renders, damage = measured_beside(request.stage, plan, options)
-    cost = variant_table(plan, options, request.image_suffix, dataset, renders)
+    recorded, suffix = request.options.recorded, request.image_suffix
+    wanted = WantedFiles(kinds=options.kinds, options=recorded, image_suffix=suffix)
+    cost = variant_table(plan, options, wanted, dataset, renders)
     store = Store(root=dataset) if dataset else None
     counts = Counter(picture.variant for picture in plan.pictures)
     workers = default_workers()

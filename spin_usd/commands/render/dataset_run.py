@@ -142,8 +142,13 @@ class DatasetRun:
         return removed
 
     def _unfinished(self, planned: Plan, root: str, kinds: tuple[str, ...], report: RenderReport) -> list[RenderTask]:
-        options, suffix = self._options, self._request.image_suffix
-        wanted = WantedFiles(kinds=kinds, image_suffix=suffix, verify=options.verify, again=self._only)
+        wanted = WantedFiles(
+            kinds=kinds,
+            options=self._request.options.recorded,
+            image_suffix=self._request.image_suffix,
+            verify=self._options.verify,
+            again=self._only,
+        )
         return unfinished_tasks(
             self._store, planned, root, wanted, report=report, note=self._note, work=self._lease.work
         )

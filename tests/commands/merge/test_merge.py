@@ -204,6 +204,18 @@ def test_what_was_rendered_otherwise_is_refused(shards, tmp_path) -> None:
         merge_datasets(shards, tmp_path / "merged", progress=quiet)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_an_option_that_only_some_records_say_is_refused_in_any_order(shards, tmp_path, first) -> None:
+    """Records leave out what is as usual."""
+    record = some_record(shards[0])
+    document = json.loads(record.read_text())
+    document["provenance"]["options"] = {"image_format": "jpg"}
+    record.write_text(json.dumps(document))
+    given = [shards[first], shards[1 - first]]
+    with pytest.raises(InputError, match="was rendered with another image_format than"):
+        merge_datasets(given, tmp_path / "out", progress=quiet)
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [("files", {}, "other kinds of file"), ("frames", 7, "another number of frames"), ("stage", None, "another stage")],
