@@ -53,26 +53,15 @@ _MODULES = {
     "Dataset": "spin_usd.store.dataset",
     "Picture": "spin_usd.store.picture",
     "SpinError": "spin_usd.errors",
-    "augment": "spin_usd.commands.augment.run",
-    "author": "spin_usd.commands.author.run",
-    "check": "spin_usd.commands.check.run",
-    "debug": "spin_usd.commands.debug.run",
-    "export": "spin_usd.commands.export.run",
-    "measure": "spin_usd.commands.measure.run",
-    "merge": "spin_usd.commands.merge.run",
-    "plan": "spin_usd.commands.plan.run",
-    "render": "spin_usd.commands.render.run",
-    "reproduce": "spin_usd.commands.reproduce.run",
-    "score": "spin_usd.commands.score.run",
-    "show": "spin_usd.commands.show.run",
 }
+"""Where those lie that are no commands."""
 
 
 def __getattr__(name: str) -> object:
     """Load what is asked for (PEP 562)."""
-    if name not in _MODULES:
+    if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    found = globals()[name] = getattr(import_module(_MODULES.get(name, f"spin_usd.commands.{name}.run")), name)
     return found
 
 
