@@ -81,7 +81,7 @@ def test_appearances_are_dealt_out_in_turn(tango, tmp_path, spin_usd) -> None:
     assert len({each.name for each in read_set(tmp_path / "three").pictures}) == 18
 
 
-def test_a_set_without_images_is_refused(tmp_path) -> None:
+def test_a_folder_that_is_no_dataset_is_refused(tmp_path) -> None:
     from train.pictures import read_set
 
     with pytest.raises(spin_usd.SpinError):

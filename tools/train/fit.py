@@ -58,7 +58,8 @@ class Batches(torch.utils.data.Dataset[tuple[NDArray[np.uint8], NDArray[np.float
 
 @dataclass(kw_only=True)
 class Fit:
-    """What a run has come to: the network, its losses by step, and the processor seconds that it has taken."""
+    """What a run has come to: the network, its losses by step, and the processor seconds that it has taken, without
+    those of processes that make batches."""
 
     network: HeatmapNetwork
     losses: list[float]
