@@ -19,6 +19,12 @@ from spin_usd.accuracy.tables import in_markdown, number, within
 SCORE = "speedplus"
 MEANING = {
     "plain": "one colour a material, no shadows, an ideal detector; the Sun moves",
+    "c": "of a rich camera: blur, glare, noise, limits of the exposure",
+    "e": "in a rich environment: shadows, the Earth behind and its light",
+    "m": "of rich materials: glass, foil, metal",
+    "ce": "camera and environment",
+    "cm": "camera and materials",
+    "em": "environment and materials",
     "rich": "camera, environment and materials are rich; the Sun moves",
     "rich_1": "rich; light, materials and background differ from pose to pose",
     "rich_3": "the same, three appearances of each pose",
@@ -64,18 +70,29 @@ def rows_of(folder: Path, experiment: str) -> list[Row]:
 
 def proxy(folder: Path) -> str:
     """Return what richness and appearances are worth."""
-    return _table(rows_of(folder, "proxy"), list(MEANING))
+    return _table(rows_of(folder, "proxy"))
 
 
 def cost(folder: Path) -> str:
     """Return what the quality of the training pictures is worth, with its plot."""
-    table = _table(rows_of(folder, "cost"), [])
+    table = _table(rows_of(folder, "cost"))
     return f"{table}\n![Error on held-out sets against processor seconds of rendering](../images/training_cost.svg)"
 
 
-def _table(rows: Sequence[Row], order: Sequence[str]) -> str:
+def groups(folder: Path) -> str:
+    """Return what each of camera, environment and materials is worth."""
+    ends = [row for row in rows_of(folder, "proxy") if row.name in ("plain", "rich")]
+    return _table([*rows_of(folder, "groups"), *ends])
+
+
+def poses(folder: Path) -> str:
+    """Return what the number of poses is worth."""
+    return _table(rows_of(folder, "poses"))
+
+
+def _table(rows: Sequence[Row]) -> str:
     tests = list(rows[0].runs[0]["scores"])
-    places = {name: place for place, name in enumerate(order)}
+    places = {name: place for place, name in enumerate(MEANING)}
     cells = [
         [
             f"`{row.name}`" + (f": {MEANING[row.name]}" if row.name in MEANING else ""),
@@ -99,6 +116,26 @@ def _table(rows: Sequence[Row], order: Sequence[str]) -> str:
 def _within(found: tuple[float, float]) -> str:
     value, error = found
     return within(value, error) if error == error else number(value)
+
+
+def throughput(folder: Path) -> str:
+    """Return how fast pictures come to a training step."""
+    file = folder / "training" / "throughput.json"
+    if not file.is_file():
+        raise NotMeasuredError("run tools/train/throughput DATASET... --json tools/figures/training/throughput.json")
+    found = json.loads(file.read_text())
+    cells = []
+    for one in found["sets"]:
+        pixels, rates = "x".join(map(str, one["pixels"])), one["rates"]
+        for name, rate in rates.items():
+            alone, trained = (rate["read"], rate["trained"]) if isinstance(rate, dict) else ((), (rate,))
+            cells.append([f"{pixels}, {name}", *(" · ".join(number(each) for each in of) for of in (alone, trained))])
+    training = found["training"]
+    note = (
+        f"Pictures a second on {found['machine']['cores']} processor cores, one of which trains, with 0 · 1 · 2 "
+        f"processes that make batches of {training['batch']} crops of {training['size']} pixels with their heatmaps."
+    )
+    return f"{prose(note)}\n\n{in_markdown(('from', 'reading alone', 'training too'), cells)}"
 
 
 def cost_plot(folder: Path) -> str:

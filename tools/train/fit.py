@@ -71,12 +71,7 @@ def fit(
 ) -> Fit:
     """Train a network on the pictures, with its checkpoint in the folder, written every so many seconds. loaders:
     processes that make batches."""
-    torch.manual_seed(training.seed)
-    torch.use_deterministic_algorithms(True)
-    network = HeatmapNetwork(
-        len(pictures.points), layers=training.layers, width=training.width, decoder=training.decoder
-    ).to(device)
-    optimiser = torch.optim.Adam(network.parameters(), lr=training.rate)
+    network, optimiser = learner(len(pictures.points), training, device)
     found = Fit(network=network, losses=[], cpu_s=0.0)
     file = folder / CHECKPOINT
     if file.is_file():
@@ -86,26 +81,42 @@ def fit(
     loader: Any = torch.utils.data.DataLoader(
         Batches(pictures, training), batch_size=None, sampler=range(done, training.steps), num_workers=loaders
     )
-    network.train()
     for crops, heatmaps in loader:
         for group in optimiser.param_groups:
             group["lr"] = training.rate * 0.1 ** sum(len(found.losses) >= drop * training.steps for drop in DROPS)
-        loss = nn.functional.mse_loss(network(as_input(crops, device)), heatmaps.to(device))
-        optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        optimiser.step()
-        found.losses.append(loss.item())
+        found.losses.append(step(network, optimiser, crops, heatmaps, device=device))
         if time.monotonic() - said > save_every_s:
             said, found.cpu_s = time.monotonic(), time.process_time() - start
             _save(file, training, found, optimiser)
-            step = len(found.losses)
-            left = (said - begun) / (step - done) * (training.steps - step)
+            at = len(found.losses)
+            left = (said - begun) / (at - done) * (training.steps - at)
             recent = float(np.mean(found.losses[-50:]))
-            print(f"training: step {step} of {training.steps}, loss {recent:.6f}, {left:.0f} s left", flush=True)
+            print(f"training: step {at} of {training.steps}, loss {recent:.6f}, {left:.0f} s left", flush=True)
     found.cpu_s = time.process_time() - start
     if done < training.steps:
         _save(file, training, found, optimiser)
     return found
+
+
+def learner(keypoints: int, training: Training, device: str) -> tuple[HeatmapNetwork, torch.optim.Adam]:
+    """Return the network that the seed begins with, for so many keypoints, and what makes its weights better."""
+    torch.manual_seed(training.seed)
+    torch.use_deterministic_algorithms(True)
+    sizes = {"layers": training.layers, "width": training.width, "decoder": training.decoder}
+    network = HeatmapNetwork(keypoints, **sizes).to(device)
+    network.train()
+    return network, torch.optim.Adam(network.parameters(), lr=training.rate)
+
+
+def step(
+    network: HeatmapNetwork, optimiser: torch.optim.Adam, crops: Tensor, heatmaps: Tensor, *, device: str
+) -> float:
+    """Learn from a batch, and return its loss before that."""
+    loss = nn.functional.mse_loss(network(as_input(crops, device)), heatmaps.to(device))
+    optimiser.zero_grad(set_to_none=True)
+    loss.backward()
+    optimiser.step()
+    return float(loss.item())
 
 
 def as_input(crops: Tensor, device: str) -> Tensor:
