@@ -114,6 +114,8 @@ def remove_tree(folder: Folder, name: str) -> None:
 
 def _made(root: Path, folders: list[str]) -> int:
     """Make the folders that are not there, and open the innermost."""
+    with suppress(FileNotFoundError):  # mostly they are there
+        return descend(root, folders)
     os.makedirs(root, exist_ok=True)
     descriptor = os.open(root, FOLDER_FLAGS)
     for folder in folders:

@@ -7,20 +7,28 @@ written here, where each call of the system says how many it has taken.
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from spin_usd.files.descriptor import read_all
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write the `data` to the file `path`, in place of what it holds. Raises OSError where the system does not take
-    all of it: the disk is full, or a quota or the limit of a file's size is reached. A network's file system may say so
-    only when the file is closed, or forced to disk."""
-    left = memoryview(data)
-    with path.open("wb", buffering=0) as file:
+def write_whole(path: Path, data: bytes, *, forced: bool = False) -> None:
+    """Write the `data` to the file `path`, in place of what it holds; `forced` waits until it is on the disk, else that
+    is only begun. Raises OSError where the system does not take all of it: the disk is full, or a quota or the limit of
+    a file's size is reached. A network's file system may say so only when the file is closed, or forced to disk."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_CLOEXEC", 0), 0o666)
+    try:
+        left = memoryview(data)
         while left:
-            left = left[file.write(left) :]
+            left = left[os.write(descriptor, left) :]
+        if forced:
+            os.fsync(descriptor)
+        elif hasattr(os, "posix_fadvise"):
+            with suppress(OSError):  # a hint: Linux starts to write what is not on the disk yet
+                os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_DONTNEED)
+    finally:
+        os.close(descriptor)
 
 
 class MemoryFile:

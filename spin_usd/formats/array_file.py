@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import InputError
 from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn
-from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import open_file
-from spin_usd.formats.image_file import decoded_image, write_image
+from spin_usd.formats.image_file import decoded_image, encoded_image
 from spin_usd.scene.channels import Channels
 
 Cloud = NDArray[np.void]
@@ -33,17 +32,16 @@ NUMPY_TYPES = {name: np.dtype(dtype).newbyteorder("<") for dtype, name in PLY_TY
 END = b"end_header\n"
 
 
-def write_array(path: Path, array: NDArray[Any], *, kind: str, channels: Channels) -> None:
-    """Write the `array`, an image (H, W) or (H, W, C) or a table (N,), as a file of that `kind`. Raises as write_image
-    and write_point_cloud do."""
-    if path.suffix in SUFFIXES:
-        write_point_cloud(path, array, header=channels.header(kind))
-    else:
-        write_image(path, array, channels=channels.names, header=channels.header(kind))
+def encoded_array(array: NDArray[Any], suffix: str, *, kind: str, channels: Channels) -> bytes:
+    """Return the bytes of a file of that `kind` and suffix with the `array`, an image (H, W) or (H, W, C) or a table
+    (N,). Raises as encoded_image does."""
+    if suffix in SUFFIXES:
+        return encoded_point_cloud(array, suffix, header=channels.header(kind))
+    return encoded_image(array, suffix, channels=channels.names, header=channels.header(kind))
 
 
 def read_array(source: FileIn, rows: range | None = None) -> NDArray[Any]:
-    """Read the numbers in a file that `write_array` wrote; of an image these `rows` alone. Raises InputError."""
+    """Read the numbers in a file that `encoded_array` made; of an image these `rows` alone. Raises InputError."""
     with source.folder.open(source.name, MAX_ARRAY) as file:
         path = source.path
         return decoded_point_cloud(file, path) if path.suffix in SUFFIXES else decoded_image(file, path, rows)[0]
@@ -55,19 +53,14 @@ def described_type(array: NDArray[Any]) -> str | dict[str, str]:
     return array.dtype.name if names is None else {name: array.dtype[name].base.name for name in names}
 
 
-def write_point_cloud(path: Path, cloud: Cloud, *, header: Mapping[str, str]) -> None:
-    """Write the `cloud` (N,), whose columns are numbers or threes of them, as .npz or .ply.
-
-    Only .ply keeps the `header`, as comments. Raises OutputError when the file did not come out whole.
-    """
-    try:
-        write_whole(path, _ENCODERS[path.suffix](cloud, header))
-    except OSError as e:
-        raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do="free some space") from e
+def encoded_point_cloud(cloud: Cloud, suffix: str, *, header: Mapping[str, str]) -> bytes:
+    """Return the bytes of a .npz or .ply with the `cloud` (N,), whose columns are numbers or threes of them; only .ply
+    keeps the `header`, as comments."""
+    return _ENCODERS[suffix](cloud, header)
 
 
 def read_point_cloud(path: Path) -> Cloud:
-    """Read the cloud (N,) in the .npz or .ply that `write_point_cloud` wrote. Raises InputError."""
+    """Read the cloud (N,) in a .npz or .ply that `encoded_point_cloud` made. Raises InputError."""
     with open_file(path, MAX_ARRAY) as file:
         return decoded_point_cloud(file, path)
 

@@ -17,7 +17,7 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
-from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.errors import InputError, OutputError, SpinError, UnsupportedError
 from spin_usd.faults import decoding
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
@@ -44,51 +44,59 @@ EXR_ROWS = 16  # of a chunk that is compressed by ZIP
 
 
 def write_image(
-    path: Path,
-    array: Image,
-    *,
-    channels: tuple[str, ...],
-    header: Mapping[str, str] | None = None,
-    quality: int = JPEG_QUALITY,
+    path: Path, array: Image, *, channels: tuple[str, ...], header: Mapping[str, str] | None = None
 ) -> None:
-    """Write `array`, (H, W) or (H, W, C), with one name for each channel.
-
-    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy, of that `quality`). Only .exr keeps the names, and
-    `header`: attributes by name, such as "spin:unit"; the others have 1 or 3 channels. Raises UnsupportedError for
-    another kind, OutputError when the file did not come out whole.
-    """
-    pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
-    _check_kind(path, pixels, channels)
-    if path.suffix == ".jpg":
-        data = _jpeg(pixels, quality)
-    else:
-        data = _encoded(path, pixels, _spec(path, pixels, channels, header or {}))
+    """Write what `encoded_image` returns. Raises as that does, and OutputError when the file did not come out whole."""
     try:
-        write_whole(path, data)
+        write_whole(path, encoded_image(array, path.suffix, channels=channels, header=header))
+    except SpinError as e:
+        raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=path, do="free some space") from e
 
 
-def _encoded(path: Path, pixels: Image, spec: Any) -> bytes:
+def encoded_image(
+    array: Image,
+    suffix: str,
+    *,
+    channels: tuple[str, ...],
+    header: Mapping[str, str] | None = None,
+    quality: int = JPEG_QUALITY,
+) -> bytes:
+    """Return the bytes of an image file of that `suffix` with `array`, (H, W) or (H, W, C), and one name for each
+    channel.
+
+    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy, of that `quality`). Only .exr keeps the names, and
+    `header`: attributes by name, such as "spin:unit"; the others have 1 or 3 channels. Raises UnsupportedError for
+    another kind, OutputError where memory does not hold the bytes.
+    """
+    pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
+    _check_kind(suffix, pixels, channels)
+    if suffix == ".jpg":
+        return _jpeg(pixels, quality)
+    return _encoded(suffix, pixels, _spec(suffix, pixels, channels, header or {}))
+
+
+def _encoded(suffix: str, pixels: Image, spec: Any) -> bytes:
     """Return the bytes of a PNG or an EXR. Raises OutputError where memory does not hold them."""
     with memory_file() as file:
-        output = oiio.ImageOutput.create(path.suffix[1:])
+        output = oiio.ImageOutput.create(suffix[1:])
         assert output  # it has both formats
         written = output.open(file.path, spec) and output.write_image(pixels)
         written = output.close() and written
         data = file.data()
-    whole = png_is_whole(data) if path.suffix == ".png" else exr_is_whole(data, rows=len(pixels))
+    whole = png_is_whole(data) if suffix == ".png" else exr_is_whole(data, rows=len(pixels))
     if not (written and whole):
         found = f"does not fit into memory, or a file's largest size ({_error(output)})"
-        raise OutputError(found, where=path, do="free some memory, or raise the limit (ulimit -f)")
+        raise OutputError(found, do="free some memory, or raise the limit (ulimit -f)")
     return data
 
 
-def _spec(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping[str, str]) -> Any:
+def _spec(suffix: str, pixels: Image, channels: tuple[str, ...], header: Mapping[str, str]) -> Any:
     """Return OpenImageIO's description of the file."""
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], TYPES[pixels.dtype.name])
-    attributes = {**ATTRIBUTES[path.suffix], **CONSTANTS}
-    if path.suffix == ".exr":
+    attributes = {**ATTRIBUTES[suffix], **CONSTANTS}
+    if suffix == ".exr":
         spec.channelnames = channels
         attributes |= header
     for name, value in attributes.items():
@@ -141,16 +149,16 @@ def _in_name_order(pixels: Image, names: list[str]) -> tuple[Image, tuple[str, .
     return pixels[..., 0] if len(names) == 1 else pixels, tuple(names[i] for i in order)
 
 
-def _check_kind(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
-    types = KINDS.get(path.suffix)
+def _check_kind(suffix: str, pixels: Image, channels: tuple[str, ...]) -> None:
+    types = KINDS.get(suffix)
     if types is None:
-        raise UnsupportedError(f"cannot write {path.suffix!r} files", where=path, do=f"choose {', '.join(KINDS)}")
+        raise UnsupportedError(f"cannot write {suffix!r} files", do=f"choose {', '.join(KINDS)}")
     if pixels.dtype.name not in types:
-        raise UnsupportedError(f"{path.suffix} cannot hold {pixels.dtype}", where=path, do=f"give {' or '.join(types)}")
+        raise UnsupportedError(f"{suffix} cannot hold {pixels.dtype}", do=f"give {' or '.join(types)}")
     if pixels.ndim != 3 or pixels.shape[2] != len(channels):
-        raise UnsupportedError(f"array {pixels.shape} does not have the channels {channels}", where=path)
-    if path.suffix != ".exr" and len(channels) not in (1, 3):
-        raise UnsupportedError(f"{path.suffix} cannot hold {len(channels)} channels", where=path, do="give 1 or 3")
+        raise UnsupportedError(f"array {pixels.shape} does not have the channels {channels}")
+    if suffix != ".exr" and len(channels) not in (1, 3):
+        raise UnsupportedError(f"{suffix} cannot hold {len(channels)} channels", do="give 1 or 3")
 
 
 def _error(source: Any) -> str:

@@ -3,29 +3,27 @@
 Channels: A, the coverage, and lightNNNN.R, .G, .B of each group in the order of scene.derived.light_groups; float32.
 """
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn
 from spin_usd.files.size_limits import MAX_ARRAY
-from spin_usd.formats.image_file import decoded_image, write_image
+from spin_usd.formats.image_file import decoded_image, encoded_image
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 
 RENDER_SUFFIX = ".exr"
 
 
-def write_render(path: Path, radiance: Radiance) -> None:
-    """Write the render as one image file. Raises OutputError, as write_image does."""
+def encoded_render(radiance: Radiance) -> bytes:
+    """Return the bytes of the render as one image file. Raises OutputError, as encoded_image does."""
     rows, columns = radiance.region.shape
     lit = np.moveaxis(radiance.groups, -1, 1).reshape(3 * len(radiance.groups), rows, columns)
     planes = np.concatenate([radiance.coverage[None], lit])
     pixels = np.zeros((max(rows, 1), max(columns, 1), len(planes)), np.float32)  # no image file is of no pixels
     pixels[:rows, :columns] = np.moveaxis(planes, 0, -1)
-    write_image(path, pixels, channels=_channels(len(radiance.groups)))
+    return encoded_image(pixels, RENDER_SUFFIX, channels=_channels(len(radiance.groups)))
 
 
 def read_render(source: FileIn, region: Region, *, groups: int) -> Radiance | None:

@@ -1,14 +1,16 @@
-"""Files that are there whole or not at all: written in a run's work folder, forced to disk, then put into place.
+"""Files that are there whole or not at all: written in a run's work folder, then put into place.
 
 Every `work` is a folder of the run's own, on the file system of the files that are written by way of it.
 """
 
+import hashlib
 import json
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from itertools import count
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -16,32 +18,88 @@ from spin_usd.errors import OutputError, SpinError
 from spin_usd.files.changes import link, put
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.new_file import write_whole
-from spin_usd.sha256 import sha256_of
+
+PROCESS = secrets.token_hex(8)  # in the names of this process's temporary files, beside those of others
+NUMBERS = count()
 
 
 def write_atomically(
-    folder: Folder, name: str, write: Callable[[Path], None], *, work: Path, place: Callable[[str], str] | None = None
+    folder: Folder,
+    name: str,
+    encode: Callable[[], bytes],
+    *,
+    work: Path,
+    place: Callable[[str], str] | None = None,
+    also: str | None = None,
+    forced: bool = True,
 ) -> str:
-    """Let `write` fill a file in `work`, force it to disk, put it into the folder, and return its sha256 (hex).
+    """Write the bytes that `encode` returns into the file `name` of the folder, and return their sha256 (hex).
 
-    It becomes the file `name` there, or the one that `place` says of its sha256. There is never half a file. Raises
-    OutputError, or the SpinError that `write` raises, leaving nothing.
+    place: says of the sha256 where the file goes, where not to `name` · also: a second name of the file there, or of a
+    copy where the file system has no links · forced: whether the bytes are on the disk before the file is in its place;
+    else a power cut may leave less of it. Raises OutputError, or the SpinError that `encode` raises, leaving nothing.
     """
-    temporary, path = _temporary(work, name), folder.root / name
-    try:
-        work.mkdir(parents=True, exist_ok=True)
-        write(temporary)
-        digest = _synced(temporary)
+    temporary, second = _temporary(work, name), _temporary(work, name) if also else None
+    with _named(folder.root / name, temporary, second):
+        data = encode()
+        digest = hashlib.sha256(data).hexdigest()
+        _create(temporary, data, forced=forced)
+        if second is not None and not _linked(temporary, second):
+            _create(second, data, forced=forced)
         put(folder, temporary, place(digest) if place else name)
+        if second is not None and also is not None:
+            put(folder, second, also)
+    return digest
+
+
+def fill_atomically(folder: Folder, name: str, fill: Callable[[Path], None], *, work: Path) -> None:
+    """Let `fill` write a file by its path, force it to disk, and make it the file `name` of the folder. Raises
+    OutputError, or the SpinError that `fill` raises, leaving nothing."""
+    temporary = _temporary(work, name)
+    with _named(folder.root / name, temporary):
+        work.mkdir(parents=True, exist_ok=True)
+        fill(temporary)
+        _force(temporary)
+        put(folder, temporary, name)
+
+
+@contextmanager
+def _named(path: Path, *temporaries: Path | None) -> Iterator[None]:
+    """Have errors over the temporary files be over the file at `path`, and leave none of them."""
+    try:
+        yield
     except SpinError as e:
-        temporary.unlink(missing_ok=True)
-        if e.where is not None and str(e.where) != str(temporary):
+        _remove(temporaries)
+        if e.where is not None and str(e.where) != str(temporaries[0]):
             raise  # over what it was made of
         raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
-        temporary.unlink(missing_ok=True)
+        _remove(temporaries)
         raise _unwritten(path, e) from e
-    return digest
+
+
+def _remove(temporaries: Iterable[Path | None]) -> None:
+    for temporary in temporaries:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def _create(path: Path, data: bytes, *, forced: bool) -> None:
+    """Write the data to the file at `path`, whose folder is made where there is none."""
+    try:
+        write_whole(path, data, forced=forced)
+    except FileNotFoundError:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, data, forced=forced)
+
+
+def _linked(path: Path, second: Path) -> bool:
+    """Give the file at `path` a second one, and return whether the file system does that."""
+    try:
+        os.link(path, second)
+    except OSError:
+        return False
+    return True
 
 
 def link_atomically(folder: Folder, name: str, source: FileIn, *, work: Path, copy: bool = False) -> None:
@@ -54,7 +112,7 @@ def link_atomically(folder: Folder, name: str, source: FileIn, *, work: Path, co
         if copy or not link(source, temporary):
             with source.open() as original, temporary.open("xb") as made:
                 shutil.copyfileobj(original, made)
-            _synced(temporary)
+            _force(temporary)
         put(folder, temporary, name)
     except OSError as e:
         raise _unwritten(folder.root / name, e) from e
@@ -70,18 +128,17 @@ def write_json(folder: Folder, name: str, value: Mapping[str, Any], *, work: Pat
 
 def write_text(folder: Folder, name: str, text: str, *, work: Path) -> str:
     """Write `text` as UTF-8 into the file `name` of the folder, atomically, and return its sha256."""
-    return write_atomically(folder, name, partial(write_whole, data=text.encode()), work=work)
+    return write_atomically(folder, name, text.encode, work=work)
 
 
 def _temporary(work: Path, name: str) -> Path:
-    return work / f"{secrets.token_hex(8)}{PurePosixPath(name).suffix}"
+    return work / f"{PROCESS}-{next(NUMBERS)}{PurePosixPath(name).suffix}"
 
 
-def _synced(path: Path) -> str:
-    """Force the file to disk; returns its sha256."""
+def _force(path: Path) -> None:
+    """Force the file to disk."""
     with path.open("rb") as file:
         os.fsync(file.fileno())
-    return sha256_of(path)
 
 
 def _unwritten(path: Path, e: OSError) -> OutputError:

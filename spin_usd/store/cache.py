@@ -75,15 +75,18 @@ class Cache:
         found = _entries(self.folder, f"{CACHE}/{kind}/{key[:2]}")
         return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
 
-    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> CacheEntry:
-        """Keep the file that `write` fills. Raises as write_atomically does."""
+    def keep(
+        self, kind: str, key: str, suffix: str, encode: Callable[[], bytes], *, also: str | None = None
+    ) -> CacheEntry:
+        """Keep a file of the bytes that `encode` returns, whose second name in the dataset is `also`. It is not forced
+        to disk: a damaged one is found by its digest, and made again. Raises as write_atomically does."""
         purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
 
         def place(sha256: str) -> str:
             return f"{CACHE}/{kind}/{key[:2]}/{key}.{purpose.versions}.{sha256}{suffix}"
 
         named = f"{CACHE}/{kind}/{key}{suffix}"
-        sha256 = write_atomically(self.folder, named, write, work=self.work, place=place)
+        sha256 = write_atomically(self.folder, named, encode, work=self.work, place=place, also=also, forced=False)
         return CacheEntry(purpose=purpose, sha256=sha256, file=FileIn(self.folder, place(sha256)))
 
 

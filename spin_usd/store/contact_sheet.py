@@ -13,7 +13,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
-from spin_usd.store.atomic import write_atomically
+from spin_usd.store.atomic import fill_atomically
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.picture import Picture
 
@@ -29,7 +29,7 @@ def write_contact_sheet(pictures: Sequence[Picture], path: Path, *, rows: int = 
         raise InputError("there is no picture for a contact sheet", where=path, do="render some first")
     with hidden_folder(path.parent, path.name) as hidden:
         shown = [pictures[place] for place in spread(len(pictures), rows)]
-        write_atomically(Folder(path.parent), path.name, partial(draw_contact_sheet, shown), work=hidden.folder)
+        fill_atomically(Folder(path.parent), path.name, partial(draw_contact_sheet, shown), work=hidden.folder)
     return path
 
 

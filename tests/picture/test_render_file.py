@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.region import Region
-from spin_usd.picture.render_file import in_order, read_render, write_render
+from spin_usd.picture.render_file import encoded_render, in_order, read_render
 from spin_usd.scene.passes import Radiance
 
 ODD = Region(x0=3, y0=5, x1=20, y1=16)
@@ -21,7 +21,7 @@ def radiance(region, groups):
 @pytest.mark.parametrize("region", [ODD, Region(x0=4, y0=4, x1=5, y1=5), Region(x0=9, y0=2, x1=9, y1=2)])
 def test_a_render_comes_back_bit_for_bit(tmp_path, region, groups) -> None:
     written = radiance(region, groups)
-    write_render(tmp_path / "r.exr", written)
+    (tmp_path / "r.exr").write_bytes(encoded_render(written))
     found = read_render(FileIn(Folder(tmp_path), "r.exr"), region, groups=groups)
     assert found.region == region
     assert found.groups.tobytes() == written.groups.tobytes()
@@ -29,7 +29,7 @@ def test_a_render_comes_back_bit_for_bit(tmp_path, region, groups) -> None:
 
 
 def test_what_is_not_that_render_is_none(tmp_path) -> None:
-    write_render(tmp_path / "r.exr", radiance(ODD, 2))
+    (tmp_path / "r.exr").write_bytes(encoded_render(radiance(ODD, 2)))
     assert read_render(FileIn(Folder(tmp_path), "r.exr"), ODD, groups=3) is None
     assert read_render(FileIn(Folder(tmp_path), "r.exr"), Region(x0=3, y0=5, x1=21, y1=16), groups=2) is None
     assert read_render(FileIn(Folder(tmp_path), "none.exr"), ODD, groups=2) is None
@@ -41,7 +41,7 @@ def test_sums_round_alike_however_a_renderer_lays_its_planes_out(tmp_path) -> No
     written = radiance(ODD, 40)
     planes_last = np.moveaxis(np.ascontiguousarray(np.moveaxis(written.groups, 0, -1)), -1, 0)
     other = in_order(Radiance(region=ODD, groups=planes_last, coverage=written.coverage))
-    write_render(tmp_path / "r.exr", other)
+    (tmp_path / "r.exr").write_bytes(encoded_render(other))
     found = read_render(FileIn(Folder(tmp_path), "r.exr"), ODD, groups=40)
     gains = [(1 + i / 7, 1 / 3, 2.0) for i in range(40)]
     assert found.relit(gains).groups.tobytes() == other.relit(gains).groups.tobytes()

@@ -12,7 +12,7 @@ import pytest
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.sha256 import sha256_of
-from spin_usd.store.atomic import link_atomically, write_atomically, write_json
+from spin_usd.store.atomic import fill_atomically, link_atomically, write_atomically, write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.lock import TEXT
 
@@ -31,7 +31,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path) -> None:
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OutputError, match="No space left"):
-        write_atomically(folder, "a.json", fails, work=tmp_path / "work")
+        fill_atomically(folder, "a.json", fails, work=tmp_path / "work")
     assert path.read_text() == '{\n "kept": 1\n}\n'
     assert files(tmp_path) == {"a.json"}
 
@@ -42,12 +42,12 @@ def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path)
         raise UnsupportedError("cannot hold this", where=temporary)
 
     with pytest.raises(UnsupportedError, match="^" + str(tmp_path / "a.jpg") + ": cannot hold this$"):
-        write_atomically(Folder(tmp_path), "a.jpg", refuses, work=tmp_path / "work")
+        fill_atomically(Folder(tmp_path), "a.jpg", refuses, work=tmp_path / "work")
     assert not files(tmp_path)
 
 
 def test_the_digest_is_that_of_the_file(tmp_path) -> None:
-    digest = write_atomically(Folder(tmp_path), "x", lambda temporary: temporary.write_bytes(b"abc"), work=tmp_path)
+    digest = write_atomically(Folder(tmp_path), "x", lambda: b"abc", work=tmp_path)
     # FIPS 180-2, appendix B.1
     assert digest == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert sha256_of(tmp_path / "x") == digest
@@ -60,7 +60,7 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
         "from spin_usd.errors import OutputError; from spin_usd.files.folder import Folder\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "path = Path(sys.argv[1])\n"
-        "folder, write = Folder(path.parent), lambda t: t.write_bytes(b'x' * 100_000)\n"
+        "folder, write = Folder(path.parent), lambda: b'x' * 100_000\n"
         "try: write_atomically(folder, path.name, write, work=path.parent)\n"
         "except OutputError as e: print(e); sys.exit(7)"
     )
@@ -201,7 +201,7 @@ def test_a_file_can_be_placed_by_its_digest(tmp_path) -> None:
     def place(sha256):
         return f"in/{sha256}"
 
-    digest = write_atomically(Folder(tmp_path), "new", lambda path: path.write_text("n"), work=tmp_path, place=place)
+    digest = write_atomically(Folder(tmp_path), "new", lambda: b"n", work=tmp_path, place=place)
     assert files(tmp_path) == {f"in/{digest}"}
     assert sha256_of(tmp_path / "in" / digest) == digest
 

@@ -3,7 +3,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.array_file import write_array
+from spin_usd.formats.array_file import encoded_array
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.channels import Channels
 from spin_usd.store.picture_file import read_picture_file
@@ -29,13 +29,13 @@ def test_numbers_of_another_kind_than_the_labels_are_refused(tmp_path, kind, fil
     """Whatever the record says of a label."""
     channels = [f"{i}" for i in range(array.shape[2] if array.ndim == 3 else 1)]
     written = Channels(meaning="", dtype="float32", holds=dict.fromkeys(channels, ""))
-    write_array(tmp_path / file, array, kind=kind, channels=written)
+    (tmp_path / file).write_bytes(encoded_array(array, (tmp_path / file).suffix, kind=kind, channels=written))
     with pytest.raises(InputError, match=rf"{file}: holds .* not those of {kind}"):
         read_picture_file(FileIn(Folder(tmp_path), file), kind, "float32", 1)
 
 
 def test_what_is_no_label_is_an_image_as_its_record_says(tmp_path) -> None:
-    write_array(tmp_path / "a.exr", np.ones((4, 5), np.float32), kind="other", channels=FLOATS)
+    (tmp_path / "a.exr").write_bytes(encoded_array(np.ones((4, 5), np.float32), ".exr", kind="other", channels=FLOATS))
     assert read_picture_file(FileIn(Folder(tmp_path), "a.exr"), "other", "float32", 1).shape == (4, 5)
 
 

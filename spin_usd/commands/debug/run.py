@@ -14,7 +14,7 @@ from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, require_renderer
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
-from spin_usd.store.atomic import write_atomically
+from spin_usd.store.atomic import fill_atomically
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.stage_path import existing_stage
 
@@ -94,5 +94,5 @@ def write_debug_file(
 
     folder = Folder(file.absolute().parent)
     with hidden_folder(folder.root, NAME) as (work, _):
-        write_atomically(folder, file.name, write, work=work)
+        fill_atomically(folder, file.name, write, work=work)
     return DebugFile(path=file, frame=answer["frame"], variant=variant, notes=tuple(answer["notes"]))

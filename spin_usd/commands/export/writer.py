@@ -15,7 +15,7 @@ from spin_usd.exchange.layout.layout import ExportFile, LinkedFile, MadeFile, Se
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE
-from spin_usd.store.atomic import link_atomically, write_atomically
+from spin_usd.store.atomic import fill_atomically, link_atomically
 
 
 @dataclass(kw_only=True)
@@ -87,7 +87,7 @@ class Writer:
             link_atomically(folder, output.path, source, work=self.work, copy=self.copy)
             self.counts.linked += 1
         else:
-            write_atomically(folder, output.path, output.write, work=self.work)
+            fill_atomically(folder, output.path, output.write, work=self.work)
             self.counts.made += 1
 
     def finish(self) -> None:

@@ -20,7 +20,7 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
 from spin_usd.nesting import finite_json
-from spin_usd.picture.render_file import RENDER_SUFFIX, read_render, write_render
+from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
 from spin_usd.scene.passes import Radiance
 from spin_usd.store.atomic import write_atomically, write_json
 
@@ -79,8 +79,8 @@ class RenderStore:
 
     def keep(self, key: str, radiance: Radiance, cost: RenderCost) -> None:
         """Write a render and its cost. Raises OutputError."""
-        write = partial(write_render, radiance=radiance)
-        sha256 = write_atomically(self._folder, render_file(key, RENDER_SUFFIX), write, work=self.work)
+        encode = partial(encoded_render, radiance)
+        sha256 = write_atomically(self._folder, render_file(key, RENDER_SUFFIX), encode, work=self.work)
         self.write_result(key, {"cost": vars(cost), "sha256": sha256})
 
     def result(self, key: str) -> Path:

@@ -39,7 +39,7 @@ from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.processes.open_renderer import require_renderer
 from spin_usd.processes.processors import machine, share_of, usable_cpus
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
-from spin_usd.store.atomic import write_atomically, write_text
+from spin_usd.store.atomic import fill_atomically, write_text
 from spin_usd.store.dataset_folder import Lease, Store, refuse_special_files
 from spin_usd.store.measurement_file import FILE, folder_of, read_measurement
 from spin_usd.store.stage_path import existing_stage
@@ -209,7 +209,7 @@ def _write(folder: Folder, measurement: Measurement, work: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
         read_measurement(temporary)
 
-    write_atomically(folder, FILE, write, work=work)
+    fill_atomically(folder, FILE, write, work=work)
 
 
 def write_report(folder: Path, measurement: Measurement, *, work: Path) -> None:

@@ -1,10 +1,10 @@
 """A worker: one renderer and one ray caster kept open, pictures made one after another, each written and recorded."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import psutil
@@ -15,7 +15,7 @@ from spin_usd.commands.render.record import CurrentPicture, make_record
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
-from spin_usd.formats.array_file import read_array, write_array
+from spin_usd.formats.array_file import encoded_array, read_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, needs_next_frame, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.make_picture import (
@@ -30,7 +30,7 @@ from spin_usd.picture.make_picture import (
     make_labels,
     render_in,
 )
-from spin_usd.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
+from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, in_order, read_render
 from spin_usd.picture.shown_bodies import TELLING, ShownBodies, shown_by_label
 from spin_usd.picture.target_facts import target_facts
 from spin_usd.picture.versions import library_versions
@@ -76,6 +76,7 @@ class Worker:
         self.renderer = self._open_renderer() if self.options.renders else None
         self.versions = library_versions() | (self.renderer.versions() if self.renderer else {})
         self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
+        self._writers = ThreadPoolExecutor(max_workers=WRITERS)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
 
@@ -139,33 +140,33 @@ class Worker:
         without a record they would be nobody's."""
         writing: dict[str, Future[dict[str, Any]]] = {}
         try:
-            with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
-                self._labels(picture, writers, writing)
-                with picture.watch("facts"):
-                    picture.facts = target_facts(picture.scene, picture.shown, self.caster)
-                kept = self._image(picture, writers, writing)
-                with picture.watch("files"):
-                    kept.result()
-                    return {kind: writing[kind].result() for kind in RECORDED if kind in writing}
+            self._labels(picture, writing)  # written while the image is rendered
+            with picture.watch("facts"):
+                picture.facts = target_facts(picture.scene, picture.shown, self.caster)
+            kept = self._image(picture, writing)
+            with picture.watch("files"):
+                kept.result()
+                return {kind: writing[kind].result() for kind in RECORDED if kind in writing}
         except Exception:
+            wait(writing.values())
             for written in writing.values():
                 if written.exception() is None:
                     remove_file(self.store.folder, written.result()["path"])
             raise
 
-    def _labels(self, picture: CurrentPicture, writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
+    def _labels(self, picture: CurrentPicture, writing: dict[str, Future[dict[str, Any]]]) -> None:
         """Make the labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
         keys = {kind: picture.keys.get(kind, picture.keys["geometry"]) for kind in wanted}
         with picture.watch("cache"):
             found = {kind: entry for kind, key in keys.items() if (entry := self.cache.find(kind, key))}
         for kind, entry in found.items():
-            writing[kind] = writers.submit(self._link, picture.scene, entry)
+            writing[kind] = self._writers.submit(self._link, picture.scene, entry)
         missing = [kind for kind in wanted if kind not in found]
         if missing:
             for kind, array, channels in self._made_labels(picture, missing):
                 label = partial(self._label, keys[kind]) if picture.keep_labels else self._write
-                writing[kind] = writers.submit(label, picture.scene, kind, array, channels)
+                writing[kind] = self._writers.submit(label, picture.scene, kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
         picture.shown = picture.shown or self._shown_by_cached(picture, found)
         if wanted:
@@ -185,12 +186,7 @@ class Worker:
             shown = (shown_by_label(picture.scene, kind, read_array(file)) for kind, file in telling)
             return next(filter(None, shown), None)
 
-    def _image(
-        self,
-        picture: CurrentPicture,
-        writers: Executor,
-        writing: dict[str, Future[dict[str, Any]]],
-    ) -> Future[Any]:
+    def _image(self, picture: CurrentPicture, writing: dict[str, Future[dict[str, Any]]]) -> Future[Any]:
         """Make the image and the radiance file, from the cache's render or a new one; the result says when that is
         kept."""
         kept: Future[Any] = Future()
@@ -206,13 +202,13 @@ class Worker:
             assert self.renderer, "the run was said to render nothing"
             rendered = in_order(render_in(light, self.renderer, settings, picture.watch))
             if picture.keep_render:
-                write = partial(write_render, radiance=rendered)
-                kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
+                encode = partial(encoded_render, rendered)
+                kept = self._writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, encode)
         radiance = rendered.relit(light.gains)
         for kind, array, channels in make_image(scene, radiance, settings, picture.kinds, picture.watch, picture.notes):
             if kind == IMAGE:
                 picture.tones = image_tones(scene, radiance, array)
-            writing[kind] = writers.submit(self._write, scene, kind, array, channels)
+            writing[kind] = self._writers.submit(self._write, scene, kind, array, channels)
         return kept
 
     def _cached_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
@@ -222,15 +218,19 @@ class Worker:
     def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one file; returns its entry in the record."""
         name = self._name(scene, kind)
-        digest = write_atomically(self.store.folder, name, _writing(kind, array, channels), work=self.work)
+        encode = _encoding(name, kind, array, channels)
+        digest = write_atomically(self.store.folder, name, encode, work=self.work, forced=False)
         return {"path": name, "sha256": digest, **channels.described}
 
     def _label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
-        """Write one label into the cache and link it; returns its entry in the record."""
-        return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, _writing(kind, array, channels)))
+        """Write one label, which the cache keeps too; returns its entry in the record."""
+        name = self._name(scene, kind)
+        encode = _encoding(name, kind, array, channels)
+        kept = self.cache.keep(kind, key, LABELS[kind].suffix, encode, also=name)
+        return {"path": name, "sha256": kept.sha256, **channels.described}
 
     def _link(self, scene: Scene, cached: CacheEntry) -> dict[str, Any]:
-        """Link one label; returns its entry in the record."""
+        """Link one label that the cache had; returns its entry in the record."""
         kind = cached.purpose.kind
         name = self._name(scene, kind)
         link_atomically(self.store.folder, name, cached.file, work=self.work)
@@ -258,9 +258,9 @@ class Worker:
         return self._reader
 
 
-def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
-    """Return the function that writes a file of that `kind`."""
-    return partial(write_array, array=array, kind=kind, channels=channels)
+def _encoding(name: str, kind: str, array: NDArray[Any], channels: Channels) -> Callable[[], bytes]:
+    """Return the function that encodes the file `name` of that `kind`."""
+    return partial(encoded_array, array, PurePosixPath(name).suffix, kind=kind, channels=channels)
 
 
 def suffix_of(kind: str, image_suffix: str) -> str:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Collection
-from functools import partial
 from pathlib import Path
 
 from msgspec import to_builtins
@@ -12,7 +11,6 @@ from spin_usd.commands.show.data_file import DataFile
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import Folder
-from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.records.descriptions import GalleryDescription
 from spin_usd.resources import PACKAGE
@@ -82,7 +80,7 @@ class GalleryFolder:
         return sum(self.out.size(name) for name in self.out.files())
 
     def _write(self, name: str, content: bytes) -> None:
-        write_atomically(self.out, name, partial(write_whole, data=content), work=self.work)
+        write_atomically(self.out, name, lambda: content, work=self.work)
 
 
 def page_files() -> dict[str, bytes]:

@@ -21,8 +21,7 @@ from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.files.new_file import write_whole
-from spin_usd.formats.image_file import write_image
+from spin_usd.formats.image_file import encoded_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS
@@ -91,12 +90,12 @@ class _PictureWriter:
     def _labels(self, keys: PictureKeys) -> None:
         labels = {kind: self._picture.label(kind) for kind in keys.kinds}
         script = label_file(self._picture, labels).script(keys.labels)
-        write_atomically(self._out, keys.names["labels"], partial(write_whole, data=script), work=self._work)
+        write_atomically(self._out, keys.names["labels"], lambda: script, work=self._work)
 
     def _jpeg(self, name: str, image: NDArray[np.uint8], *, grey: bool) -> None:
         pixels, channels = (image[..., 0], ("Y",)) if grey else (image, ("R", "G", "B"))
-        write = partial(write_image, array=pixels, channels=channels, quality=QUALITY)
-        write_atomically(self._out, name, write, work=self._work)
+        encode = partial(encoded_image, pixels, ".jpg", channels=channels, quality=QUALITY)
+        write_atomically(self._out, name, encode, work=self._work)
 
 
 def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile:

@@ -9,7 +9,7 @@ import pytest
 import spin_usd as package
 from spin_usd.commands.check.in_child.cross import EDGE_SHARE, FEW, _coincident, disagreements
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.formats.array_file import write_array
+from spin_usd.formats.array_file import encoded_array
 from spin_usd.labels.table import LABELS
 from tests.cases.labelled import labels_of
 from tests.cases.scenes import BARREL, box, pose, scene, target
@@ -124,7 +124,9 @@ def test_cycles_agrees_and_finds_what_was_changed(small_stage, tmp_path, spin_us
     package.render(small_stage, out=made, frames="0:3", labels_only=True, workers=1)
     picture = package.Dataset(made)[1]
     moved = np.roll(picture.label("depth"), 1, axis=1)
-    write_array(made / picture.files["depth"].path, moved, kind="depth", channels=LABELS["depth"].channels)
+    (made / picture.files["depth"].path).write_bytes(
+        encoded_array(moved, ".exr", kind="depth", channels=LABELS["depth"].channels)
+    )
     said = json.loads(spin_usd("check", made, "--cross", "--json", code=1).stdout)
     crossed = [finding for finding in said["findings"] if finding["code"] == "cross"]
     assert said["compared"] == 3
