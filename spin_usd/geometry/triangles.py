@@ -29,6 +29,20 @@ def cross(u: Float, v: Float) -> Float:
     return found
 
 
+def dot(u: Float, v: Float) -> Float:
+    """Return (...) the dot products of the vectors (..., 3), equal to the bit to (u * v).sum(-1), which takes several
+    times as long."""
+    found: Float = u[..., 0] * v[..., 0]
+    found += u[..., 1] * v[..., 1]
+    found += u[..., 2] * v[..., 2]
+    return found
+
+
+def lengths(vectors: Float) -> Float:
+    """Return (...) the lengths of the vectors (..., 3), equal to the bit to those of np.linalg.norm."""
+    return np.sqrt(dot(vectors, vectors))
+
+
 def normals_of(points: Float, faces: NDArray[np.integer]) -> Float:
     """Return (F, 3) `normals` of the triangles `faces` (F, 3), which index `points` (P, 3)."""
     found = np.empty((len(faces), 3))
@@ -47,13 +61,13 @@ def parts(count: int) -> Iterator[slice]:
 def unit_normals(corners: Float) -> Float:
     """Return (..., 3) as `normals`, at length 1; 0 where there is no area."""
     along = normals(corners)
-    along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), np.finfo(float).tiny)
+    along /= np.maximum(lengths(along), np.finfo(float).tiny)[..., None]
     return along
 
 
 def areas(corners: Float) -> Float:
     """Return (...) areas of the triangles `corners` (..., 3, 3)."""
-    area: Float = np.linalg.norm(normals(corners), axis=-1) / 2
+    area: Float = lengths(normals(corners)) / 2
     return area
 
 
@@ -67,7 +81,7 @@ def affine(matrices: Float, points: Float) -> Float:
 
 def unit_vectors(vectors: Float) -> Float:
     """Return the vectors (..., 3) at length 1; 0 stays 0."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny)
+    return vectors / np.maximum(lengths(vectors), np.finfo(float).tiny)[..., None]
 
 
 def strip_triangles(order: NDArray[np.integer]) -> NDArray[np.int64]:

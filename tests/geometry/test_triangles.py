@@ -33,6 +33,12 @@ def test_unit_normals_have_length_1_and_none_where_there_is_no_area() -> None:
     assert not unit_normals(np.ones((2, 3, 3))).any()
 
 
+def test_dot_products_and_lengths_are_numpys_to_the_bit() -> None:
+    u, v = CORNERS[..., 0, :], CORNERS[..., 1, :]
+    assert np.array_equal(triangles.dot(u, v), (u * v).sum(-1))
+    assert np.array_equal(triangles.lengths(CORNERS), np.linalg.norm(CORNERS, axis=-1))
+
+
 def test_cross_products_are_numpys_to_the_bit() -> None:
     u, v = np.random.default_rng(3).normal(size=(2, 1000, 3)) * 10.0 ** np.arange(-3, 3).reshape(2, 1, 3)
     np.testing.assert_array_equal(triangles.cross(u, v), np.cross(u, v))

@@ -14,13 +14,15 @@ radiance. A dome is its mean radiance, which arrives from all around without sha
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
+from itertools import batched
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.geometry.region import Region
+from spin_usd.geometry.region import BAND_PIXELS, Region
 from spin_usd.geometry.transform import Transform
+from spin_usd.geometry.triangles import dot, lengths
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.faces import BodyFaces, by_body, groups_of, materials_of
 from spin_usd.scene.derived.light_groups import LightGroups
@@ -57,10 +59,12 @@ class RaycastRenderer:
         for band in region.bands():
             rows = slice(band.y0 - region.y0, band.y1 - region.y0)
             groups, coverage = np.zeros((len(picture.groups), band.width * band.height, 3)), np.zeros(band.shape)
-            for uv in sample_positions(band, samples, rng):
-                light, there = radiance(scene, self._caster, scene.camera.normalised(uv))
-                groups += light
-                coverage += there.reshape(band.shape)
+            size = band.width * band.height
+            for some in batched(sample_positions(band, samples, rng), max(BAND_PIXELS // max(size, 1), 1)):
+                light, there = radiance(scene, self._caster, scene.camera.normalised(np.concatenate(some)))
+                for start in range(0, len(there), size):  # one after the other: sums round by their order
+                    groups += light[:, start : start + size]
+                    coverage += there[start : start + size].reshape(band.shape)
             picture.groups[:, rows] = (groups / samples).reshape(len(groups), *band.shape, 3)
             picture.coverage[rows] = coverage / samples
         return picture
@@ -90,7 +94,7 @@ def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) ->
     if isinstance(light, DistantLight):
         return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.at_target))
     away = T_body_cam.points(light.T_cam_light.translation) - body
-    distance = np.maximum(np.linalg.norm(away, axis=1), np.sqrt(TINY))
+    distance = np.maximum(lengths(away), np.sqrt(TINY))
     to_light = away / distance[:, None]
     leaving = -T_cam_body.directions(to_light) @ light.T_cam_light.rotation
     solid_angle = light.projected_area(leaving) / distance**2
@@ -143,7 +147,7 @@ def _shade(scene: Scene, groups: LightGroups, caster: RayCaster, of: BodyFaces, 
     target = one.target
     weights = weights_at(target.mesh, face, body)
     colours = _diffuse_colours(target, face, weights)
-    normals = shading_normals(one, face, body)
+    normals = shading_normals(one, face, body, weights)
     above = lifted(target.mesh, body, geometric_normals(one, face))
     for light in (scene.lights[index] for index in groups.placed):
         assert not isinstance(light, DomeLight)
@@ -166,7 +170,7 @@ def _lambert(
 ) -> Float:
     """Return (N, 3) radiance of white diffuse points on a body's faces (N,), whose shadow rays start `above` them
     (N, 3)."""
-    cosine = (normals * arriving.to_light).sum(1)
+    cosine = dot(normals, arriving.to_light)
     lit = cosine > 0
     if light.lights is not None:
         lit &= np.isin(groups_of(of.alone.target.mesh, of.face), list(light.lights))

@@ -20,7 +20,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.rotation import product
 from spin_usd.geometry.transform import Transform
-from spin_usd.geometry.triangles import normals, unit_normals
+from spin_usd.geometry.triangles import dot, lengths, normals, unit_normals
 from spin_usd.scene.derived.faces import by_body, corners_of, normals_of, parts_of
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.mesh import Mesh
@@ -195,11 +195,14 @@ def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Fl
     return z, body
 
 
-def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
-    """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), facing the camera."""
-    mesh = scene.target.mesh
-    weights = weights_at(mesh, face, body)
-    return _facing(scene, (weights[..., None] * normals_of(mesh, face)).sum(1), body)
+def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float, weights: Float) -> Float:
+    """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), whose `weights` (N, 3)
+    are those of `weights_at`, facing the camera."""
+    corners = normals_of(scene.target.mesh, face)
+    along = weights[:, :1] * corners[:, 0]
+    along += weights[:, 1:2] * corners[:, 1]
+    along += weights[:, 2:] * corners[:, 2]
+    return _facing(scene, along, body)
 
 
 def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
@@ -218,10 +221,10 @@ def geometric_normals(scene: Scene, face: NDArray[np.int32]) -> Float:
 
 def _facing(scene: Scene, along: Float, body: Float) -> Float:
     """Normals `along` (N, 3) at the points `body` (N, 3), made unit and turned towards the camera."""
-    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), TINY)
-    eye = scene.T_cam_body.inverse().translation
-    away = (unit * (body - eye)).sum(1) > 0
-    return np.where(away[:, None], -unit, unit)
+    unit = along / np.maximum(lengths(along), TINY)[:, None]
+    away = dot(unit, body - scene.T_cam_body.inverse().translation) > 0
+    unit *= np.where(away, -1.0, 1.0)[:, None]
+    return unit
 
 
 def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -238,7 +241,7 @@ def _planes(mesh: Mesh, faces: NDArray[np.intp], pose: Transform) -> Float:
     """Return (6, F) in camera axes around the mesh's centre: unit normal, offset along it, least and largest depth."""
     corners = pose.directions(corners_of(mesh, faces) - mesh.centre)
     normal = unit_normals(corners)
-    offset = (normal * corners[:, 0]).sum(1)
+    offset = dot(normal, corners[:, 0])
     depth = corners[..., 2]
     return np.stack([*normal.T, offset, depth.min(1), depth.max(1)])
 
@@ -247,9 +250,9 @@ def _barycentric(points: Float, corners: Float) -> Float:
     """Weights (N, 3) of the points (N, 3) in their triangles (N, 3, 3), clipped to the triangle and summing to 1."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     w = points - a
-    uu, uv, vv = (u * u).sum(1), (u * v).sum(1), (v * v).sum(1)
-    wu, wv = (w * u).sum(1), (w * v).sum(1)
+    uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
     det = np.maximum(uu * vv - uv * uv, TINY)
     beta, gamma = (vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det
     weights = np.clip(np.stack([1 - beta - gamma, beta, gamma], -1), 0, 1)
-    return weights / np.maximum(weights.sum(1, keepdims=True), TINY)
+    weights /= np.maximum(weights[:, 0] + weights[:, 1] + weights[:, 2], TINY)[:, None]
+    return weights

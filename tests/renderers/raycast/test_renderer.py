@@ -8,6 +8,7 @@ import trimesh
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.renderers.raycast import renderer
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
@@ -130,6 +131,14 @@ def test_the_seed_decides_the_samples() -> None:
     first, again, other = (RENDERER.radiance(s, Effort(samples=4), seed=seed).rgb for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
+
+
+def test_how_many_samples_are_cast_together_changes_no_bit(monkeypatch) -> None:
+    points, faces, parts = soup(4)
+    s = scene(target(points, faces, parts=parts, materials=(WHITE,)), lights=[sun((0.3, 0.2, 1))])
+    together = RENDERER.radiance(s, Effort(samples=5), seed=1)
+    monkeypatch.setattr(renderer, "BAND_PIXELS", 1)
+    np.testing.assert_array_equal(RENDERER.radiance(s, Effort(samples=5), seed=1).groups, together.groups)
 
 
 def test_one_sample_is_the_pixel_centre() -> None:

@@ -8,7 +8,7 @@ import trimesh
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface
+from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface, weights_at
 from spin_usd.scene.passes import Visibility
 from tests.cases.scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
 
@@ -115,7 +115,7 @@ def sphere():
 def test_shading_normals_of_a_sphere_are_its_radii(camera) -> None:
     s = scene(sphere(), camera=camera, T_cam_body=pose((0.3, 0.2, -0.7, 0.5), (0.4, 0.1, 6)))
     surface = visible_surface(s, EmbreeCaster().visibility(s))
-    normals = shading_normals(s, surface.face, surface.body)
+    normals = shading_normals(s, surface.face, surface.body, weights_at(s.target.mesh, surface.face, surface.body))
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=1e-12)
     radii = surface.body / np.linalg.norm(surface.body, axis=1, keepdims=True)
     view = surface.body - s.T_cam_body.inverse().translation
@@ -130,7 +130,10 @@ def test_normals_face_the_camera_from_either_side() -> None:
     surface = visible_surface(s, EmbreeCaster().visibility(s))
     towards = s.T_cam_body.inverse().translation - surface.body
     own = s.target.mesh.corner_normals[surface.face, 0]
-    for normals in (shading_normals(s, surface.face, surface.body), geometric_normals(s, surface.face)):
+    for normals in (
+        shading_normals(s, surface.face, surface.body, weights_at(s.target.mesh, surface.face, surface.body)),
+        geometric_normals(s, surface.face),
+    ):
         assert ((normals * towards).sum(1) >= 0).all()
         np.testing.assert_allclose(np.abs((normals * own).sum(1)), 1, rtol=0, atol=1e-6)
     assert ((own * towards).sum(1) < 0).any()
