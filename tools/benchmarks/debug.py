@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import three_stages
 from benchmarks.command import asked
-from benchmarks.frames import small_camera
+from benchmarks.frames import own_camera
+from benchmarks.growth import WIDTH
 
 import spin_usd
 from spin_usd import resources
@@ -46,7 +47,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     samples = 2 if options.quick else options.samples
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name:
         folder = Path(name)
-        camera = small_camera(folder / "camera.json") if options.quick else "speedplus"
+        camera = own_camera(folder / "camera.json", WIDTH // 4) if options.quick else "speedplus"
         stages = {name: author(name, folder / name, camera) for name in STAGES}
         return {"samples": samples, "stages": {name: difference(stage, samples) for name, stage in stages.items()}}
 

@@ -42,6 +42,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--poses", type=Path, default=three_stages.POSES)
     parser.add_argument("--stage", default="matt", choices=three_stages.STAGES)
     parser.add_argument("--frames", metavar="A:B:STEP", help="of the pose list; all if not given")
+    parser.add_argument(
+        "--width", type=int, metavar="PIXELS", help="of a lens without distortion; SPEED+'s if not given"
+    )
     parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=1, help="times that every picture is made")
     parser.add_argument("--cpus", type=int, default=len(usable_cpus()), help="processors that each may use")
@@ -51,11 +54,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def measure(options: argparse.Namespace) -> dict[str, Any]:
     """Author the stage, then make every picture with each in turn."""
     if options.quick:
-        options.frames, options.samples, options.rounds = "0:2", 1, 1
+        options.frames, options.samples, options.rounds, options.width = "0:2", 1, 1, WIDTH // 4
     hold_to(usable_cpus()[: options.cpus])  # all others inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name, ExitStack() as stack:
         folder = Path(name)
-        camera = small_camera(folder / "camera.json") if options.quick else "speedplus"
+        camera = own_camera(folder / "camera.json", options.width) if options.width else "speedplus"
         stage = three_stages.author(
             options.stage, folder / "stage", poses=options.poses, frames=options.frames, camera=camera
         )
@@ -78,9 +81,9 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def small_camera(file: Path) -> str:
-    """Write a camera of a quarter of the pixels a side; return the file's path."""
-    file.write_text(json.dumps(camera_of(WIDTH // 4)))
+def own_camera(file: Path, width: int) -> str:
+    """Write a camera of that width; return the file's path."""
+    file.write_text(json.dumps(camera_of(width)))
     return str(file)
 
 
