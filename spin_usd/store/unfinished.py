@@ -1,8 +1,9 @@
 """Find what is left to make of a picture that an earlier run may have made."""
 
+import os
+import stat
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -155,8 +156,17 @@ def _complete(store: Store, picture: PlannedPicture, had: Mapping[str, str], wan
     # As text: paths as objects take most of the time of a resumed run's 240,000 records.
     missing = (kind for kind in wanted.kinds if kind not in had)
     return not any(_can_have(picture, kind) for kind in missing) and all(
-        isfile(f"{store.root}/{path}") for path in had.values()
+        _holds_something(f"{store.root}/{path}") for path in had.values()
     )
+
+
+def _holds_something(path: str) -> bool:
+    """Return whether there is a file that is not empty: a power cut may leave one that is."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return False
+    return stat.S_ISREG(status.st_mode) and status.st_size > 0
 
 
 def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:

@@ -10,6 +10,7 @@ from documents.accuracy import measurements
 from documents.cost import figures_of
 from documents.labels import LABELS
 from documents.marked import prose
+from documents.training import rows_of
 
 from spin_usd.accuracy.front import Criterion
 from spin_usd.accuracy.report import by_name
@@ -20,8 +21,9 @@ QUALITY = "--quality standard"
 
 
 def headline(folder: Path) -> str:
-    """Return how exact the labels are, what a picture takes, and how far off its light is: one item each."""
-    items = (_labels(folder), _cost(folder), _noise(folder))
+    """Return how exact the labels are, what a picture takes, how far off its light is, and what trains well: one item
+    each."""
+    items = (_labels(folder), _cost(folder), _noise(folder), _training(folder))
     return "\n".join(prose(f"- {item}").replace("\n", "\n  ") for item in items if item)
 
 
@@ -61,3 +63,24 @@ def _noise(folder: Path) -> str:
         return ""
     said = f"with `{QUALITY}`, the default, the target's pixels are off by {', '.join(errors)} (root mean square)"
     return f"**Light**: {said}."
+
+
+def _training(folder: Path) -> str:
+    """Return what rich pictures and several appearances are worth to a network."""
+    rows = {row.name: row for row in rows_of(folder, "proxy")}
+    scores = {
+        name: " and ".join(f"{rows[name].score(bed)[0]:.2f}" for bed in ("sunlamp", "lightbox")) for name in TAUGHT
+    }
+    said = ", ".join(f"{score} {TAUGHT[name]}" for name, score in scores.items())
+    return (
+        "**Training**: a small network's SPEED+ score on two sets under light that it has not seen (sunlamp and "
+        f"lightbox) is {said}; how well the pictures are rendered counts for much less "
+        "([what was tried](docs/concepts/training.md))."
+    )
+
+
+TAUGHT = {
+    "plain": "after plain pictures",
+    "rich": "after rich ones",
+    "rich_3": "after three appearances of each pose",
+}
