@@ -162,6 +162,8 @@ def _image_file(path: Path) -> NDArray[np.uint8]:
 
 
 def _grey(image: NDArray[Any]) -> NDArray[np.uint8]:
+    if image.dtype == np.uint8 and image.ndim == 2:
+        return image
     if image.dtype == np.uint16:
         image = image / 257
     if image.ndim == 3:
