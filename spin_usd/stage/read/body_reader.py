@@ -1,9 +1,11 @@
 """One body of a stage: its pose in the camera's axes, and its shape, at each time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from enum import Enum
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, UsdShade
 
 from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
@@ -13,6 +15,7 @@ from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
 from spin_usd.stage.read.target.bodies import OccluderPrims
+from spin_usd.stage.read.target.gprim import MaterialUse
 from spin_usd.stage.read.target.keypoints import find_keypoints
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.time_variation import CachedIfConstant, has_varying_attribute, moves, varying, visibility_varies
@@ -59,7 +62,8 @@ class BodyReader:
         self.shared = None if shared is None else shared.of(camera, self.prim)
         self._last: Target | None = None
         self._scale: float | None = None  # that it was last read with
-        self._varies = True
+        self._varies = Variation.SHAPE
+        self._uses: Sequence[MaterialUse] = ()
 
     def pose_at(self, time_code: float) -> Transform:
         """Compute T_cam_body at a time code."""
@@ -86,23 +90,36 @@ class BodyReader:
         ), size * body.scale
 
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
-        """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; None for
-        an occluder of which nothing is visible. Raises StageError for such a target."""
-        if self._scale is not None and abs(scale - self._scale) < UNIT_SCALE_TOLERANCE and not self._varies:
+        """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the
+        same mesh where materials alone did; None for an occluder of which nothing is visible. Raises StageError for
+        such a target."""
+        same_size = self._scale is not None and abs(scale - self._scale) < UNIT_SCALE_TOLERANCE
+        if same_size and self._varies is Variation.NONE:
             return self._last
-        reader, metres = self._open(self.prim, time), scale * self._metres
-        found = reader.read_occluder(self._roots, metres) if self._roots else reader.read(metres)
+        reader = self._open(self.prim, time)
+        shaped = self._last if same_size and self._varies is Variation.LOOK else None
+        found = reader.read_look(shaped, self._uses) if shaped else None
+        if found is None:
+            found = self._read(reader, scale * self._metres)
+            self._uses = reader.uses
         if self._scale is None:
-            self._varies = self._can_vary(reader)
+            self._varies = self._variation(reader)
         if self._last is None or found is None or found.key != self._last.key:
             self._last = found
         self._scale = scale
         return self._last
 
-    def _can_vary(self, reader: TargetReader) -> bool:
+    def _read(self, reader: TargetReader, metres: float) -> Target | None:
+        found = reader.read_occluder(self._roots, metres) if self._roots else reader.read(metres)
+        last = self._last
+        if found and last and (found.mesh.key, found.mesh.shading_key) == (last.mesh.key, last.mesh.shading_key):
+            return replace(found, mesh=last.mesh)  # renderers keep what they made of it
+        return found
+
+    def _variation(self, reader: TargetReader) -> "Variation":
         if self._roots:
-            return occluder_varies(self.prim, self._roots, reader.visited)
-        return target_varies(self.prim, reader.visited)
+            return occluder_variation(self.prim, self._roots, reader.visited)
+        return target_variation(self.prim, reader.visited)
 
 
 def _common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
@@ -126,20 +143,35 @@ def _camera_below(above: Usd.Prim, camera: Usd.Prim) -> Callable[[Usd.TimeCode],
     return compute
 
 
-def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
-    """Return whether the target's shape can change in time, apart from its own pose. read: the prims that it was read
-    from."""
+class Variation(Enum):
+    """What of a body can change in time, apart from its own pose: LOOK, inputs of materials alone."""
+
+    NONE, LOOK, SHAPE = range(3)
+
+
+def target_variation(target: Usd.Prim, read: list[Usd.Prim]) -> Variation:
+    """Return what can change of the target. read: the prims that it was read from."""
     if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
-        return True
-    return any(has_varying_attribute(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
+        return Variation.SHAPE
+    return _variation_of(
+        prim for prim in (*read, *_keypoints_chain(target)) if prim != target and has_varying_attribute(prim)
+    )
 
 
-def occluder_varies(frame: Usd.Prim, roots: Sequence[Usd.Prim], read: list[Usd.Prim]) -> bool:
-    """Return whether the shape of an occluder with these `roots` can change in the axes of `frame`, which may be one of
-    them. read: the prims that it was read from."""
+def occluder_variation(frame: Usd.Prim, roots: Sequence[Usd.Prim], read: list[Usd.Prim]) -> Variation:
+    """Return what can change of an occluder with these `roots` in the axes of `frame`, which may be one of them. read:
+    the prims that it was read from."""
     if any(visibility_varies(prim) for root in roots for prim in ancestors(root)):
-        return True
-    return any(varying(prim) if prim == frame else has_varying_attribute(prim) for prim in read)
+        return Variation.SHAPE
+    return _variation_of(prim for prim in read if (varying(prim) if prim == frame else has_varying_attribute(prim)))
+
+
+def _variation_of(varying: Iterable[Usd.Prim]) -> Variation:
+    """Return what these prims, which vary, change."""
+    looks = [prim.IsA(UsdShade.Shader) or prim.IsA(UsdShade.NodeGraph) for prim in varying]
+    if not looks:
+        return Variation.NONE
+    return Variation.LOOK if all(looks) else Variation.SHAPE
 
 
 def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:

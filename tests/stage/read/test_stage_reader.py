@@ -212,6 +212,72 @@ def test_a_target_that_changes_is_read_again_and_kept_while_equal(make_stage, va
     assert keys[0] == keys[2] != keys[1]
 
 
+PRESENCE = 'token inputs:opacityMode = "presence"\n'
+PAINTED = """
+def Sphere "Ball"
+{{
+    rel material:binding = </World/Target/Paint>
+}}
+def Cube "Box"
+{{
+    rel material:binding = </World/Target/Other>
+}}
+def Material "Paint"
+{{
+    token outputs:surface.connect = </World/Target/Paint/Shader.outputs:surface>
+    def Shader "Shader"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+        {varying}
+    }}
+}}
+def Material "Other"
+{{
+    token outputs:surface.connect = </World/Target/Other/Shader.outputs:surface>
+    def Shader "Shader"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+        float inputs:roughness = 0.3
+    }}
+}}
+"""
+
+
+def painted(make_stage, varying):
+    """The targets of the four frames where an input of the ball's material varies."""
+    return [scene.target for scene in scenes(make_stage(PAINTED.format(varying=varying), metadata=RANGE))]
+
+
+def test_a_material_that_changes_leaves_the_mesh_alone(make_stage) -> None:
+    """So that renderers keep what they made of it."""
+    found = painted(make_stage, "float inputs:roughness.timeSamples = {\n0: 0.2,\n1: 0.8,\n2: 0.8,\n3: 0.2\n}")
+    roughness = [[material.roughness for material in each.materials] for each in found]
+    np.testing.assert_allclose(roughness, [[0.2, 0.3], [0.8, 0.3], [0.8, 0.3], [0.2, 0.3]], rtol=1e-6)
+    assert all(each.mesh is found[0].mesh for each in found)
+    assert found[1] is found[2]
+    assert found[0].key == found[3].key != found[1].key
+
+
+@pytest.mark.parametrize(
+    ("varying", "faces_differ"),
+    [
+        (
+            PRESENCE + "float inputs:opacity.timeSamples = {\n0: 1,\n1: 0,\n2: 0,\n3: 1\n}",
+            True,
+        ),  # of the ball nothing is left
+        (PRESENCE + "float inputs:opacity.timeSamples = {\n0: 0,\n1: 1,\n2: 1,\n3: 0\n}", True),
+        ("float inputs:displacement.timeSamples = {\n0: 0,\n1: 0.5,\n2: 0.5,\n3: 0\n}", False),
+    ],
+)
+def test_a_material_that_changes_the_shape_is_read_with_it(make_stage, varying, faces_differ) -> None:
+    a, b, c, d = painted(make_stage, varying)
+    assert (a.mesh.count != b.mesh.count) == faces_differ
+    assert b is c
+    assert a.mesh.key == d.mesh.key != b.mesh.key
+
+
 def test_a_target_that_grows_by_its_own_scale(make_stage) -> None:
     growing = "float3 xformOp:scale.timeSamples = {\n0: (1, 1, 1),\n3: (4, 4, 4),\n}"
     found = scenes(make_stage(metadata=RANGE, pose=f'{growing}\nuniform token[] xformOpOrder = ["xformOp:scale"]'))

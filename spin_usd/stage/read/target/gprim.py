@@ -1,5 +1,6 @@
 """Gprims of the target: triangles, with the part and the material of each, and their pose."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -65,11 +66,25 @@ class PlacedGprim:
     where: object = ""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MaterialUse:
+    """A material as a gprim has it. prim: the gprim, or the subset that binds it · primvars: those that the gprim has ·
+    amount: of displacement · absent: whether its faces are left out · number: as faces have it, None where no face
+    has."""
+
+    prim: Usd.Prim
+    primvars: frozenset[str]
+    amount: Any
+    absent: bool
+    number: int | None
+
+
 @dataclass(eq=False)
 class GprimReader:
     """Reads gprims at one time, numbering their parts and materials from 0 as they come: `labels` and `materials` are
-    the lists that they index. `visited` collects the prims on which the result depends besides the gprim; `images` are
-    the stage's. Faces whose material nobody can see are left out, unless `keep_transparent`."""
+    the lists that they index; `uses` has each use of a material once. `visited` collects the prims on which the result
+    depends besides the gprim; `images` are the stage's. Faces whose material nobody can see are left out, unless
+    `keep_transparent`."""
 
     time: Usd.TimeCode
     images: Images
@@ -78,6 +93,7 @@ class GprimReader:
     keep_transparent: bool = False
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
+    uses: dict[tuple[str, frozenset[str]], MaterialUse] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
     _meshes: dict[Any, GprimMesh] = field(default_factory=dict)
 
@@ -90,7 +106,8 @@ class GprimReader:
         subsets = find_subsets(prim)
         self.visited += [subset.GetPrim() for subset in subsets]
         painting = [subset for subset in subsets if binds_material(subset)]
-        templates = [self._template(each) for each in (prim, *(subset.GetPrim() for subset in painting))]
+        painters = (prim, *(subset.GetPrim() for subset in painting))
+        templates = [self._template(each) for each in painters]
         primvars = self._primvars(prim, templates)
         named = named_subsets(prim, labels)
         found = {primvar.name for primvar in primvars}
@@ -100,13 +117,45 @@ class GprimReader:
         for index in mesh.left_out:
             found_there = "has opacity 0: surfaces of it are left out of labels and pictures"
             self.notes.add("material-transparent", materials[index].path, found_there)
+        numbers = {index: self._material(materials[index]) for index in mesh.painters}
+        for index, (template, painter) in enumerate(zip(templates, painters, strict=True)):
+            amount = resolved(template.displacement, found)
+            self._note_use(template, painter, frozenset(found), amount, absent[index], numbers.get(index))
         if not len(mesh.part):
             return None
         return PlacedGprim(
             mesh=mesh,
             parts=tuple(self._part(each) for each in (labels, *(own for _, own in named))),
-            materials=tuple(self._material(materials[index]) for index in mesh.painters),
+            materials=tuple(numbers.values()),
         )
+
+    def again(self, uses: Iterable[MaterialUse], before: Sequence[Material]) -> tuple[Material, ...] | None:
+        """Read the materials of these `uses` of an earlier time, by their numbers, which were `before` then; None where
+        they move other points or show other faces now."""
+        found = list(before)
+        for use in uses:
+            template = self._templates.of(use.prim)
+            material = template.material(use.primvars)
+            absent = material.absent and not self.keep_transparent
+            if absent != use.absent or resolved(template.displacement, use.primvars) != use.amount:
+                return None
+            if use.number is not None:
+                found[use.number] = material
+        return tuple(found)
+
+    def _note_use(
+        self,
+        template: MaterialTemplate,
+        prim: Usd.Prim,
+        primvars: frozenset[str],
+        amount: Any,
+        absent: bool,
+        number: int | None,
+    ) -> None:
+        known = self.uses.get((template.path, primvars))
+        if known is None or known.number is None:
+            use = MaterialUse(prim=prim, primvars=primvars, amount=amount, absent=absent, number=number)
+            self.uses[template.path, primvars] = use
 
     def _template(self, prim: Usd.Prim) -> MaterialTemplate:
         template = self._templates.of(prim)

@@ -1,6 +1,6 @@
 """A target: all geometry that is rendered below one prim, as one mesh in body axes. An occluder is read likewise."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.shapes.triangles import Int, determinant
 from spin_usd.stage.read.target.bodies import target_name
 from spin_usd.stage.read.target.body_parts import BodyParts
-from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
+from spin_usd.stage.read.target.gprim import GprimReader, MaterialUse, PlacedGprim
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
@@ -90,6 +90,17 @@ class TargetReader:
         names, keypoints = read_keypoints(self.prim, self.time)
         name = target_name(self.prim)
         return replace(self._assembled(pieces, name, metres), keypoint_names=names, keypoints=keypoints * metres)
+
+    def read_look(self, last: Target, uses: Iterable[MaterialUse]) -> Target | None:
+        """Return `last`, which was read at another time, with its materials at this one, of the `uses` then; None where
+        they decide more than how its surface looks."""
+        materials = self._pieces.again(uses, last.materials)
+        return None if materials is None else replace(last, materials=materials)
+
+    @property
+    def uses(self) -> tuple[MaterialUse, ...]:
+        """The uses of materials that were found."""
+        return tuple(self._pieces.uses.values())
 
     def read_occluder(self, roots: Sequence[Usd.Prim], metres: float) -> Target | None:
         """Read the geometry at and below `roots`, which are the prim itself or children of it; None where nothing is
