@@ -47,14 +47,18 @@ def exported(dataset: Path, to: str, out: Path, *options: str) -> Path:
 
 def in_batches(pictures: PictureSet, training: Training, loaders: int) -> Iterable[Batch]:
     """Return batches of random pictures, each read from its file."""
-    return torch.utils.data.DataLoader(Batches(pictures, training), batch_size=None, num_workers=loaders)
+    found: Iterable[Batch] = torch.utils.data.DataLoader(
+        Batches(pictures, training), batch_size=None, num_workers=loaders
+    )
+    return found
 
 
 def from_shards(shards: list[str], points: Float, training: Training, loaders: int) -> Iterable[Batch]:
     """Return batches of pictures in the shards' order, again and again."""
     stream = webdataset.WebDataset(shards, shardshuffle=False, empty_check=False).map(partial(made, points, training))
     batches = stream.batched(training.batch, collation_fn=_stacked, partial=False).repeat()
-    return torch.utils.data.DataLoader(batches, batch_size=None, num_workers=loaders)
+    found: Iterable[Batch] = torch.utils.data.DataLoader(batches, batch_size=None, num_workers=loaders)
+    return found
 
 
 def made(points: Float, training: Training, sample: dict[str, Any]) -> tuple[NDArray[Any], NDArray[Any]]:
