@@ -19,3 +19,11 @@ def test_the_estimate_is_near_what_rays_meet(small_stage) -> None:
     off = np.abs(np.array([coverage.target_pixels(scene) for scene in scenes]) / found - 1)
     assert np.median(off) <= USUAL
     assert off.max() <= MOST
+
+
+def test_a_picture_alone_is_estimated_as_among_others(small_stage) -> None:
+    """The sides that it needs are looked at when it is asked for, whichever were before."""
+    reader, coverage = StageReader(small_stage), Coverage()
+    for frame in reader.frames:
+        scene = reader.scene(frame)
+        assert coverage.target_pixels(scene) == Coverage().target_pixels(scene)
