@@ -38,6 +38,10 @@ BLOCK = 2**22
 QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
+STEPS = np.zeros(256, np.int8)
+"""By the byte of a text, how much deeper in brackets what follows lies."""
+STEPS[list(b"([{")], STEPS[list(b")]}")] = 1, -1
+NO_BRACKETS = bytes(np.flatnonzero(STEPS == 0).tolist())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,10 +182,10 @@ def _refuse_nesting(text: bytes, where: object) -> None:
 
 def _depth(text: bytes) -> int:
     deepest = depth = 0
-    for start in range(0, len(text), BLOCK):
-        codes = np.frombuffer(text, np.uint8, min(BLOCK, len(text) - start), start)
-        step = np.isin(codes, list(b"([{")).astype(np.int32) - np.isin(codes, list(b")]}"))
-        depths = depth + step.cumsum()
+    brackets = text.translate(None, NO_BRACKETS)  # a tenth of a mesh's text
+    for start in range(0, len(brackets), BLOCK):
+        codes = np.frombuffer(brackets, np.uint8, min(BLOCK, len(brackets) - start), start)
+        depths = depth + STEPS[codes].cumsum(dtype=np.int32)
         deepest, depth = max(deepest, int(depths.max())), int(depths[-1])
     return deepest
 
