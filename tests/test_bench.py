@@ -18,7 +18,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
-MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "watch")
+MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "startup", "watch")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 
@@ -145,3 +145,26 @@ class TestEqualError:
 @pytest.mark.campaign
 def test_every_kind_of_edit_is_timed(found) -> None:
     assert set(found["watch"]["stages"]["matt"]) == {"pose", "light", "material", "lens"}
+
+
+@pytest.mark.campaign
+def test_each_start_takes_processors_and_time(found) -> None:
+    figures = found["startup"]
+    for taken in figures["commands"].values():
+        assert all(taken[kind]["least"] > 0 for kind in ("wall_s", "cpu_s"))
+    assert {"numpy", "pxr"} <= set(figures["imports_ms"]["planning child"])
+    assert "bpy" in figures["imports_ms"]["worker of Blender"]
+
+
+def test_imports_are_added_up_by_library(monkeypatch) -> None:
+    """What a module imports is not its own; the table's head and what libraries print are no modules."""
+    monkeypatch.syspath_prepend(REPOSITORY / "tools")
+    report = """import time: self [us] | cumulative | imported package
+import time:      1000 |       1000 |   json.decoder
+import time:       250 |       1250 | json
+Blender says: 100 | 200 | hello
+import time:      2000 |       3000 |   pxr.Tf
+import time:      4000 |       7000 | pxr
+"""
+    found = importlib.import_module("benchmarks.startup").of_libraries(report)
+    assert found == {"Python itself": 1.25, "pxr": 6.0}

@@ -25,6 +25,7 @@ from benchmarks import (
     predict,
     sensor,
     stages,
+    startup,
     variants,
     watch,
 )
@@ -33,7 +34,7 @@ from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.processors import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement, debug)
-RUNS = (growth, variants, plan, predict, calibrate, gallery, watch)
+RUNS = (growth, variants, plan, predict, calibrate, gallery, watch, startup)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
 

@@ -25,7 +25,14 @@ class Done:
 
 def run(*arguments: object) -> Done:
     """Run `spin-usd ARGUMENTS --json`; end this program where that fails."""
-    words = [*map(str, arguments), "--json"]
+    output, taken = timed(*arguments, "--json")
+    return Done(answer=json.loads(output), **taken)
+
+
+def timed(*arguments: object) -> tuple[bytes, dict[str, Any]]:
+    """Run `spin-usd ARGUMENTS`; return what it printed, and what it took, as Done has it. End this program where it
+    fails."""
+    words = [*map(str, arguments)]
     began = time.perf_counter()
     with tempfile.TemporaryFile() as out:
         process = subprocess.Popen([*COMMAND, *words], stdout=out)
@@ -35,9 +42,9 @@ def run(*arguments: object) -> Done:
         if process.returncode:
             sys.exit(f"spin-usd {' '.join(words)} ended with exit code {process.returncode}")
         out.seek(0)
-        answer = json.load(out)
+        printed = out.read()
     cpu = usage.ru_utime + usage.ru_stime
-    return Done(answer=answer, wall_s=wall, cpu_s=cpu, memory_bytes=usage.ru_maxrss * 1024)
+    return printed, {"wall_s": wall, "cpu_s": cpu, "memory_bytes": usage.ru_maxrss * 1024}
 
 
 def asked(*arguments: object) -> dict[str, Any]:
