@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spin_usd.commands.export.options import ExportOptions
+from spin_usd.commands.export.run import PATIENCE_S
 from spin_usd.commands.export.writer import Counts, RowText, Writer
 from spin_usd.errors import SpinError
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
@@ -29,7 +30,6 @@ from spin_usd.store.dataset import Dataset
 LIST = "pictures.csv"
 """Lists the pictures of every export: what they are called there, and which they are of the dataset."""
 SHARE = 8  # pictures that a child is asked for at once
-PATIENCE_S = 600.0  # a child says no word while it reads models, or writes a shard or an index of all pictures
 
 
 class Made(NamedTuple):

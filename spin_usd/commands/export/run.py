@@ -1,12 +1,16 @@
 """A dataset in a format of others."""
 
+from typing import TYPE_CHECKING
+
 from spin_usd.commands.export.options import ExportOptions
-from spin_usd.commands.export.pictures import PATIENCE_S
 from spin_usd.commands.export.report import ExportReport
-from spin_usd.exchange.layout.layout import ExportFormat
-from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
+
+if TYPE_CHECKING:
+    from spin_usd.exchange.layout.layout import ExportFormat
+
+PATIENCE_S = 600.0  # a child says no word while it reads models, or writes a shard or an index of all pictures
 
 
 @takes(ExportOptions)
@@ -21,6 +25,8 @@ def export(options: ExportOptions) -> ExportReport:
     return ExportReport(**report)
 
 
-def export_formats() -> tuple[ExportFormat, ...]:
+def export_formats() -> "tuple[ExportFormat, ...]":
     """Return the formats that there are, with their options."""
+    from spin_usd.exchange.table import EXPORT_FORMATS  # not above: the child loads it, and few need it here
+
     return tuple(EXPORT_FORMATS.values())
