@@ -5,6 +5,7 @@ from typing import Any
 
 from spin_usd.errors import RenderError, SpinError, StageError
 from spin_usd.processes.child import Child
+from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 
@@ -18,12 +19,13 @@ def ask_child(
     within_s: float = PATIENCE_S,
     **arguments: Any,
 ) -> Any:
-    """Return what `call` returns in a child of its own. `reads`: the file that it does, for messages; `memory` is
-    that of Child; `within_s` bounds the wait for each word from it. Its temporary files are gone in the end.
+    """Return what `call` returns in a child of its own, the one started ahead unless `memory`, that of Child, is given.
+    `reads`: the file that it does, for messages; `within_s` bounds the wait for each word from it. Its temporary files
+    are gone in the end.
 
     Raises what the child raises, and as `unreadable` says where it dies.
     """
-    with Child(memory=memory) as child:
+    with next_child() if memory is None else Child(memory=memory) as child:
         try:
             return child.call(call, progress=progress, within_s=within_s, **arguments)
         except ChildDiedError as died:

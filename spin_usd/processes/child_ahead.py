@@ -4,16 +4,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from spin_usd.processes.child import Child
+from spin_usd.processes.child_calls import modules_of
 
-PLANNING_MODULE = "spin_usd.planning.in_child"  # what a child that plans loads; named as text: it loads USD
 _waiting: list[Child] = []  # started, and not yet taken: at most one, for a process does one command at a time
 
 
 @contextmanager
-def child_ahead(*modules: str) -> Iterator[None]:
-    """Start a child that loads the `modules`, for the first `next_child` in the block; one that nobody took is ended
-    with it."""
-    _waiting.append(Child(modules=modules))
+def child_ahead(*calls: str) -> Iterator[None]:
+    """Start a child that loads what the `calls` need, for the first `next_child` in the block; one that nobody took is
+    ended with it."""
+    _waiting.append(Child(modules=modules_of(*calls)))
     try:
         yield
     finally:

@@ -46,6 +46,11 @@ CALLS: Mapping[str, str] = {
 """By name the module, and in it the function, the class, or the method of one. What takes `progress` is given it."""
 
 
+def modules_of(*calls: str) -> tuple[str, ...]:
+    """Return the modules that a child loads to answer the `calls`."""
+    return tuple(CALLS[call].partition(":")[0] for call in calls)
+
+
 class ChildCalls:
     """Answers calls. `progress` is called as work goes on."""
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from spin_usd.errors import SpinError
 from spin_usd.processes.child import Child
+from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
@@ -26,7 +27,7 @@ def results_of(
     children: int,
     *,
     progress: Progress,
-    start: Callable[[], Child] = Child,
+    start: Callable[[], Child] = next_child,
     within_s: float = PATIENCE_S,
 ) -> Iterator[Any]:
     """Yield the result of each call, in their order: a SpinError where it failed, which is a ChildDiedError where a

@@ -34,8 +34,7 @@ from benchmarks.growth import camera
 from benchmarks.spread import shown, spread
 
 from spin_usd.commands.render.workers import HULL_MODULE, WORKER_MODULE
-from spin_usd.processes.child_ahead import PLANNING_MODULE
-from spin_usd.processes.child_calls import CALLS
+from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.open_renderer import renderer_entry
 
 WIDTH = 480
@@ -45,11 +44,11 @@ COMMAND_LINE = "spin_usd.command_line"
 PROCESSES: Mapping[str, Sequence[str]] = {
     "command line": (COMMAND_LINE,),
     "supervisor of render": (COMMAND_LINE, "spin_usd.commands.render.run"),
-    "planning child": (CHILD, PLANNING_MODULE),
+    "planning child": (CHILD, *modules_of("open_plan")),
     "worker of labels": (CHILD, WORKER_MODULE, HULL_MODULE),
     "worker of Blender": (CHILD, WORKER_MODULE, renderer_entry("blender").module, HULL_MODULE),
-    "child of check": (CHILD, *(CALLS[call].partition(":")[0] for call in ("check_stage", "check_picture"))),
-    "child of export": (CHILD, CALLS["export"].partition(":")[0]),
+    "child of check": (CHILD, *modules_of("check_stage", "check_picture")),
+    "child of export": (CHILD, *modules_of("export")),
 }
 Words = Callable[[Path, Path], Sequence[object]]
 COMMANDS: Mapping[str, Words] = {

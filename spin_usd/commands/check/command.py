@@ -50,7 +50,9 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
-    with shown(context.obj["quiet"]) as progress:
+    from spin_usd.processes.child_ahead import child_ahead
+
+    with child_ahead("check_stage", "check_picture"), shown(context.obj["quiet"]) as progress:
         checked = spin_usd.check(**options.arguments(on_progress=progress, on_note=show_note))
     if as_json:
         show_report(checked)

@@ -32,7 +32,9 @@ def export(
         return
     if options is None:
         raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
-    with shown(context.obj["quiet"]) as progress:
+    from spin_usd.processes.child_ahead import child_ahead
+
+    with child_ahead("export"), shown(context.obj["quiet"]) as progress:
         report = spin_usd.export(**options.arguments(on_progress=progress))
     print_out(json.dumps(asdict(report)) if as_json else _sentence(report))
 

@@ -23,9 +23,9 @@ HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time
 
 def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False) -> None:
     """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
-    from spin_usd.processes.child_ahead import PLANNING_MODULE, child_ahead
+    from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
+    with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
         report = spin_usd.plan(**options.arguments(on_progress=progress))
     show_notes(report.notes)
     if as_json:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 def render(context: typer.Context, options: RenderOptions, *, as_json: Json = False) -> None:
     """Render and label a stage into a dataset."""
-    from spin_usd.processes.child_ahead import PLANNING_MODULE, child_ahead
+    from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
+    with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
         report = spin_usd.render(**options.arguments(on_progress=progress, on_note=show_note))
     show_notes(report.doubts)
     if as_json:
