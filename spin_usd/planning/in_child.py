@@ -23,7 +23,6 @@ from msgspec import convert, to_builtins
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.chosen_frames import slice_of
-from spin_usd.formats.image_file import KINDS
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
@@ -288,6 +287,8 @@ class _Planner:
 
 def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
     """Raise UnsupportedError where image files of that kind cannot hold the sensor's numbers."""
+    from spin_usd.formats.image_file import KINDS  # not above: it loads Pillow, which a plan of labels does not need
+
     bits = scene.sensor.bit_depth
     if f"uint{bits}" not in KINDS[image_suffix]:
         found = f"is {bits}, which {image_suffix} files cannot hold (picture {reader.variant}/{scene.frame.name})"
