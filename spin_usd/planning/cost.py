@@ -25,9 +25,9 @@ _OF_LABELS = {name: label.target_s for name, label in LABELS.items() if label.ta
 EVERYWHERE: Costs = {
     "stage": {"picture": 0.0015},
     "cache": {"picture": 0.0005, "pixel": 6.5e-8},
-    "files": {"pixel": 2e-8},
+    "files": {"pixel": 5e-9},
     "labels": {"pixel": 5e-8, "target": 2.5e-7, **_OF_LABELS},
-    "facts": {"picture": 0.015},
+    "facts": {"picture": 0.04},
     LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
     BEAM_PASS: {"picture": 0.03},
     "background": {"planet": 1.4e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
