@@ -135,6 +135,7 @@ MAY_OPEN = {
     "terminal/lines.py": "opens the null device in place of a closed stream",
     "processes/child_limits.py": PROC,
     "commands/measure/worker.py": PROC,
+    "processes/processors.py": PROC,
     "processes/usage.py": PROC,
 }
 # fmt: off

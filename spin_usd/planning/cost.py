@@ -1,8 +1,8 @@
 """The cost of making pictures: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
 
 The constants were measured on one core of a 2-core x86-64 server by `tools/bench calibrate`, which says what they are
-on another. What a dataset's own runs took beside what was expected of them is kept in its `cache/measured.json`, and
-scales what is expected next.
+on another. How many times slower this machine is scales them (`machine_speed`). What a dataset's own runs took beside
+what was expected of them is kept in its `cache/measured.json`, and says more: it scales what is expected next.
 """
 
 from collections.abc import Mapping
@@ -86,16 +86,17 @@ class Timings:
             for work, seconds in more.items():
                 sums[work] = sums.get(work, 0.0) + seconds
 
-    def scaled(self, work: Mapping[str, float]) -> dict[str, float]:
-        """Return `work` as expected, each kind times what it took of what was expected of it."""
-        return {kind: seconds * self._scale(kind) for kind, seconds in work.items()}
+    def scaled(self, work: Mapping[str, float], slower: float = 1.0) -> dict[str, float]:
+        """Return `work` as expected, each kind times what it took of what was expected of it; one that was not measured
+        takes this machine so many times as long."""
+        return {kind: seconds * self._scale(kind, slower) for kind, seconds in work.items()}
 
     def has_measured(self, work: str) -> bool:
         """Return whether there was enough of that kind of work to say anything."""
         return self.expected.get(work, 0.0) >= MIN_MEASURED_S
 
-    def _scale(self, work: str) -> float:
-        return self.taken.get(work, 0.0) / self.expected[work] if self.has_measured(work) else 1.0
+    def _scale(self, work: str, slower: float) -> float:
+        return self.taken.get(work, 0.0) / self.expected[work] if self.has_measured(work) else slower
 
 
 def read_measured(folder: Folder, name: str) -> Timings:

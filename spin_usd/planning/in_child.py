@@ -30,6 +30,7 @@ from spin_usd.identity_memo import IdentityMemo
 from spin_usd.labels.table import needs_next_frame, own_keys
 from spin_usd.planning.columns import COLUMNS, PLANNING
 from spin_usd.planning.skipped_work import SkippedWorkCounter
+from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.planning.work import features
 from spin_usd.progress import Progress
 from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal
@@ -79,6 +80,7 @@ def open_plan(
     devices: Sequence[str] = (CPU,),
     renders: bool = True,
     copy_to: str | None = None,
+    trial: bool = False,
 ) -> tuple[dict[str, Any], StageReader]:
     """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
     which of them are chosen, what the stage was made from, and what dataset.json says of the target; and the stage's
@@ -87,6 +89,7 @@ def open_plan(
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
     those that may render the light; "device" is the first that can. `renders`: as plan_pictures has it.
     `copy_to`: first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
+    `trial`: whether to try how fast this machine is; "trial_s" are the seconds.
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
     several = bool(variants)  # perhaps: then poses are kept for the readers after this one
@@ -106,6 +109,7 @@ def open_plan(
         "chosen": list(chosen),
         "origin": origin_of(reader.stage),
         "description": _description(reader),
+        "trial_s": trial_seconds() if trial else None,
     }
     return described, reader
 

@@ -43,6 +43,7 @@ class Plan:
     skipped: what of their work they do not need, where that was asked
     notes: sentences on what is rendered otherwise than the stage says
     views: what the pictures show
+    trial_s: seconds of a trial of this machine, where that was asked
     """
 
     root: Path
@@ -58,6 +59,7 @@ class Plan:
     skipped: tuple[SkippedCount, ...] = ()
     notes: tuple[str, ...] = ()
     views: Views | None = None
+    trial_s: float | None = None
 
 
 def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> Plan:
@@ -142,6 +144,7 @@ def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequen
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
         views=merged([convert(part["views"], Views) for part in parts_in_order if part["views"]]),
         skipped=skipped_counts((part["variant"], part["skipped"]) for part in parts_in_order),
+        trial_s=opened["trial_s"],
     )
 
 
@@ -160,6 +163,7 @@ def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
                 devices=question.devices,
                 renders=asked.renders,
                 copy_to=str(question.copy_to) if question.copy_to else None,
+                trial=question.trial,
                 within_s=PATIENCE_S,
             )
         except ChildDiedError as died:

@@ -140,6 +140,7 @@ class PlanRequest:
     copy_to: a folder to copy the stage to first
     explain: what of the work the scenes do not need
     shard: whose pictures alone are planned, None for all
+    trial: whether to try how fast this machine is
     """
 
     request: RenderRequest
@@ -148,3 +149,4 @@ class PlanRequest:
     copy_to: Path | None = None
     explain: bool = False
     shard: Shard | None = None
+    trial: bool = False

@@ -41,12 +41,15 @@ class VariantRow:
 @dataclass(frozen=True, kw_only=True)
 class VariantTable:
     """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
-    order; `images`: whether any shows a planet."""
+    order; `images`: whether any shows a planet; `slower`: how many times, this machine, than that of the constants;
+    `measured`: the kinds of work whose time runs have said instead."""
 
     rows: tuple[VariantRow, ...]
     finished: int
     works: tuple[Work, ...]
     images: bool
+    slower: float
+    measured: tuple[str, ...]
 
     @property
     def total(self) -> VariantRow:
@@ -62,15 +65,22 @@ class VariantTable:
             images=self.images,
             workers=workers,
             cores=cores,
+            slower=self.slower,
         )
 
 
 def variant_table(
-    plan: Plan, options: CommonWork, wanted: WantedFiles, out: Path | None = None, renders: Timings | None = None
+    plan: Plan,
+    options: CommonWork,
+    wanted: WantedFiles,
+    out: Path | None = None,
+    renders: Timings | None = None,
+    slower: float = 1.0,
 ) -> VariantTable:
     """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
-    `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
+    `renders`: what some took, where the dataset has made none. `slower`: how many times, this machine, than that of the
+    constants. Raises InputError for a dataset that a run refuses.
     """
     store = Store(root=out.absolute()) if out else None
     if store:
@@ -85,7 +95,7 @@ def variant_table(
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
     rows: list[VariantRow] = []
     works: list[Work] = []
-    costs = _Costs(options, measured)
+    costs = _Costs(options, measured, slower)
     for variant in plan.variants:
         pictures = by_variant.get(variant, [])
         before = len(exposed)
@@ -94,16 +104,23 @@ def variant_table(
             exposed.update(picture.exposure for picture in pictures)
         new = [costs.of(task) for task in tasks]
         works += [work for work, _ in new]
-        rows.append(_row(variant, tasks, new, exposures=len(exposed) - before))
+        rows.append(_row(variant, tasks, new, exposures=len(exposed) - before, slower=slower))
     images = options.renders and any("planet" in picture.features for picture in todo)
-    return VariantTable(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
+    return VariantTable(
+        rows=tuple(rows),
+        finished=len(plan.pictures) - len(todo),
+        works=tuple(works),
+        images=images,
+        slower=slower,
+        measured=tuple(work for work in measured.expected if measured.has_measured(work)),
+    )
 
 
 class _Costs:
     """What tasks cost, worked out once for those that cost alike, as a frame's do in most variants."""
 
-    def __init__(self, options: CommonWork, measured: Timings) -> None:
-        self._options, self._measured = options, measured
+    def __init__(self, options: CommonWork, measured: Timings, slower: float) -> None:
+        self._options, self._measured, self._slower = options, measured, slower
         self._known: dict[tuple[object, ...], tuple[Work, float]] = {}
 
     def of(self, task: Task) -> tuple[Work, float]:
@@ -113,7 +130,7 @@ class _Costs:
         of = (pixels, picture.light_groups, picture.features, task.label_pass, task.render)
         found = self._known.get(of)
         if found is None:
-            work = Work.of(self._measured.scaled(expected_work(task, self._options)))
+            work = Work.of(self._measured.scaled(expected_work(task, self._options), self._slower))
             found = self._known[of] = work, expected_bytes(task, self._options)
         return found
 
@@ -144,14 +161,16 @@ def _task(picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[
     return Task(picture=picture, label_pass=label_pass, render=render)
 
 
-def _row(name: str, tasks: Sequence[Task], costs: Sequence[tuple[Work, float]], *, exposures: int) -> VariantRow:
+def _row(
+    name: str, tasks: Sequence[Task], costs: Sequence[tuple[Work, float]], *, exposures: int, slower: float
+) -> VariantRow:
     return VariantRow(
         name=name,
         pictures=len(tasks),
         label_passes=sum(task.label_pass for task in tasks),
         renders=sum(task.render for task in tasks),
         exposures=exposures,
-        seconds=OPEN_S * bool(tasks) + sum(work.total for work, _ in costs),
+        seconds=slower * OPEN_S * bool(tasks) + sum(work.total for work, _ in costs),
         bytes=sum(size for _, size in costs),
     )
 

@@ -40,12 +40,20 @@ class Work:
 
 
 def wall_seconds(
-    works: Iterable[Work], *, planned: int, variants: int, images: bool, workers: int, cores: int
+    works: Iterable[Work],
+    *,
+    planned: int,
+    variants: int,
+    images: bool,
+    workers: int,
+    cores: int,
+    slower: float = 1.0,
 ) -> float:
     """Return the seconds of a run that plans so many pictures of so many variants and makes those with the `works`, in
     their order.
 
-    `images`: whether any of them shows a planet. Nothing where there are no works.
+    `images`: whether any of them shows a planet. `slower`: how many times, this machine, than that of the constants.
+    Nothing where there are no works.
     """
     listed = list(works)
     if not listed:
@@ -55,7 +63,7 @@ def wall_seconds(
     for work in listed:
         heapq.heapreplace(ends, ends[0] + worker_seconds(work, workers=count, cores=cores))
     planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
-    return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)
+    return slower * (planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images) + max(ends)
 
 
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:

@@ -5,6 +5,10 @@ import platform
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
+
+CPU_INFO = Path("/proc/cpuinfo")
+MODEL = {"vendor_id", "cpu family", "model", "model name", "stepping", "CPU implementer", "CPU part"}
 
 
 def usable_cpus() -> list[int]:
@@ -31,6 +35,14 @@ def hold_to(cpus: Sequence[int]) -> None:
         for thread in psutil.Process().threads():
             with suppress(ProcessLookupError):  # it has ended meanwhile
                 os.sched_setaffinity(thread.id, cpus)
+
+
+def processor_model() -> str:
+    """Return what the system says of the kind of the first processor."""
+    with suppress(OSError):
+        pairs = [line.partition(":") for line in CPU_INFO.read_text().partition("\n\n")[0].splitlines()]
+        return ", ".join(value.strip() for name, _, value in pairs if name.strip() in MODEL)
+    return platform.processor()  # not Linux
 
 
 def machine() -> dict[str, str | int]:

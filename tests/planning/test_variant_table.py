@@ -172,9 +172,10 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
     place = (Folder(tmp_path), "measured.json")
     for _ in range(2):
         write_measured(*place, of_run, work=tmp_path)
-    scaled = read_measured(*place).scaled(expected)
+    scaled = read_measured(*place).scaled(expected, slower=5)
     for kind in (LABEL_PASS, BEAUTY_PASS):
         assert scaled[kind] == pytest.approx(3 * expected[kind])
+    assert Timings().scaled(expected, slower=5) == {kind: 5 * seconds for kind, seconds in expected.items()}
     assert expected_bytes(task, OPTIONS) > 0
 
 

@@ -1,4 +1,5 @@
-"""What the constants of spin_usd.planning.cost are on this machine, beside those that the file holds.
+"""What the constants of spin_usd.planning.cost are on this machine, beside those that the file holds; and what the
+trial takes here by which `plan` scales them, whose constant goes with theirs.
 
 Pictures of stages that differ in what they need are made by one worker on one core, at several efforts; the seconds of
 each kind of work are then shared out among its units with the least relative deviations, none below nothing, and those
@@ -27,8 +28,10 @@ from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.options import PictureOptions
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.planning.cost import EVERYWHERE, expected_work, tracing_costs
+from spin_usd.planning.machine_speed import TRIAL_S
 from spin_usd.planning.make_plan import make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
+from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
@@ -82,6 +85,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     renderers = dict.fromkeys(sample.renderer for sample in samples)
     return {
         "pictures": len(samples),
+        "trial": {"file": TRIAL_S, "measured": round(trial_seconds(), 4)},
         "everywhere": fitted(samples, EVERYWHERE),
         "tracing": {
             name: fitted([sample for sample in samples if sample.renderer == name], tracing_costs(name))
@@ -179,4 +183,6 @@ def table(figures: dict[str, Any]) -> str:
                 of_work = f"{where}{work} | {found['taken_over_expected']:.2f}"
                 costs = f"{cost['file']:.3g} | {cost['measured']:.3g}"
                 lines.append(f"| {of_work} | {unit} | {costs} | {found['fit_off']:.0%} |")
-    return "\n".join(lines)
+    trial = figures["trial"]
+    said = f"the trial of this machine takes {trial['measured']:.3g} s; of the file's, {trial['file']:.3g} s"
+    return "\n".join([*lines, "", said])

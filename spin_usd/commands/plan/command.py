@@ -38,6 +38,7 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
     print_out(
         f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
     )
+    print_out(_speed(report.cost))
     if options.explain:
         print_out(*explanation(report).split("\n"))
 
@@ -70,6 +71,14 @@ def _print_dataset(report: "PlanReport", out: Path) -> None:
     if report.orphans:
         holds = orphans.in_words(report.orphans)
         print_out(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
+
+
+def _speed(cost: "VariantTable") -> str:
+    """Say where the times are from."""
+    tried = f"{cost.slower:.2f} times the published ones, by a trial of this machine"
+    if not cost.measured:
+        return f"times are {tried}"
+    return f"times of {', '.join(cost.measured)} are by what earlier runs took, others {tried}"
 
 
 def explanation(report: "PlanReport") -> str:

@@ -15,7 +15,7 @@ from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.same_stage import other_origin
 from spin_usd.commands.render.workers import default_workers
 from spin_usd.errors import InputError
-from spin_usd.json_fields import Count, JsonStruct, Sha256, Size
+from spin_usd.json_fields import Count, JsonStruct, Positive, Sha256, Size
 from spin_usd.picture.make_picture import BEAUTY_PASS
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.effort_choice import Chosen, Expected, doubts
@@ -78,6 +78,7 @@ class PlanReport:
             rows=[_row(row) for row in self.cost.rows],
             workers=self.workers,
             wall_seconds=self.seconds,
+            speed=PlannedSpeed(slower=self.cost.slower, measured=self.cost.measured),
             orphans=len(self.orphans),
             other_stage=self.other_stage,
             renderer=self.renderer,
@@ -104,6 +105,19 @@ class PlannedVariant(JsonStruct, frozen=True, kw_only=True):
     core_seconds: Size
 
 
+class PlannedSpeed(JsonStruct, frozen=True, kw_only=True):
+    """Where the seconds are from."""
+
+    slower: Annotated[
+        Positive,
+        Meta(description="Times that this machine takes as long as the one of the published costs, by a trial."),
+    ]
+    measured: Annotated[
+        tuple[str, ...],
+        Meta(description="Kinds of work that go instead by what earlier runs took, of this dataset or of `measure`."),
+    ]
+
+
 class PlannedChoice(EffortChoice, frozen=True, kw_only=True):
     """Why the effort is this."""
 
@@ -123,6 +137,7 @@ class PlanDocument(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, ta
     rows: Annotated[list[PlannedVariant], Meta(description="The same for each variant.")]
     workers: Annotated[int, Meta(ge=1, description="Processes that a render would start.")]
     wall_seconds: Annotated[Size, Meta(description="About the wall-clock time with them.")]
+    speed: PlannedSpeed
     orphans: Annotated[Count, Meta(description="Records in the dataset of pictures that the stage does not have.")]
     other_stage: Annotated[
         tuple[str, ...], Meta(description="In what the stage of the dataset's pictures differs from this one.")
@@ -161,14 +176,16 @@ def planned_choice(chosen: Chosen, stages: Mapping[str, Mapping[str, Any]]) -> P
     return PlannedChoice(**asdict(chosen.recorded), expected=expected)
 
 
-def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:
+def report_of(
+    request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool, slower: float
+) -> PlanReport:
     """Return the report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the
-    plan lists the skipped work."""
+    plan lists the skipped work. slower: how many times, this machine, than that of the published costs."""
     options = common_work(request, plan)
     renders, damage = measured_beside(request.stage, plan, options)
     recorded, suffix = request.options.recorded, request.image_suffix
     wanted = WantedFiles(kinds=options.kinds, options=recorded, image_suffix=suffix)
-    cost = variant_table(plan, options, wanted, dataset, renders)
+    cost = variant_table(plan, options, wanted, dataset, renders, slower)
     store = Store(root=dataset) if dataset else None
     counts = Counter(picture.variant for picture in plan.pictures)
     workers = default_workers()

@@ -22,9 +22,11 @@ def plan(
     shard: Shard | None = None,
     copy_to: Path | None = None,
     had: Sequence[str] = (),
+    trial: bool = False,
 ) -> Plan:
     """Plan what a run would make, of a `shard` its own pictures alone. With `explain` the plan also says what work is
-    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep.
+    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep. `trial`:
+    whether to try how fast this machine is.
 
     Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
     """
@@ -35,6 +37,7 @@ def plan(
         copy_to=copy_to,
         explain=explain,
         shard=shard,
+        trial=trial,
     )
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 

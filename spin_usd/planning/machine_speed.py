@@ -1,0 +1,64 @@
+"""How fast this machine is beside the one of the constants in `cost`: what a trial takes, kept for the next plan.
+
+It lies in the user's cache folder, $XDG_CACHE_HOME or ~/.cache, in a file for each kind of processor and set of
+libraries, as several machines may share a home. Without it, or where it is damaged, the trial is made again.
+"""
+
+import os
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+from spin_usd.errors import SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.nesting import finite_json
+from spin_usd.picture.versions import library_versions
+from spin_usd.processes.processors import processor_model
+from spin_usd.store.atomic import write_json
+
+TRIAL_S = 0.035  # the trial of planning.speed_trial, on the machine that the constants were measured on
+LIKELY_S = (TRIAL_S / 100, TRIAL_S * 100)  # anything else is damage
+FOLDER = "spin_usd"
+
+
+def kept_trial() -> float | None:
+    """Return the seconds of the trial that an earlier plan made on such a machine; None where there is none."""
+    folder = _folder()
+    if folder is not None:
+        with suppress(SpinError, ValueError, TypeError, KeyError, RecursionError):
+            seconds = float(finite_json(folder.read(_file_name(), MAX_SPECIFICATION))["trial_s"])
+            if LIKELY_S[0] < seconds < LIKELY_S[1]:
+                return seconds
+    return None
+
+
+def keep_trial(seconds: float) -> None:
+    """Keep the seconds of a trial for the next plan, unless other work has filled the machine for the last minute: they
+    are those of that minute then. Do nothing where the folder cannot be written."""
+    folder = _folder()
+    if folder is not None and os.getloadavg()[0] <= (os.cpu_count() or 1):
+        with suppress(SpinError, OSError):
+            write_json(folder, _file_name(), {"trial_s": seconds, "made_by": _made_by()}, work=folder.root)
+
+
+def slower_by(trial_s: float | None) -> float:
+    """Return how many times slower the machine is where the trial took so long; 1 where nobody knows."""
+    return 1.0 if trial_s is None else trial_s / TRIAL_S
+
+
+def _folder() -> Folder | None:
+    """Return the folder of ours in the user's cache folder; None for a user without a home."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    with suppress(RuntimeError):
+        return Folder((given if given.is_absolute() else Path.home() / ".cache") / FOLDER)
+    return None
+
+
+def _file_name() -> str:
+    return f"speed-{sha256(repr(_made_by()).encode()).hexdigest()[:16]}.json"
+
+
+def _made_by() -> dict[str, str]:
+    """Return what decides how long the trial takes: the processor, and the libraries that it runs on."""
+    return {"processor": processor_model(), **library_versions()}
