@@ -15,6 +15,7 @@ import hypothesis
 import pytest
 
 from spin_usd.command_line import run as run_console_script
+from spin_usd.planning.machine_speed import TRIAL_S, keep_trial
 from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.processors import hold_to, share_of
 from spin_usd.stop_signals import STOP_SIGNALS
@@ -52,10 +53,14 @@ def children(request, monkeypatch) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_folder(tmp_path_factory) -> Iterator[None]:
-    """Keep what commands remember of the machine out of the user's own cache folder; fonts stay where they are."""
+    """Keep what commands remember of the machine out of the user's own cache folder, and let it be there, so that
+    none tries how fast it is; fonts stay where they are."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR", str(Path.home() / ".cache" / "matplotlib")))
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        with pytest.MonkeyPatch.context() as idle:
+            idle.setattr(os, "getloadavg", lambda: (0.0, 0.0, 0.0))  # where other work fills it, nothing is kept
+            keep_trial(TRIAL_S)
         yield
 
 

@@ -43,7 +43,7 @@ class Plan:
     skipped: what of their work they do not need, where that was asked
     notes: sentences on what is rendered otherwise than the stage says
     views: what the pictures show
-    trial_s: seconds of a trial of this machine, where that was asked
+    trial_s: seconds of a trial of this machine, None where nobody asked
     """
 
     root: Path

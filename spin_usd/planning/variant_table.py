@@ -9,6 +9,7 @@ from typing import Any
 from spin_usd.picture.make_picture import BEAUTY_PASS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_measured
+from spin_usd.planning.machine_speed import slower_by
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.wall_time import OPEN_S, Work, wall_seconds
 from spin_usd.planning.work import CommonWork, Task
@@ -70,17 +71,11 @@ class VariantTable:
 
 
 def variant_table(
-    plan: Plan,
-    options: CommonWork,
-    wanted: WantedFiles,
-    out: Path | None = None,
-    renders: Timings | None = None,
-    slower: float = 1.0,
+    plan: Plan, options: CommonWork, wanted: WantedFiles, out: Path | None = None, renders: Timings | None = None
 ) -> VariantTable:
     """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
-    `renders`: what some took, where the dataset has made none. `slower`: how many times, this machine, than that of the
-    constants. Raises InputError for a dataset that a run refuses.
+    `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
     """
     store = Store(root=out.absolute()) if out else None
     if store:
@@ -95,6 +90,7 @@ def variant_table(
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
     rows: list[VariantRow] = []
     works: list[Work] = []
+    slower = slower_by(plan.trial_s)
     costs = _Costs(options, measured, slower)
     for variant in plan.variants:
         pictures = by_variant.get(variant, [])

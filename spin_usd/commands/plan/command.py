@@ -8,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.plan.options import PlanOptions
+from spin_usd.pluralise import duration
 from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -36,7 +37,7 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
     if options.out:
         _print_dataset(report, Path(options.out))
     print_out(
-        f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
+        f"about {duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
     )
     print_out(_speed(report.cost))
     if options.explain:
@@ -103,7 +104,7 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
 
 def _cells(row: "VariantRow") -> tuple[str, ...]:
     name = f"{row.name} ({row.variants} variants)" if row.variants > 1 else row.name
-    return name, *(str(count) for count in row.counts), _duration(row.seconds), _size(row.bytes)
+    return name, *(str(count) for count in row.counts), duration(row.seconds), _size(row.bytes)
 
 
 def _size(count: float) -> str:
@@ -112,9 +113,3 @@ def _size(count: float) -> str:
             return f"{count:.3g} {unit}"
         count /= 1000
     return f"{count:.3g} TB"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

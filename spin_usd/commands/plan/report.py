@@ -176,16 +176,14 @@ def planned_choice(chosen: Chosen, stages: Mapping[str, Mapping[str, Any]]) -> P
     return PlannedChoice(**asdict(chosen.recorded), expected=expected)
 
 
-def report_of(
-    request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool, slower: float
-) -> PlanReport:
+def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:
     """Return the report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the
-    plan lists the skipped work. slower: how many times, this machine, than that of the published costs."""
+    plan lists the skipped work."""
     options = common_work(request, plan)
     renders, damage = measured_beside(request.stage, plan, options)
     recorded, suffix = request.options.recorded, request.image_suffix
     wanted = WantedFiles(kinds=options.kinds, options=recorded, image_suffix=suffix)
-    cost = variant_table(plan, options, wanted, dataset, renders, slower)
+    cost = variant_table(plan, options, wanted, dataset, renders)
     store = Store(root=dataset) if dataset else None
     counts = Counter(picture.variant for picture in plan.pictures)
     workers = default_workers()

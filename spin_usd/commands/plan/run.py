@@ -6,7 +6,6 @@ from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.commands.plan.report import PlanReport, report_of
 from spin_usd.commands.render import request as rendering
 from spin_usd.options import takes
-from spin_usd.planning.machine_speed import keep_trial, kept_trial, slower_by
 from spin_usd.planning.request import RenderRequest
 from spin_usd.store.dataset_folder import Store
 
@@ -20,9 +19,5 @@ def plan(options: PlanOptions) -> PlanReport:
     request = RenderRequest.of(options)
     dataset = None if options.out is None else Path(options.out).absolute()
     had = Store(root=dataset).kinds if dataset else ()
-    kept = kept_trial()
-    found = rendering.plan(request, progress=options.progress, explain=options.explain, had=had, trial=kept is None)
-    if found.trial_s is not None:
-        keep_trial(found.trial_s)
-    slower = slower_by(kept or found.trial_s)
-    return report_of(request, found, dataset, explained=options.explain, slower=slower)
+    found = rendering.plan(request, progress=options.progress, explain=options.explain, had=had, timed=True)
+    return report_of(request, found, dataset, explained=options.explain)

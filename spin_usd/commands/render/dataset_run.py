@@ -34,8 +34,9 @@ from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Manifest, Shard, write_manifest
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
+from spin_usd.planning.variant_table import variant_table
 from spin_usd.planning.wall_time import one_core
-from spin_usd.pluralise import pluralise
+from spin_usd.pluralise import duration, pluralise
 from spin_usd.processes.child import in_process
 from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
@@ -51,7 +52,7 @@ from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.names import DESCRIPTION, STAGE
+from spin_usd.store.names import DESCRIPTION, STAGE, record_of
 from spin_usd.store.recorded_settings import recorded_settings
 from spin_usd.store.stage_layers import refuse_changed_stage
 from spin_usd.store.unfinished import WantedFiles, kinds_left
@@ -89,6 +90,9 @@ class DatasetRun:
         self._own = request.stage.resolve().is_relative_to(there)  # the dataset's own copy, perhaps edited
         self._copied = there if self._own else lease.work / STAGE
         self._processes = WorkerProcesses(destination, lease, request)
+        self._new = self._store.folder.type_of(DESCRIPTION) is None
+        elsewhere = destination.cluster or request.device != CPU  # of which no cost is known
+        self._foretold = self._new and not elsewhere
 
     def complete(self) -> RenderReport:
         """Make all that is missing, and return what was made."""
@@ -99,14 +103,18 @@ class DatasetRun:
         """Start a worker before the plan is made where it will be wanted here: in a new dataset there is something to
         make."""
         elsewhere = self._destination.mirror or self._destination.cluster
-        new = self._store.folder.type_of(DESCRIPTION) is None
-        return self._processes.one_ahead() if new and not elsewhere else nullcontext()
+        return self._processes.one_ahead() if self._new and not elsewhere else nullcontext()
 
     def _completed(self) -> RenderReport:
         copy_to = None if self._own else self._copied
         try:
             planned = plan(
-                self._request, progress=self._progress, shard=self._shard, copy_to=copy_to, had=self._store.kinds
+                self._request,
+                progress=self._progress,
+                shard=self._shard,
+                copy_to=copy_to,
+                had=self._store.kinds,
+                timed=self._foretold,
             )
         except OutputError as e:  # about a file of the copy, in a folder that is gone by now
             raise OutputError(f"the stage's copy {e.found}", where=self._store.root, do=e.do) from e
@@ -119,7 +127,10 @@ class DatasetRun:
         removed = self._describe(planned, root, kinds)
         chosen = doubts(self._request.chosen, planned.stages)
         report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
-        tasks = self._unfinished(planned, root, kinds, report)
+        wanted = self._wanted(kinds)
+        tasks = self._unfinished(planned, root, wanted, report)
+        if self._foretold:
+            self._foretell(planned, wanted)
         self._destination.publish()
         if tasks:
             self._make(planned, root, tasks, report)
@@ -141,14 +152,23 @@ class DatasetRun:
                 _adopt_stage(store, work)
         return removed
 
-    def _unfinished(self, planned: Plan, root: str, kinds: tuple[str, ...], report: RenderReport) -> list[RenderTask]:
-        wanted = WantedFiles(
+    def _wanted(self, kinds: tuple[str, ...]) -> WantedFiles:
+        return WantedFiles(
             kinds=kinds,
             options=self._request.options.recorded,
             image_suffix=self._request.image_suffix,
             verify=self._options.verify,
             again=self._only,
         )
+
+    def _foretell(self, planned: Plan, wanted: WantedFiles) -> None:
+        """Say about how long it takes, which progress knows only once there are pictures."""
+        table = variant_table(planned, common_work(self._request, planned), wanted, self._store.root)
+        count, cores = self._workers(len(planned.pictures))
+        pictures, workers = pluralise(len(planned.pictures), "picture"), pluralise(count, "worker")
+        self._note(f"{pictures} with {workers}: about {duration(table.seconds(count, cores))}")
+
+    def _unfinished(self, planned: Plan, root: str, wanted: WantedFiles, report: RenderReport) -> list[RenderTask]:
         return unfinished_tasks(
             self._store, planned, root, wanted, report=report, note=self._note, work=self._lease.work
         )
@@ -158,8 +178,9 @@ class DatasetRun:
         count, cores = self._workers(len(tasks))
         shared = common_work(self._request, planned)
         again = partial(command_of, self._request, self._store.root, self._options.picture_timeout)
+        first = self._first if self._new else None
         alone = partial(one_core, workers=count, cores=cores)
-        listener = RunListener(report, self._progress, self._note, shared, alone, again)
+        listener = RunListener(report, self._progress, self._note, shared, alone, again, first)
         limits = TimeLimits(
             options=shared,
             workers=count,
@@ -181,6 +202,11 @@ class DatasetRun:
                     listener.stopped()
             if report.made:
                 write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
+
+    def _first(self, picture: PlannedPicture) -> str:
+        """Return the path of the picture's image, or of its record where it has none."""
+        image = f"{IMAGE}/{picture.variant}/{picture.frame}{self._request.image_suffix}"
+        return str(self._store.root / (image if self._request.image else record_of(picture.variant, picture.frame)))
 
     def _workers(self, tasks: int) -> tuple[int, int]:
         """Return how many workers there are at most, and how many processors these share: in a cluster each has

@@ -57,7 +57,7 @@ class RunListener:
     """Counts in the report what workers do, and measures what each picture took beside what was expected of it.
 
     `alone` turns a worker's seconds by kind of work into those of one core; `again` gives the command that makes a
-    picture again.
+    picture again; `first`, where the first picture is to be told, the path to look at.
     """
 
     def __init__(
@@ -68,9 +68,10 @@ class RunListener:
         options: CommonWork,
         alone: Callable[[Mapping[str, float]], Mapping[str, float]],
         again: Callable[[PlannedPicture], str],
+        first: Callable[[PlannedPicture], str] | None = None,
     ) -> None:
         self.report, self.progress, self.note, self.options = report, progress, note, options
-        self.alone, self.again = alone, again
+        self.alone, self.again, self.first = alone, again, first
         self.measured = Timings()
 
     def ready(self) -> None:
@@ -78,6 +79,8 @@ class RunListener:
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
         self.report.made += 1
+        if self.first and self.report.made == 1:
+            self.note(f"the first picture is there: {self.first(picture)}")
         self.report.add(result["faults"])
         match result["passes"].get("labels"):
             case "made":

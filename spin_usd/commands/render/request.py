@@ -1,11 +1,13 @@
 """The plan of what a user asks of `render` or `plan`, and which files it comes to."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
 from spin_usd.picture.make_picture import KINDS
+from spin_usd.planning.machine_speed import keep_trial, kept_trial
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
 from spin_usd.planning.shard import Shard
@@ -22,14 +24,16 @@ def plan(
     shard: Shard | None = None,
     copy_to: Path | None = None,
     had: Sequence[str] = (),
-    trial: bool = False,
+    timed: bool = False,
 ) -> Plan:
     """Plan what a run would make, of a `shard` its own pictures alone. With `explain` the plan also says what work is
-    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep. `trial`:
-    whether to try how fast this machine is.
+    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep. `timed`:
+    whether it is to be said how long the run takes, so that how fast this machine is must be known.
 
-    Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
+    Writes nothing but that, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is
+    planned.
     """
+    kept = kept_trial() if timed else None
     question = PlanRequest(
         request=request,
         devices=request.devices(),
@@ -37,9 +41,13 @@ def plan(
         copy_to=copy_to,
         explain=explain,
         shard=shard,
-        trial=trial,
+        trial=timed and kept is None,
     )
-    return make_plan(question, processes=len(usable_cpus()), progress=progress)
+    planned = make_plan(question, processes=len(usable_cpus()), progress=progress)
+    if planned.trial_s is None:
+        return replace(planned, trial_s=kept)
+    keep_trial(planned.trial_s)
+    return planned
 
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
