@@ -21,6 +21,11 @@ def child_ahead(*calls: str) -> Iterator[None]:
             _waiting.pop().kill()
 
 
+def hand_on(child: Child) -> None:
+    """Let this child be the next in the block of `child_ahead`, or end with it."""
+    _waiting.append(child)
+
+
 def next_child() -> Child:
     """Return the child that was started ahead, or a new one."""
     return _waiting.pop() if _waiting else Child()

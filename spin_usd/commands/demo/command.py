@@ -7,7 +7,8 @@ import typer
 
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.options import Quality, Workers
-from spin_usd.terminal.lines import print_out
+from spin_usd.progress import no_note
+from spin_usd.terminal.lines import print_out, show_note
 from spin_usd.terminal.progress import shown
 
 
@@ -19,9 +20,11 @@ def demo(
 ) -> None:
     """Author the example stage, render and label it, and say where to look."""
     from spin_usd.commands.demo.run import run_demo
+    from spin_usd.processes.child_ahead import PLANNING_MODULE, child_ahead
 
-    with shown(context.obj["quiet"]) as progress:
-        made = run_demo(out, progress=progress, workers=workers, quality=quality)
+    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
+        note = no_note if context.obj["quiet"] else show_note
+        made = run_demo(out, progress=progress, note=note, workers=workers, quality=quality)
     print_out(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
     print_out(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
     print_out(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")

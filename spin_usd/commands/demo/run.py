@@ -10,8 +10,11 @@ from spin_usd.errors import InputError
 from spin_usd.options import EffortOptions, PictureOptions, RunOptions
 from spin_usd.planning.effort_choice import setting_of
 from spin_usd.planning.request import RenderRequest
-from spin_usd.processes.ask_child import ask_child
-from spin_usd.progress import Progress
+from spin_usd.processes.ask_child import unreadable
+from spin_usd.processes.child_ahead import hand_on, next_child
+from spin_usd.processes.child_limits import PATIENCE_S
+from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.progress import Note, Progress, no_note
 from spin_usd.store.contact_sheet import write_contact_sheet
 from spin_usd.store.dataset import Dataset
 
@@ -28,7 +31,9 @@ class Demo:
     report: RenderReport
 
 
-def run_demo(out: Path, *, progress: Progress, workers: int | None = None, quality: str | None = None) -> Demo:
+def run_demo(
+    out: Path, *, progress: Progress, note: Note = no_note, workers: int | None = None, quality: str | None = None
+) -> Demo:
     """Make the example in the folder `out` with a `quality`, the default of renders if None; what an earlier run made
     there is used again. Raises InputError for a name that no quality has."""
     stage = out / "stage" / "dataset.usda"
@@ -36,11 +41,23 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None, quali
     if not stage.exists():
         if out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
-        progress("authoring: stage", 0, 1)
-        poses = resources.stages() / "examples" / POSES
-        folder = str(stage.parent.absolute())
-        ask_child("author", reads=poses, poses=str(poses), target="tango", camera="speedplus", out=folder)
+        note("authoring the stage: a target, a camera and poses, as layers of OpenUSD; a few seconds")
+        _author(stage.parent)
     dataset, request = out / "dataset", RenderRequest.of(PictureOptions(stage, quality=quality))
-    report = render_dataset(request, dataset, RunOptions(workers=workers), progress=progress)
+    note("planning the pictures and starting Blender; a few seconds")
+    report = render_dataset(request, dataset, RunOptions(workers=workers), progress=progress, note=note)
+    note("laying out the contact sheet")
     sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")
     return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)
+
+
+def _author(folder: Path) -> None:
+    """Author the example's stage in a child, which has loaded USD then, and so is the next that is wanted."""
+    poses = resources.stages() / "examples" / POSES
+    child, out = next_child(), str(folder.absolute())
+    try:
+        child.call("author", within_s=PATIENCE_S, poses=str(poses), target="tango", camera="speedplus", out=out)
+    except ChildDiedError as died:
+        raise unreadable(died, poses) from died
+    finally:
+        hand_on(child)
