@@ -2,7 +2,8 @@
 plans, which has Embree and numpy open.
 
 Nine tenths of a picture's time are Cycles' paths. They follow triangles about in memory as rays of Embree do that are
-thrown from wall to wall, with some arithmetic at each: so this throws rays about in a hollow body.
+thrown from wall to wall, with some arithmetic at each: so this throws rays about in a hollow body. All of it stays in a
+processor's own caches: what does not is slowed by other work on the machine far more than renders are.
 """
 
 import time
@@ -15,16 +16,16 @@ from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import unit_normals, unit_vectors
 from spin_usd.renderers.embree.caster import mesh_scene
 
-ROWS = 150  # of the body's faces, twice as many around: as many as a detailed target's
+ROWS = 40  # of the body's faces, twice as many around
 BUMPS = 7  # around it, so that rays are soon going all ways
-RAYS = 8192
-BOUNCES = 6
+RAYS = 512  # at a time
+BOUNCES = 96
 ROUNDS = 6  # of which the fastest counts: other work can only make one longer
 AHEAD = 1e-4  # of the body's size: how far off a wall a ray starts, so that it does not meet that again
 
 
 def trial_seconds() -> float:
-    """Return the processor seconds of a round, a few hundredths; the first reads the body into the caches."""
+    """Return the processor seconds of a round, a few hundredths."""
     points, faces = _hollow_body()
     scene, normals = mesh_scene(points.astype(np.float32), faces), unit_normals(points[faces])
     seconds = []
