@@ -206,6 +206,23 @@ def test_a_file_can_be_placed_by_its_digest(tmp_path) -> None:
     assert sha256_of(tmp_path / "in" / digest) == digest
 
 
+@pytest.mark.parametrize("links", [True, False])
+def test_a_file_has_a_second_name_or_a_copy_where_there_are_no_links(tmp_path, monkeypatch, links) -> None:
+    if not links:
+        monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(OSError(errno.EPERM, "no links here")))
+    write_atomically(Folder(tmp_path), "a/b", lambda: b"n", work=tmp_path / "work", also="c/d", forced=False)
+    assert files(tmp_path) == {"a/b", "c/d"}
+    assert (tmp_path / "a/b").read_bytes() == (tmp_path / "c/d").read_bytes() == b"n"
+    assert (tmp_path / "a/b").samefile(tmp_path / "c/d") == links
+
+
+def test_a_second_name_that_cannot_be_had_leaves_no_temporary(tmp_path) -> None:
+    (tmp_path / "c").write_text("no folder")
+    with pytest.raises(OutputError, match="a/b: cannot be written"):
+        write_atomically(Folder(tmp_path), "a/b", lambda: b"n", work=tmp_path / "work", also="c/d")
+    assert files(tmp_path) == {"a/b", "c"}
+
+
 def test_a_stage_is_not_taken_for_a_datasets_folder(tmp_path) -> None:
     (tmp_path / "dataset.usda").write_text("#usda 1.0")
     with pytest.raises(InputError, match="is a stage, and a dataset's folder is expected; choose an empty folder"):
