@@ -37,8 +37,8 @@ def write_atomically(
 
     place: says of the sha256 where the file goes, where not to `name` · also: a second name of the file there, or of a
     copy where the file system has no links · forced: whether the bytes are on the disk before the file is in its place;
-    else a power cut may leave less of it. Raises OutputError, or the SpinError that `encode` raises, leaving nothing but,
-    where only the second name could not be had, the file.
+    else a power cut may leave less of it. Raises OutputError, or the SpinError that `encode` raises, leaving nothing,
+    or the file without its second name.
     """
     temporary, second = _temporary(work, name), _temporary(work, name) if also else None
     with _named(folder.root / name, temporary, second):
