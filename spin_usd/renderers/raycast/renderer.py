@@ -14,7 +14,7 @@ radiance. A dome is its mean radiance, which arrives from all around without sha
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
-from itertools import batched
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +60,8 @@ class RaycastRenderer:
             rows = slice(band.y0 - region.y0, band.y1 - region.y0)
             groups, coverage = np.zeros((len(picture.groups), band.width * band.height, 3)), np.zeros(band.shape)
             size = band.width * band.height
-            for some in batched(sample_positions(band, samples, rng), max(BAND_PIXELS // max(size, 1), 1)):
+            positions, together = sample_positions(band, samples, rng), max(BAND_PIXELS // max(size, 1), 1)
+            while some := list(islice(positions, together)):
                 light, there = radiance(scene, self._caster, scene.camera.normalised(np.concatenate(some)))
                 for start in range(0, len(there), size):  # one after the other: sums round by their order
                     groups += light[:, start : start + size]

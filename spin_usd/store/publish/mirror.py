@@ -1,7 +1,7 @@
 """The supervisor's copy of a dataset at a URL: a dataset's folder on this machine, for the time of a run.
 
-It holds dataset.json, the stage and the records. The files of pictures are empty ones of their names: a run that
-resumes asks only whether they are there.
+It holds dataset.json, the stage and the records. The files of pictures are of one byte: a run that resumes asks
+only whether they are there, and not empty.
 
 The marker of a run at a URL: stores of objects have no locks, so whoever comes second is told by a file there.
 
@@ -76,7 +76,7 @@ class Mirror:
 
     def _stand_in(self, name: str) -> None:
         make_folder(self.store.folder, PurePosixPath(name).parent.as_posix())
-        write_bytes(self.store.folder, name, b"")
+        write_bytes(self.store.folder, name, b"\n")
 
     def _snapshot(self) -> Snapshot:
         root = self.store.root
