@@ -110,10 +110,11 @@ class BodyReader:
         return self._last
 
     def _read(self, reader: TargetReader, metres: float) -> Target | None:
+        """Read the whole shape, in the last one's mesh where that is equal; `metres`: a unit of its axes."""
         found = reader.read_occluder(self._roots, metres) if self._roots else reader.read(metres)
         last = self._last
         if found and last and (found.mesh.key, found.mesh.shading_key) == (last.mesh.key, last.mesh.shading_key):
-            return replace(found, mesh=last.mesh)  # renderers keep what they made of it
+            return replace(found, mesh=last.mesh)  # of which renderers keep what they made
         return found
 
     def _variation(self, reader: TargetReader) -> "Variation":
