@@ -20,6 +20,7 @@ pytestmark = pytest.mark.children
 def test_a_short_trial_of_kills_and_limits(tmp_path) -> None:
     command = [sys.executable, REPOSITORY / "tools" / "try_kills.py", "--out", tmp_path / "out", "--pictures", "10"]
     options = ["--kills", "3", "--supervisor-kills", "1", "--stops", "1", "--picture-timeout", "5", "--full-disks", "2"]
+    options += ["--power-cuts", "1"]
     done = subprocess.run(list(map(str, command + options)), capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "| did not hold | 0 |" in done.stdout

@@ -1,16 +1,20 @@
 """Disturb runs of many small pictures, and compare what comes of them with an undisturbed one.
 
-    tools/try_kills [--kills K] [--supervisor-kills K] [--stops K] [--full-disks N] [--limits N] [--out DIR]
+    tools/try_kills [--kills K] [--supervisor-kills K] [--stops K] [--full-disks N] [--power-cuts N] [--limits N]
+                    [--out DIR]
 
 A run ends by itself, with exit code 0, however often its planning and rendering children get SIGKILL; one whose
 supervisor gets it leaves no process, and the same command takes up where it stopped. A worker that gets SIGSTOP is
 ended, and replaced. On full and read-only disks, beside another run, and under limits of memory, files and their size a
 run ends with exit code 0, 1 or 2 and a sentence, and leaves no temporary file and no record of a file that is not
 whole. Each dataset is completed by the same command, to the byte as an undisturbed one. Such disks are small ones in
-memory (tmpfs), which only root can mount; others have the rest tried. Exit code 1: something did not hold.
+memory (tmpfs), which only root can mount; others have the rest tried. A power cut is a file system (ext4, in a file)
+that drops at a random moment what it has not written, and is mounted again: records without their whole files are
+counted, and `--verify` completes the dataset. Exit code 1: something did not hold.
 """
 
 import argparse
+import fcntl
 import os
 import random
 import resource
@@ -19,6 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -38,6 +43,8 @@ SAID = (0, 1, 2)  # exit codes of what a user can mend
 MIN_DISK, STEP = 200_000, 60_000  # bytes that a disk has at first, and gets more at most
 MEMORY = (1 << 28, 1 << 34)  # bytes of address space, least and most
 FILES = (4, 256)
+POWER_CUT_DISK = 1 << 28  # bytes
+SHUTDOWN, NO_LOG_FLUSH = 0x8004587D, 2  # of ioctl_ext4(2): EXT4_IOC_SHUTDOWN, which then leaves the journal as it is
 
 
 @dataclass(kw_only=True)
@@ -129,6 +136,27 @@ class Trial:
             _remount(disk, "rw")
             self._completed(disk / "dataset")
 
+    def power_cuts(self, times: int) -> None:
+        """Cut the power of so many runs' disks, each at a random moment, and complete the dataset by `--verify`."""
+        image, place = self.out / "disk.ext4", self.out / "disk"
+        for _ in range(times):
+            with image.open("wb") as file:
+                file.truncate(POWER_CUT_DISK)
+            subprocess.run(["mkfs.ext4", "-q", "-F", str(image)], check=True)
+            with _mounted(place, "-o", "loop", str(image)) as disk:
+                run = self._start(disk / "dataset")
+                self._wait(run)
+                _cut_power(disk)
+                while run.goes_on:
+                    run.children()
+                    time.sleep(LOOK_S)
+                self.counts[f"power cut: exit code {run.wait()}"] += 1
+                self.faults += [f"power cut: process {pid} is left" for pid in run.left()]
+            with _mounted(place, "-o", "loop", str(image)) as disk:
+                self.counts["pictures with a record after a power cut"] += records(disk / "dataset")
+                self.counts["files cut short by a power cut"] += sum(1 for _ in torn(disk / "dataset"))
+                self._completed(disk / "dataset", self._start(disk / "dataset", "--verify"))
+
     def two_at_once(self) -> None:
         """Run twice at the same time into one folder."""
         dataset = self._fresh("two at once")
@@ -209,12 +237,28 @@ class Trial:
 @contextmanager
 def _disk(place: Path, size: int) -> Iterator[Path]:
     """Give a disk of so many bytes, in memory."""
+    with _mounted(place, "-t", "tmpfs", "-o", f"size={size}", "none"):
+        yield place
+
+
+@contextmanager
+def _mounted(place: Path, *what: str) -> Iterator[Path]:
+    """Mount `what`, as mount(8) takes it, at the place."""
     place.mkdir(exist_ok=True)
-    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(place)], check=True)
+    subprocess.run(["mount", *what, str(place)], check=True)
     try:
         yield place
     finally:
         subprocess.run(["umount", str(place)], check=True)
+
+
+def _cut_power(disk: Path) -> None:
+    """Have the file system at `disk` write nothing any more, also of what it was given before."""
+    folder = os.open(disk, os.O_RDONLY)
+    try:
+        fcntl.ioctl(folder, SHUTDOWN, array("I", [NO_LOG_FLUSH]))
+    finally:
+        os.close(folder)
 
 
 def _remount(disk: Path, options: str) -> None:
@@ -240,6 +284,8 @@ def main() -> int:
         if os.geteuid() == 0 and options.full_disks:
             trial.full_disk(options.full_disks)
             trial.read_only()
+        if os.geteuid() == 0:
+            trial.power_cuts(options.power_cuts)
         for _ in range(options.limits):
             trial.two_at_once()
             trial.limited()
@@ -256,6 +302,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--picture-timeout", type=float, metavar="S", help="of the runs whose workers are stopped")
     parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between kills, on average")
     parser.add_argument("--full-disks", type=int, default=3, help="how often a disk is full, at a random place")
+    parser.add_argument("--power-cuts", type=int, default=0, help="how often the power of a disk is cut")
     parser.add_argument("--limits", type=int, default=1, help="how often limits and two runs at once are tried")
     parser.add_argument("--renderer", default="raycast")
     parser.add_argument("--samples", type=int, default=1)

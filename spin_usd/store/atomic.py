@@ -103,6 +103,13 @@ def _linked(path: Path, second: Path) -> bool:
     return True
 
 
+def force_folder(folder: Path) -> None:
+    """Force all files below the folder to disk, before it gets the name by which it is known. Raises OSError."""
+    for parent, _, names in os.walk(folder):
+        for name in names:
+            _force(Path(parent, name))
+
+
 def link_atomically(folder: Folder, name: str, source: FileIn, *, work: Path, copy: bool = False) -> None:
     """Make the file `name` of the folder another name of the `source`, or a copy of it where that is asked for, or the
     file system has no links (or no more of that file). To replace either later leaves the other as it is. Raises

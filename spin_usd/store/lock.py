@@ -45,11 +45,13 @@ def token_in(path: Path) -> str | None:
 
 
 def create_lock(path: Path, token: str) -> None:
-    """Make the lock at `path`. Raises FileExistsError where something is there, and other OSErrors, leaving nothing."""
+    """Make the lock at `path`, on the disk too: a power cut that left a lock empty would leave nobody's. Raises
+    FileExistsError where something is there, and other OSErrors, leaving nothing."""
     text, descriptor = TEXT.format(token).encode(), _open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
     try:
         if os.write(descriptor, text) < len(text):  # no error: the disk, or a limit, has room for a part
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        os.fsync(descriptor)
     except OSError:
         path.unlink()
         raise

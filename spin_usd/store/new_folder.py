@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.store.atomic import force_folder
 from spin_usd.store.hidden_folder import hidden_folder, sweep
 
 
@@ -29,6 +30,7 @@ def new_folder(out: Path) -> Iterator[Path]:
         try:
             work.mkdir()
             yield work
+            force_folder(work)
             os.replace(work, out)
         except OutputError as error:
             where = str(error.where or out).replace(str(work), str(out))

@@ -47,7 +47,7 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import postponed
-from spin_usd.store.atomic import write_json
+from spin_usd.store.atomic import force_folder, write_json
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
@@ -271,6 +271,7 @@ def _adopt_stage(store: Store, work: Path) -> None:
         write_sums(work / STAGE)
         if same_files(work / STAGE, store.stage) and same_names(work / STAGE, store.stage):
             return
+        force_folder(work / STAGE)
         with suppress(FileNotFoundError):
             put(Folder(work), store.stage, "old")
         put(store.folder, work / STAGE, STAGE)
