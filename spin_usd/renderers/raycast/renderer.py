@@ -206,4 +206,5 @@ def sample_positions(region: Region, samples: int, rng: np.random.Generator) -> 
         return
     shift = rng.random(corner.shape)
     for i in range(samples):
-        yield corner + (shift + i * STEP) % 1
+        moved = shift + i * STEP
+        yield corner + (moved - np.floor(moved))  # exact, as the remainder, which takes far longer

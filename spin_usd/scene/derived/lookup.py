@@ -88,19 +88,21 @@ def _tile_texels(tiles: Tiles, st: Float, channels: slice) -> Float:
 
 def _texels(image: Image, wrap: tuple[str, str], st: Float, channels: slice) -> Float:
     """Return (N, C) of one image at `st` (N, 2). A single channel is all that is decoded where it is asked for."""
-    single = channels.stop - channels.start == 1
-    pixels = image.channel(channels.start)[..., None] if single else image.pixels[..., channels]
     height, width = image.size
+    single = channels.stop - channels.start == 1
+    pixels = (image.channel(channels.start) if single else image.pixels).reshape(height * width, -1)
+    some = slice(0, 1) if single else channels
     x, y = st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5
     x0, y0 = np.floor(x), np.floor(y)
     fx, fy = (x - x0)[:, None], (y - y0)[:, None]
-    result = np.zeros((len(st), pixels.shape[2]))
+    result = np.zeros((len(st), some.stop - some.start))
+    across = [(wx, *_wrapped(x0 + dx, width, wrap[0])) for dx, wx in ((0, 1 - fx), (1, fx))]
     for dy, wy in ((0, 1 - fy), (1, fy)):
         rows, outside_t = _wrapped(y0 + dy, height, wrap[1])
-        for dx, wx in ((0, 1 - fx), (1, fx)):
-            columns, outside_s = _wrapped(x0 + dx, width, wrap[0])
-            texels = pixels[rows, columns].astype(np.float64)
-            texels[outside_s | outside_t] = 0
+        for wx, columns, outside_s in across:
+            texels = pixels.take(rows * width + columns, 0)[:, some].astype(np.float64)
+            if "black" in wrap:
+                texels[outside_s | outside_t] = 0
             result += wy * wx * texels
     return result
 
@@ -127,14 +129,14 @@ def _scaled(texture: Texture, found_in_image: NDArray[np.float32]) -> Float:
 
 
 def _wrapped(index: Float, size: int, wrap: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Texel numbers (N,) within 0 to size - 1, and which of them lie outside a "black" image."""
-    outside = np.zeros(len(index), bool)
+    """Texel numbers (N,) within 0 to size - 1, by the `index` (N,), which is changed, and which of them lie outside a
+    "black" image."""
+    outside = (index < 0) | (index >= size)
     if wrap == "repeat":
-        index = np.mod(index, size)
+        index[outside] = np.mod(index[outside], size)
     elif wrap == "mirror":
-        index = np.mod(index, 2 * size)
+        index[outside] = np.mod(index[outside], 2 * size)
         index = np.minimum(index, 2 * size - 1 - index)
     else:
-        outside = (index < 0) | (index >= size) if wrap == "black" else outside
         index = np.clip(index, 0, size - 1)
-    return index.astype(np.int64), outside
+    return index.astype(np.int64), outside if wrap == "black" else np.zeros_like(outside)
