@@ -4,18 +4,12 @@ python docs/train_loader.py FOLDER
 """
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 import spin_usd
-
-
-def collate(pictures: Sequence[spin_usd.Picture]) -> tuple[np.ndarray, np.ndarray]:
-    """Images (B, H, W) and poses (B, 4, 4) of a batch."""
-    return np.stack([picture.image for picture in pictures]), np.stack([picture.T_cam_body for picture in pictures])
 
 
 def reprojection_error(picture: spin_usd.Picture) -> float:
@@ -30,8 +24,9 @@ folder = Path(sys.argv[1])
 spin_usd.author(sample="speedplus", count=2, target="tango", camera="speedplus", out=folder / "stage")
 spin_usd.render(folder / "stage", out=folder / "dataset", renderer="raycast", samples=1)
 dataset = spin_usd.Dataset(folder / "dataset")
-# With PyTorch: for images, poses in DataLoader(dataset, batch_size=2, collate_fn=collate, num_workers=4):
+# With PyTorch: for batch in DataLoader(dataset, batch_size=2, collate_fn=dataset.collate, num_workers=4):
 for start in range(0, len(dataset), 2):
-    images, poses = collate([dataset[place] for place in range(start, min(start + 2, len(dataset)))])
+    batch = dataset.collate([*dataset[start : start + 2]])
+    images, poses = batch["image"], batch["T_cam_body"]
     print(f"batch: images {images.shape} {images.dtype}, poses {poses.shape} {poses.dtype}")
 print(f"dense pose: {max(map(reprojection_error, dataset)):.6f} pixels off at most, of {len(dataset)} pictures")

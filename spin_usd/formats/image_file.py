@@ -140,6 +140,15 @@ def decoded_image(file: BufferedReader, path: Path, rows: range | None = None) -
     return _in_name_order(pixels.reshape(-1, spec.width, spec.nchannels), list(spec.channelnames))
 
 
+def resampled(image: Image, box: tuple[float, float, float, float], size: tuple[int, int]) -> Image:
+    """Return the `box` x0, y0, x1, y1 of the one channel `image` (H, W) float32 in the `size` (width, height).
+
+    Coordinates have (0, 0) at the image's corner. Each pixel is a mean of those around its centre, weighted by a
+    triangle as wide as two pixels, of the image or of the result, whichever are wider: "bilinear with antialiasing".
+    """
+    return np.asarray(PillowImage.fromarray(image).resize(size, PillowImage.Resampling.BILINEAR, box))
+
+
 def _in_name_order(pixels: Image, names: list[str]) -> tuple[Image, tuple[str, ...]]:
     first = [names.index(name) for name in "RGBA" if name in names]
     others = sorted((i for i in range(len(names)) if i not in first), key=names.__getitem__)

@@ -1,20 +1,50 @@
 """A dataset as those who train and test with it read it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from operator import index
 from pathlib import Path
-from typing import SupportsIndex, overload
+from typing import TYPE_CHECKING, SupportsIndex, overload
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import refuse_unless_path
 from spin_usd.scene.keypoints import Keypoints
+from spin_usd.store.batch import collate
 from spin_usd.store.description import DescribedPart, DescribedTarget, Targets, read_description
+from spin_usd.store.measures import values_of
 from spin_usd.store.names import RECORDS, is_record, picture_of, record_of
 from spin_usd.store.picture import Picture, read_picture
+from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 NAMED = 3  # names that an error lists as examples
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cropped:
+    """How each picture is cropped: see Picture.crop."""
+
+    target: int | str | None
+    size: int | tuple[int, int]
+    margin: float
+
+    def __call__(self, picture: Picture) -> Picture:
+        return picture.crop(self.target, self.size, margin=self.margin)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resized:
+    """How each picture is resized: see Picture.resize."""
+
+    size: int | tuple[int, int]
+
+    def __call__(self, picture: Picture) -> Picture:
+        return picture.resize(self.size)
 
 
 class Dataset(Sequence[Picture]):
@@ -22,8 +52,8 @@ class Dataset(Sequence[Picture]):
 
     `dataset[0]` is a Picture, `dataset[:100]` a Dataset of the first hundred, and a loop over a dataset goes through
     its pictures. Each is read when it is asked for: a Dataset holds no more than their names, so it is quick to open,
-    to pickle and to send to other processes. PyTorch's DataLoader takes it as a map-style dataset; its `collate_fn`
-    gets a list of pictures, in the worker's process, and makes a batch of them.
+    to pickle and to send to other processes. PyTorch's DataLoader takes it as a map-style dataset, and its `collate` as
+    `collate_fn`, which gets a list of pictures, in the worker's process, and makes a batch of them.
 
     Pictures that are rendered after a dataset was opened are not in it.
     """
@@ -34,6 +64,7 @@ class Dataset(Sequence[Picture]):
         self._root = Path(path).absolute()
         self._description = read_description(self._root)
         self._names = _names(self._root)
+        self._changes: tuple[Cropped | Resized, ...] = ()
 
     def __len__(self) -> int:
         return len(self._names)
@@ -108,14 +139,84 @@ class Dataset(Sequence[Picture]):
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
         return self._of(names)
 
+    def where(self, condition: str | Callable[[Picture], bool]) -> "Dataset":
+        """Return the pictures that meet the condition: a function of a Picture, or a text such as
+        "range < 8 and visible > 0.5 and variant != 'nominal'".
+
+        A text names what `to_dataframe` has columns of, `record.sun.obscured` and whatever else a record holds, and of
+        a target that is not the first one NAME.range. What a picture lacks is NaN: no comparison holds for it. Every
+        record is read, some 4,000 a second. Raises InputError for a text that is no condition.
+        """
+        from spin_usd.store.condition import Condition  # not above: a dataset opens without it
+
+        meets = Condition(condition, self._description) if isinstance(condition, str) else condition
+        names = tuple(name for name, picture in zip(self._names, self, strict=True) if meets(picture))
+        if isinstance(meets, Condition) and self._names:
+            meets.refuse_never_found()
+        return self._of(names)
+
+    def split(self, *shares: float, seed: int = 0, by: str = "pose") -> "tuple[Dataset, ...]":
+        """Return a dataset for each of the shares, which sum up to 1 or less: `train, test = dataset.split(0.8, 0.2)`.
+
+        by: "pose", and pictures of one pose, such as all variants of a frame, are in one of them; "picture", and each
+        may be in any. Which go where depends on names and the seed alone, as in `export --split`: it is the same on
+        every machine. Raises InputError for shares that are none.
+        """
+        if not shares or not all(isfinite(share) and share > 0 for share in shares) or sum(shares) > 1 + 1e-9:
+            raise InputError(f"the shares {shares} are none", do="give numbers above 0 that sum up to 1, as 0.8, 0.2")
+        if by not in ("pose", "picture"):
+            raise InputError(f"pictures cannot be split by {by!r}", do="choose among pose, picture")
+        named = {str(number): share for number, share in enumerate(shares)}
+        if by == "pose":
+            pose = poses_of((picture.frame, pose_bytes(picture)) for picture in self._whole)
+            group = {name: pose[name[0]] for name in self._names}
+        else:
+            group = {name: f"{name[0]}-{name[1]}" for name in self._names}
+        split = split_of_each(list(group.values()), named, seed=seed)
+        return tuple(
+            self._of(tuple(name for name in self._names if split.get(group[name]) == number)) for number in named
+        )
+
+    def crop(
+        self, target: int | str | None = None, size: int | tuple[int, int] = 256, *, margin: float = 0.1
+    ) -> "Dataset":
+        """Return the same pictures, each cropped to the target as Picture.crop does when it is read. A picture that
+        shows nothing of the target is an InputError then: leave such out by `where("visible > 0")`."""
+        return self._of(self._names, Cropped(target=target, size=size, margin=margin))
+
+    def resize(self, size: int | tuple[int, int]) -> "Dataset":
+        """Return the same pictures, each in that size as by Picture.resize when it is read."""
+        return self._of(self._names, Resized(size=size))
+
+    collate = staticmethod(collate)
+
+    def to_dataframe(self) -> "DataFrame":
+        """Return a table of pandas with a row for each picture: frame, variant, index, the files' paths, the first
+        target's pose and what `where` knows by the same names; those of further targets are called NAME.range and so
+        on. Raises InputError where pandas is not installed."""
+        try:
+            from pandas import DataFrame
+        except ImportError:
+            raise InputError("pandas is not installed", do="install pandas, which makes the table") from None
+        return DataFrame([values_of(picture) for picture in self])
+
+    @property
+    def _whole(self) -> Iterator[Picture]:
+        """The pictures as they were rendered."""
+        return (read_picture(self.root, record_of(variant, frame), self._description) for frame, variant in self._names)
+
     def _read(self, name: tuple[str, str]) -> Picture:
         frame, variant = name
-        return read_picture(self.root, record_of(variant, frame), self._description)
+        picture = read_picture(self.root, record_of(variant, frame), self._description)
+        for change in self._changes:
+            picture = change(picture)
+        return picture
 
-    def _of(self, names: tuple[tuple[str, str], ...]) -> "Dataset":
-        """Return the same dataset with these pictures alone."""
+    def _of(self, names: tuple[tuple[str, str], ...], *changes: Cropped | Resized) -> "Dataset":
+        """Return the same dataset with these pictures alone, changed in these ways too."""
         part = Dataset.__new__(Dataset)
         part._root, part._description, part._names = self._root, self._description, names
+        part._changes = (*self._changes, *changes)
         return part
 
     @cached_property

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,15 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.labels.flow import FLOW
+from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.nesting import finite_json
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.store.description import DescribedPart, Description, Named, Targets
 from spin_usd.store.names import record_of
 from spin_usd.store.picture_file import read_picture_file
 from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.store.window import Window, size_of
 
 SCHEMA = "record-1"
 INSTANCE = "instance"
@@ -100,7 +102,7 @@ class Picture:
     its file at each call. Arrays of files are the caller's own, to be changed at will. Arrays of geometry (pose, camera
     and keypoints) are read-only. Pickling leaves out the arrays that were read: the other process reads its own.
 
-    Two pictures are equal when they have the same dataset's folder, variant and frame.
+    Two pictures are equal when they have the same dataset's folder, variant and frame, and are the same part of it.
 
     Every pixel coordinate has (0, 0) at the corner of the image, so the first pixel's centre is (0.5, 0.5) and the
     pixel in row r and column c has its centre at (c + 0.5, r + 0.5). OpenCV's functions that look up pixels, such as
@@ -116,10 +118,12 @@ class Picture:
         variant: the name of its variant, such as "nominal".
         index: the picture's place in the stage, from 0.
         files: its files by what they are: "image", "depth" and so on.
-        record: all that the dataset's record says of it, by schemas/record-1.schema.json.
+        record: all that the dataset's record says of it, by schemas/record-1.schema.json; of the whole picture, also
+            where this is a part.
         camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
         description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
+        window: the part that `crop` or `resize` took, None of the whole picture as it was rendered.
     """
 
     root: Path
@@ -131,6 +135,7 @@ class Picture:
     camera: Camera
     T_cam_body: Float
     description: Description
+    window: Window | None = None
 
     def __repr__(self) -> str:
         return f"Picture({self.frame!r} of {self.variant!r}, in {str(self.root)!r})"
@@ -150,8 +155,8 @@ class Picture:
         self.T_cam_body.flags.writeable = False  # numpy forgets it on the way
 
     @property
-    def _identity(self) -> tuple[Path, str, str]:
-        return self.root, self.variant, self.frame
+    def _identity(self) -> tuple[Path, str, str, Window | None]:
+        return self.root, self.variant, self.frame, self.window
 
     @property
     def camera_matrix(self) -> Float:
@@ -188,15 +193,58 @@ class Picture:
         if _named(found) != _named(self.description.targets):
             said = f"has the targets {_named(found)}, and dataset.json {_named(self.description.targets)}"
             raise InputError(said, where=path, do=CHECK)
-        return found
+        return Targets(target.seen_in(self.window) for target in found) if self.window else found
+
+    def crop(self, target: int | str | None = None, size: int | tuple[int, int] = 256, *, margin: float = 0.1) -> Self:
+        """Return the square, or the rectangle, around the target of that id or name, the first if not given, in `size`
+        pixels: one side, or (width, height).
+
+        Its sides are longer than those of the box around the pixels that show the target by the share `margin`, half
+        of it on each side, and what they have beyond the picture's edges is 0. All that comes in pixels is the crop's:
+        camera, keypoints, boxes, flow. Images are averaged, as by "bilinear with antialiasing"; labels are those of the
+        picture's pixel in which a pixel's centre lies. Raises InputError where nothing of the target is seen.
+        """
+        margin = float(margin)
+        if not -1 < margin < np.inf:
+            raise InputError(
+                f"crops cannot have the margin {margin}", do="give a share of the box's sides, such as 0.1"
+            )
+        box = self.target_of(1 if target is None else target).box_visible
+        if np.isnan(box).any():
+            where, do = f"{self.root}: {self.frame} of {self.variant}", 'leave it out: dataset.where("visible > 0")'
+            raise InputError("shows nothing of the target to crop to", where=where, do=do)
+        return self._part(Window.around(box, size_of(size), margin=margin))
+
+    def resize(self, size: int | tuple[int, int]) -> Self:
+        """Return the whole picture in `size` pixels, (width, height) or the side of a square, as `crop` does."""
+        return self._part(Window.whole(self.camera, size_of(size)))
+
+    def _part(self, window: Window) -> Self:
+        window = window.of(self.window)
+        return replace(self, window=window, camera=window.camera(self._whole_camera))
+
+    @property
+    def _whole_camera(self) -> Camera:
+        camera = self.record["camera"]
+        return Camera(**{**camera, "distortion": tuple(camera["distortion"])})
+
+    def target_of(self, target: int | str) -> PicturedTarget:
+        """Return the target of that id, or that name. Raises InputError where there is none."""
+        if isinstance(target, str):
+            return self.targets[target]
+        self._require(target)
+        return next(each for each in self.targets if each.id == target)
+
+    def _require(self, target_id: int) -> None:
+        if target_id not in (target.id for target in self.description.targets):
+            known = ", ".join(str(target.id) for target in self.description.targets)
+            raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
 
     def mask(self, target: int | str) -> NDArray[np.bool_]:
         """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
         is none."""
         target_id = self.description.targets[target].id if isinstance(target, str) else target
-        if target_id not in (target.id for target in self.description.targets):
-            known = ", ".join(str(target.id) for target in self.description.targets)
-            raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
+        self._require(target_id)
         if INSTANCE in self.files:
             return np.asarray(self.label(INSTANCE) == target_id)
         own = np.zeros(np.iinfo(np.uint16).max + 1, bool)
@@ -274,15 +322,26 @@ class Picture:
         return self._array(name, rows)
 
     def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
-        """Read the numbers in the picture's file of that kind, of an image all `rows` or these. Raises InputError where
-        it has none, or a damaged one."""
+        """Return the numbers in the picture's file of that kind, of an image all `rows` or these. Raises InputError
+        where it has none, or a damaged one."""
+        if self.window is None or kind in CLOUD_LABELS:
+            return self._read(kind, rows)
+        needed = self.window.rows(self._whole_camera.height)
+        array = self.window.cut(self._read(kind, needed), needed.start, smooth=kind not in LABELS)
+        if kind == FLOW.name:
+            array[..., :2] *= self.window.scale
+        return array if rows is None else array[rows.start : rows.stop : rows.step]
+
+    def _read(self, kind: str, rows: range | None) -> NDArray[Any]:
+        """Read them as they are in the file."""
         if kind not in self.files:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         file = FileIn(Folder(self.root), self.files[kind].path)
         array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels, rows)
-        height = self.camera.height if rows is None else len(rows)
-        if kind not in CLOUD_LABELS and array.shape[:2] != (height, self.camera.width):
+        camera = self._whole_camera
+        height = camera.height if rows is None else len(rows)
+        if kind not in CLOUD_LABELS and array.shape[:2] != (height, camera.width):
             raise InputError(f"is {array.shape[:2]}, and its camera is not", where=file.path, do=CHECK)
         return array
 

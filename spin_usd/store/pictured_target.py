@@ -1,13 +1,14 @@
 """A target in one picture of a dataset, as its record has it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.geometry.transform import Transform
+from spin_usd.store.window import Window
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,6 +36,9 @@ class PicturedTarget:
         keypoints: (N, 2) pixels of its keypoints, hidden ones too; NaN where the lens sees none.
         keypoint_states: (N,) "visible", "self-occluded", "occluded" by another body, "outside" the frame, or "behind"
             the camera.
+
+    In a part of a picture, by `crop` or `resize`, boxes and keypoints are in the part's pixels, box_visible and the
+    states by its frame; how many pixels there are is of the whole picture.
     """
 
     id: int
@@ -76,6 +80,28 @@ class PicturedTarget:
             keypoints=frozen(np.array([entry[:2] for entry in found["keypoints"]], np.float64).reshape(-1, 2)),
             keypoint_states=tuple(state for *_, state in found["keypoints"]),
         )
+
+    def seen_in(self, window: Window) -> Self:
+        """Return it as the window shows it."""
+        keypoints, (width, height) = window.pixels(self.keypoints), window.size
+        with np.errstate(invalid="ignore"):
+            inside = ((keypoints >= 0) & (keypoints < window.size)).all(-1)
+        states = zip(self.keypoint_states, inside, np.isnan(keypoints).any(-1), strict=True)
+        visible = np.clip(_moved(self.box_visible, window), 0, (width, height, width, height))
+        empty = not (visible[2] > visible[0] and visible[3] > visible[1])
+        return replace(
+            self,
+            box_visible=frozen(np.full(4, np.nan) if empty else visible),
+            box_amodal=frozen(_moved(self.box_amodal, window)),
+            box_3d=frozen(window.pixels(self.box_3d)),
+            keypoints=frozen(keypoints),
+            keypoint_states=tuple(state if there or unseen else "outside" for state, there, unseen in states),
+        )
+
+
+def _moved(box: Float, window: Window) -> Float:
+    """Return the box (4,) in the window."""
+    return window.pixels(box.reshape(2, 2)).ravel()
 
 
 def _numbers(found: Any, shape: tuple[int, ...]) -> Float:

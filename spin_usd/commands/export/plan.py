@@ -25,7 +25,7 @@ from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 from spin_usd.scene.target import MAX_PARTS
 from spin_usd.store.dataset import Dataset
-from spin_usd.store.picture import Picture
+from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
 
 WRITE = "write for example train=0.8,validation=0.2"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -99,7 +99,7 @@ def _entries(
 ) -> tuple[Entry, ...]:
     """Return the pictures chosen, each with its split: all variants of a pose are in one."""
     pictures = selected(dataset, frames=request.frames, variants=names_in(request.variants), progress=progress)
-    pose = poses_of(pictures)
+    pose = poses_of((each.frame, each.pose) for each in pictures)
     split = split_of_each(list(pose.values()), shares, seed=request.seed)
     return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)
 
@@ -200,23 +200,6 @@ def named_splits(shares: Mapping[str, float], names: Mapping[str, str] | None, *
     return {names[split]: share for split, share in shares.items()}
 
 
-def split_of_each(groups: Sequence[str], shares: Mapping[str, float], *, seed: int) -> dict[str, str]:
-    """Return the split of each of the `groups`: pictures of one group go together.
-
-    Which go where is decided by a digest of the seed and the group: it is the same on every machine, in any order. Each
-    split gets its share of the groups, rounded.
-    """
-    ranked = sorted(set(groups), key=lambda group: hashlib.sha256(f"{seed} {group}".encode()).digest())
-    found: dict[str, str] = {}
-    begin, upto = 0, 0.0
-    for name, share in shares.items():
-        upto += share
-        end = round(upto * len(ranked))
-        found |= dict.fromkeys(ranked[begin:end], name)
-        begin = end
-    return found
-
-
 class Selected(NamedTuple):
     """A picture: frame and variant, its place in the stage, the numbers of its pose, and the name that it gets."""
 
@@ -250,13 +233,6 @@ def selected(
     return tuple(found)
 
 
-def poses_of(pictures: Sequence[Selected]) -> dict[str, str]:
-    """Return for each frame the first frame that has its pose, mostly itself: a pose may stand twice in a list."""
-    pose_of = {each.frame: each.pose for each in reversed(pictures)}
-    first = {each.pose: each.frame for each in reversed(pictures)}
-    return {frame: first[pose] for frame, pose in pose_of.items()}
-
-
 def _order(picture: Selected) -> tuple[bool, str, int]:
     return picture.variant != NOMINAL, picture.variant, picture.place
 
@@ -285,12 +261,8 @@ def _read(
         name = f"{frame}-{variant}" if several else frame
         if len(name) > MAX_NAME:
             raise InputError("is too long for a file's name", where=name, do="export one variant at a time")
-        yield Selected(frame, variant, picture.index, _pose(picture), name)
+        yield Selected(frame, variant, picture.index, pose_bytes(picture), name)
     progress("reading: picture", len(names), len(names))
-
-
-def _pose(picture: Picture) -> bytes:
-    return picture.q_cam_body.tobytes() + picture.t_cam_body.tobytes()
 
 
 def _refuse_bad_name(dataset: Dataset, frame: str, variant: str) -> None:

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from spin_usd.commands.show.columns import leaves
-from spin_usd.commands.show.measures import measured
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.poses import FRAME_NAME
 from spin_usd.store.dataset import Dataset
+from spin_usd.store.measures import measured
 from spin_usd.store.names import record_of
 from spin_usd.store.picture import Picture
 

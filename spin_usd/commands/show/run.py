@@ -14,7 +14,6 @@ from spin_usd import __version__
 from spin_usd.commands.show.columns import Column, Columns
 from spin_usd.commands.show.data_file import KEY_LENGTH, DataFile
 from spin_usd.commands.show.gallery_folder import PAGE, GalleryFolder, refuse_other
-from spin_usd.commands.show.measures import described
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys
 from spin_usd.commands.show.read_records import ReadPicture, read_records
@@ -27,6 +26,7 @@ from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import Progress
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.dataset_folder import Store, refuse_dataset
+from spin_usd.store.measures import described
 from spin_usd.store.picture import Picture
 
 PER_FILE = 64  # half a megabyte of JSON, a tenth of it packed: they are much alike

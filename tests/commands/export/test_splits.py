@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.commands.export.plan import Selected, named_splits, poses_of, read_split, split_of_each
+from spin_usd.commands.export.plan import named_splits, read_split
 from spin_usd.errors import InputError
+from spin_usd.store.splits import poses_of, split_of_each
 
 FRAMES = [f"img{number:06}" for number in range(100)]
 
@@ -56,10 +57,5 @@ def test_the_seed_decides_and_the_order_of_frames_does_not() -> None:
 
 def test_frames_of_one_pose_are_one_group() -> None:
     """The third frame has the first one's pose; a variant's own pose does not take a frame out of its group."""
-    pictures = [
-        Selected("a", "nominal", 0, b"1", "a"),
-        Selected("b", "nominal", 1, b"2", "b"),
-        Selected("c", "nominal", 2, b"1", "c"),
-        Selected("b", "noisy", 1, b"3", "b-noisy"),
-    ]
+    pictures = [("a", b"1"), ("b", b"2"), ("c", b"1"), ("b", b"3")]
     assert poses_of(pictures) == {"a": "a", "b": "b", "c": "a"}

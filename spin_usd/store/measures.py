@@ -1,4 +1,4 @@
-"""What the page shows of every picture beside what its record says: a table of names, units and formulas."""
+"""What is said of every picture beside what its record says: a table of names, units and formulas."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -9,11 +9,11 @@ from spin_usd.scene.derived.sunlight import phase_angle
 from spin_usd.store.picture import Picture
 from spin_usd.store.pictured_target import PicturedTarget
 
-MAX_TARGETS = 8  # whose measures are shown; those of others are found among the values of the record
+MAX_TARGETS = 8  # whose measures the page shows; those of others are found among the values of the record
 
 
 class Measure(NamedTuple):
-    """title: what the page calls it · unit: "" where it has none · of: its value, NaN where there is none."""
+    """title: what people call it · unit: "" where it has none · of: its value, NaN where there is none."""
 
     title: str
     unit: str
@@ -55,6 +55,24 @@ def measured(picture: Picture) -> dict[str, float]:
     for place, target in enumerate(picture.targets[:MAX_TARGETS]):
         found |= {column_of(name, place): measure.of(picture, target) for name, measure in MEASURES.items()}
     return {name: float(value) for name, value in found.items()}
+
+
+def values_of(picture: Picture) -> dict[str, float | int | str]:
+    """Return what a table has of the picture by its columns' names: which it is, its files' paths, its pose, and its
+    measures; those of further targets are called NAME.range and so on."""
+    found: dict[str, float | int | str] = {
+        "frame": picture.frame,
+        "variant": picture.variant,
+        "index": picture.index,
+        **{f"{kind}_path": str(picture.root / file.path) for kind, file in picture.files.items()},
+        **dict(zip(("qw", "qx", "qy", "qz"), picture.q_cam_body.tolist(), strict=True)),
+        **dict(zip(("x", "y", "z"), picture.t_cam_body.tolist(), strict=True)),
+        **{name: float(measure.of(picture, picture.targets[0])) for name, measure in OF_PICTURE.items()},
+    }
+    for place, target in enumerate(picture.targets):
+        before = f"{target.name}." if place else ""
+        found |= {f"{before}{name}": float(measure.of(picture, target)) for name, measure in MEASURES.items()}
+    return found
 
 
 def described(targets: int) -> Iterator[tuple[str, Measure, int | None]]:

@@ -1,0 +1,124 @@
+"""A part of a picture in a size of its own: what a network gets to see of it.
+
+Pixel coordinates have (0, 0) at the corner of the image, so what is scaled is scaled about that corner, and no half
+pixel is lost: u' = (u - x0) * size / width.
+"""
+
+from dataclasses import dataclass
+from math import ceil, floor
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.formats.image_file import resampled
+from spin_usd.geometry.camera import Camera
+
+MAX_SIDE = 2**14  # pixels
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """A part of an image, and what becomes of it. x0, y0, width, height: pixels of the image, beyond whose edges it may
+    reach, where all is 0 · size: width and height in pixels of its own."""
+
+    x0: float
+    y0: float
+    width: float
+    height: float
+    size: tuple[int, int]
+
+    @classmethod
+    def whole(cls, camera: Camera, size: tuple[int, int]) -> Self:
+        """Return the whole frame of the camera in that size."""
+        return cls(x0=0.0, y0=0.0, width=float(camera.width), height=float(camera.height), size=size)
+
+    @classmethod
+    def around(cls, box: Float, size: tuple[int, int], *, margin: float) -> Self:
+        """Return the least window of the form of `size` around the middle of the `box` (4,) x0, y0, x1, y1 that leaves
+        that share of the box's sides free, half of it on each side."""
+        x0, y0, x1, y1 = box.tolist()
+        scale = max((x1 - x0) / size[0], (y1 - y0) / size[1]) * (1 + margin)
+        width, height = scale * size[0], scale * size[1]
+        return cls(x0=(x0 + x1 - width) / 2, y0=(y0 + y1 - height) / 2, width=width, height=height, size=size)
+
+    @property
+    def scale(self) -> Float:
+        """How many of its pixels (2,) lie along one of the image's."""
+        return np.divide(self.size, (self.width, self.height))
+
+    def of(self, outer: "Window | None") -> "Window":
+        """Return this window of the `outer` one as a window of the whole image."""
+        if outer is None:
+            return self
+        x, y = outer.scale.tolist()
+        return Window(
+            x0=outer.x0 + self.x0 / x,
+            y0=outer.y0 + self.y0 / y,
+            width=self.width / x,
+            height=self.height / y,
+            size=self.size,
+        )
+
+    def camera(self, camera: Camera) -> Camera:
+        """Return the camera whose whole frame this window is."""
+        x, y = self.scale.tolist()
+        return Camera(
+            width=self.size[0],
+            height=self.size[1],
+            fx=camera.fx * x,
+            fy=camera.fy * y,
+            cx=(camera.cx - self.x0) * x,
+            cy=(camera.cy - self.y0) * y,
+            distortion=camera.distortion,
+        )
+
+    def pixels(self, uv: Float) -> Float:
+        """Return (..., 2) in the window of the image's pixel coordinates (..., 2)."""
+        return (uv - (self.x0, self.y0)) * self.scale
+
+    def rows(self, height: int) -> range:
+        """Return the rows that it needs of an image of so many."""
+        reach = max(self.height / self.size[1], 1)  # of the filter below, beyond the window
+        first, last = floor(self.y0 - reach), ceil(self.y0 + self.height + reach)
+        return range(min(max(first, 0), height - 1), min(max(last, 1), height))
+
+    def cut(self, array: NDArray[Any], top: int, *, smooth: bool) -> NDArray[Any]:
+        """Return the window of an image whose rows from `top` on are the `array` (rows, W) or (rows, W, C).
+
+        smooth: each pixel is a mean of those around its centre, as `resampled` makes it; else that of the image's in
+        which its centre lies.
+        """
+        return self._smooth(array, top) if smooth else self._nearest(array, top)
+
+    def _nearest(self, array: NDArray[Any], top: int) -> NDArray[Any]:
+        columns = np.floor(self.x0 + (np.arange(self.size[0]) + 0.5) * (self.width / self.size[0])).astype(np.int64)
+        rows = np.floor(self.y0 + (np.arange(self.size[1]) + 0.5) * (self.height / self.size[1])).astype(np.int64) - top
+        inside_x, inside_y = ((at >= 0) & (at < n) for at, n in ((columns, array.shape[1]), (rows, array.shape[0])))
+        found = np.zeros((self.size[1], self.size[0], *array.shape[2:]), array.dtype)
+        found[np.ix_(inside_y, inside_x)] = array[np.ix_(rows[inside_y], columns[inside_x])]
+        return found
+
+    def _smooth(self, array: NDArray[Any], top: int) -> NDArray[Any]:
+        height, width = array.shape[:2]
+        x0, y0 = self.x0, self.y0 - top
+        before = (max(ceil(-y0), 0), max(ceil(-x0), 0))
+        after = (max(ceil(y0 + self.height) - height, 0), max(ceil(x0 + self.width) - width, 0))
+        edges = list(zip(before, after, strict=True))
+        layers = np.pad(array.reshape(height, width, -1), [*edges, (0, 0)]).astype(np.float32)
+        box = (x0 + before[1], y0 + before[0], x0 + before[1] + self.width, y0 + before[0] + self.height)
+        made = [resampled(layer, box, self.size) for layer in np.moveaxis(layers, 2, 0)]
+        found = np.stack(made, -1).reshape(self.size[1], self.size[0], *array.shape[2:])
+        return np.rint(found).astype(array.dtype) if array.dtype.kind in "ui" else found.astype(array.dtype)
+
+
+def size_of(size: int | tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of a `size`, which one number says for a square. Raises InputError."""
+    width, height = size if isinstance(size, tuple | list) else (size, size)
+    if not all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height)):
+        raise InputError(
+            f"pictures cannot be of size {size!r}", do=f"give one side, or (width, height), 1 to {MAX_SIDE}"
+        )
+    return int(width), int(height)
