@@ -17,10 +17,10 @@ from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
 
 
-def csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, str]]]:
+def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[str, Mapping[str, str]]]:
     """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises
     InputError."""
-    rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True)
+    rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True, delimiter=delimiter)
     for row in rows:
         yield f"{path}, line {rows.line_num}", {key: cell or "" for key, cell in row.items() if key}
 

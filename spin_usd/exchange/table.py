@@ -4,6 +4,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_POSES
 from spin_usd.exchange.coco import COCO, COCO_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
+from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.layout.layout import ExportFormat
 from spin_usd.exchange.pose_format import PoseFormat
@@ -41,6 +42,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     COCO_POSES,
     WEBDATASET_POSES,
     CROISSANT_POSES,
+    CSV_POSES,
     SPEEDPLUS_POSES,
 )
 """The formats of pose lists, in the order in which they are asked whether they recognise a file."""

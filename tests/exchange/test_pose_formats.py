@@ -92,6 +92,19 @@ def croissant(folder: Path, q, t) -> Path:
     return saved(folder / "pictures.csv", f"{head}\na,train,nominal,a,{','.join(map(repr, [*q, *t]))}\n")
 
 
+def own_table(folder: Path, q, t) -> Path:
+    """Semicolons, capitals, a column of no use, the scalar last."""
+    row = ";".join(map(repr, (*t, *q[1:], q[0])))
+    return saved(folder / "poses.csv", f"Image;Note;Tx;Ty;Tz;QX;QY;QZ;QW\na.png;night;{row}\n")
+
+
+def own_matrices(folder: Path, q, t) -> Path:
+    """A rotation matrix; the pictures have no names of their own."""
+    row = "\t".join(map(repr, (*matrix(q).ravel().tolist(), *t)))
+    heads = [f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3)]
+    return saved(folder / "poses.csv", "\t".join([*heads, "pos_x", "pos_y", "pos_z"]) + f"\n{row}\n")
+
+
 def webdataset(folder: Path, q, t) -> Path:
     said = json.dumps({"schema": "record-1", "frame": "a", "pose": {"q_cam_body": q, "t_cam_body": t}}).encode()
     with tarfile.open(folder / "train-000000.tar", "w") as tar:
@@ -108,8 +121,8 @@ def saved(path: Path, content) -> Path:
     return path
 
 
-FORMATS = (speedplus, speed, stream_2, bop, coco, record, webdataset, urso, croissant)
-NAMES = {bop: "000003_000007"}
+FORMATS = (speedplus, speed, stream_2, bop, coco, record, webdataset, urso, croissant, own_table, own_matrices)
+NAMES = {bop: "000003_000007", own_matrices: "img000000"}
 
 
 @pytest.mark.parametrize("write", FORMATS)
@@ -189,6 +202,13 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("a.csv", HEAD + "a.png,GT1,0,0,nan,0,0,0,1\n", "NaN"),
         ("a.csv", HEAD + "a.png,GT1,0,0,1,0,0,0,2\n", "norm 2, expected 1; give a unit quaternion, scalar last"),
         ("a.csv", HEAD, "holds no poses"),
+        (
+            "a.csv",
+            "img,alpha,x,y,z\n1,2,3,4,5\n",
+            "no columns of a rotation among img, alpha, x, y, z; name the columns",
+        ),
+        ("a.csv", "name,qw,qx,qy,qz\n1,2,3,4,5\n", "no columns of a position among name, qw"),
+        ("a.csv", "name,qw,qx,qy,qz,x,y,z\na,1,0,0,0,0,far,9\n", "line 2: y is 'far'"),
         ("scene_gt.json", [], "not an object of images"),
         ("scene_gt.json", {"one": [TURN]}, "'one' is not a number"),
         ("scene_gt.json", {"1": []}, "lists no bodies"),

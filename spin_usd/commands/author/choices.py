@@ -14,6 +14,7 @@ from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
+from spin_usd.stage.author.camera_layer import set_resolution
 from spin_usd.stage.author.lights_and_environment import open_surroundings, set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
@@ -33,16 +34,18 @@ class Choices:
     """The choices that a user makes for a new stage, beside its pictures.
 
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
-    the environment replace the preset's · earth: a map of the Earth, or a folder of them, for the environment's planet,
-    or that of `earth` where no environment is chosen · augment: a specification to write over the stage · prim: the
-    path of the prim that is taken of a USD target · sample: the text of a sampling specification that is in no file ·
-    additions: what is written over the stage before that · any_size: take a target of a size that no craft has, and one
-    inside which the camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or
-    "MODEL:POSES" · root: the folder below which models may name files; that around each one's own where it is None.
+    the environment replace the preset's · resolution: the camera's pixels, "W" or "WxH", instead of its own · earth: a
+    map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
+    chosen · augment: a specification to write over the stage · prim: the path of the prim that is taken of a USD target
+    · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
+    that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
+    further targets, and what is fixed to the camera, each "MODEL" or "MODEL:POSES" · root: the folder below which
+    models may name files; that around each one's own where it is None.
     """
 
     target: str | Path
     camera: str | Path
+    resolution: str | int | None = None
     units_per_metre: float | None = None
     prim: str | None = None
     seed: int = 0
@@ -81,6 +84,8 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
     with reading(choices.camera):
         camera, camera_file, camera_notes = open_camera(str(choices.camera))
+    if choices.resolution is not None:
+        camera_notes += set_resolution(camera, str(choices.resolution))
     target_file = model_file(str(choices.target))
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
     maps = earth_maps(choices.earth) if choices.earth is not None else {}
@@ -147,6 +152,7 @@ def _options(choices: Choices) -> dict[str, Option]:
         "sample": choices.sample,
         "units_per_metre": choices.units_per_metre,
         "prim": choices.prim,
+        "resolution": None if choices.resolution is None else str(choices.resolution),
         "channels": choices.additions.channels,
         "sun_direction": choices.additions.sun_from_camera,
         "sun_from_target": choices.additions.sun_from_target,

@@ -20,7 +20,8 @@ class AuthorOptions(Listening):
         str | Path | None,
         Option(
             "A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, CubeSat-CDT, BOP, SwissCube, "
-            "URSO, COCO, YOLO, WebDataset, Croissant or spin_usd's own.",
+            "URSO, COCO, YOLO, WebDataset, Croissant or spin_usd's own; or your own CSV with the columns "
+            "name,qw,qx,qy,qz,x,y,z.",
             "PATH",
             also="Then `target` and `camera` are needed too.",
         ),
@@ -53,6 +54,14 @@ class AuthorOptions(Listening):
             NAME_OR_FILE,
             words=bundled("camera"),
             name_or_path=True,
+        ),
+    ] = None
+    resolution: Annotated[
+        str | int | None,
+        Option(
+            "The camera's pixels, instead of its own, W or WxH: it sees the same by larger or smaller pixels, its K "
+            "and lens with them.",
+            "W[xH]",
         ),
     ] = None
     units_per_metre: UnitsPerMetre = None

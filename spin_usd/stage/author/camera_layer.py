@@ -1,6 +1,8 @@
 """Camera layers: one Camera prim with its lens, sensor and exposure; those of published data sets by name."""
 
 import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 from pxr import Sdf, Usd, UsdGeom
@@ -11,9 +13,11 @@ from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing
+from spin_usd.stage.usd.values import read
 
 SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
+IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
 
 
@@ -74,6 +78,28 @@ def set_channels(path: Path, channels: str) -> None:
     prim.GetAttribute(schema.SENSOR["channels"]).Set(channels)
     with writing(path):
         layer.Save()
+
+
+def set_resolution(layer: Sdf.Layer, resolution: str) -> tuple[str, ...]:
+    """Give the camera of the layer so many pixels, "W" or "WxH", and return notes on it. What it sees stays: focal
+    lengths and principal point are scaled, and so are the optics' lengths in pixels. Raises InputError."""
+    found = re.fullmatch(r"([1-9]\d{0,4})(?:[x,]([1-9]\d{0,4}))?", resolution)
+    if found is None:
+        raise InputError(f"resolution {resolution!r} is no number of pixels", do="write for example 256, or 512x384")
+    stage = stage_on(layer)
+    prim = stage.GetDefaultPrim()
+    lens = read_lens(prim)
+    width = int(found[1])
+    height = int(found[2]) if found[2] else max(round(lens.height * width / lens.width), 1)
+    x, y = width / lens.width, height / lens.height
+    scaled = replace(lens, width=width, height=height, fx=lens.fx * x, fy=lens.fy * y, cx=lens.cx * x, cy=lens.cy * y)
+    author_lens(prim, scaled, read(UsdGeom.Camera(prim).GetFocalLengthAttr()))
+    for field in IN_PIXELS:
+        if (attribute := prim.GetAttribute(schema.OPTICS[field])) and attribute.HasAuthoredValue():
+            attribute.Set(attribute.Get() * math.sqrt(x * y))
+    if abs(x / y - 1) * max(width, height) > 1:
+        return (f"{width} x {height} is of another form than the camera's {lens.width} x {lens.height}: it squeezes",)
+    return ()
 
 
 def lens_of(layer: Sdf.Layer) -> Camera:

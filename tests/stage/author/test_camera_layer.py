@@ -17,6 +17,7 @@ from spin_usd.stage.author.camera_layer import (
     camera_layer_of,
     new_camera_layer,
     open_camera_layer,
+    set_resolution,
 )
 from spin_usd.stage.read.lens import read_lens
 
@@ -101,3 +102,39 @@ def test_other_layers_are_refused_by_name(tmp_path: Path, text: str, found: str)
     with pytest.raises(SpinError, match=found) as caught:
         open_camera_layer(path)
     assert "camera.usda" in str(caught.value)
+
+
+@pytest.mark.parametrize(("resolution", "size"), [("256", (256, 160)), ("480x300", (480, 300)), ("3840", (3840, 2400))])
+def test_another_resolution_sees_the_same(resolution: str, size: tuple[int, int]) -> None:
+    """OpenCV projects points to the same places of the frame, and USD's own frustum is the same."""
+    before, after = (open_camera_layer(bundled("camera", "speedplus")) for _ in range(2))
+    assert set_resolution(after, resolution) == ()
+    (_, old), (stage, new) = prim_of(before), prim_of(after)
+    lens, scaled = read_lens(old), read_lens(new)
+    assert (scaled.width, scaled.height) == size
+    points = np.random.default_rng(0).uniform((-1, -0.6, 5), (1, 0.6, 9), (50, 3))
+    there, here = (
+        cv2.projectPoints(points, np.zeros(3), np.zeros(3), each.matrix, np.array(each.distortion))[0][:, 0]
+        / (each.width, each.height)
+        for each in (lens, scaled)
+    )
+    assert np.abs(there - here).max() < 1e-12
+    frusta = [UsdGeom.Camera(prim).GetCamera().frustum for prim in (old, new)]
+    assert np.abs(np.array(frusta[0].window.min) - np.array(frusta[1].window.min)).max() < FLOAT32
+    assert stage
+
+
+@pytest.mark.parametrize("resolution", ["0", "256x", "axb", "-4", "1e3", "", "123456"])
+def test_no_resolution_is_refused(resolution: str) -> None:
+    with pytest.raises(InputError, match="is no number of pixels; write for example 256"):
+        set_resolution(open_camera_layer(bundled("camera", "speedplus")), resolution)
+
+
+def test_what_optics_have_in_pixels_is_scaled_and_another_form_is_said() -> None:
+    layer = open_camera_layer(bundled("camera", "speedplus"))
+    _stage, prim = prim_of(layer)
+    prim.ApplyAPI("SpinOpticsAPI")
+    prim.GetAttribute("spin:optics:psfSigma").Set(1.5)
+    (note,) = set_resolution(layer, "480x480")
+    assert "of another form than the camera's 1920 x 1200" in note
+    assert prim.GetAttribute("spin:optics:psfSigma").Get() == pytest.approx(1.5 * math.sqrt(0.25 * 0.4))
