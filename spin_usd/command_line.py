@@ -16,6 +16,7 @@ from spin_usd.commands.diff.command import diff
 from spin_usd.commands.doctor.command import doctor
 from spin_usd.commands.export.command import export
 from spin_usd.commands.keypoints.command import keypoints
+from spin_usd.commands.list.command import list as list_names
 from spin_usd.commands.measure.command import measure
 from spin_usd.commands.merge.command import merge
 from spin_usd.commands.plan.command import plan
@@ -73,7 +74,7 @@ RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 """Commands that go on where an earlier run was stopped."""
 
 COMMANDS = (
-    *(demo, author, keypoints, augment, plan, measure, render, merge),
+    *(demo, list_names, author, keypoints, augment, plan, measure, render, merge),
     *(check, show_dataset, export, score, diff, reproduce, watch, debug_command, doctor),
 )
 for command in COMMANDS:

@@ -1,0 +1,87 @@
+"""`spin-usd list`: prints the names that other commands take, each with a sentence of what it is."""
+
+import re
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import typer
+
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_TABLE
+from spin_usd.files.user_file import read_text
+from spin_usd.resources import BUNDLED, bundled, bundled_names
+from spin_usd.terminal.help_text import width
+from spin_usd.terminal.lines import GOOD, Painted, print_out
+
+HEAD = 4000  # characters of a file in which it says what it is
+SAYS = (
+    re.compile(r'^\s*doc = ("""|")(.*?)\1', re.MULTILINE | re.DOTALL),  # of a layer
+    re.compile(r'^title = (")(.*?)"', re.MULTILINE),  # of a sampling specification
+    re.compile(r"(^# )(.*?)(?=^[^#])", re.MULTILINE | re.DOTALL),  # of other TOML files: their first comment
+)
+SENTENCE = re.compile(r".*?\.(?= [A-Z]|$)|.*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """Names of one kind. option: where they are given · names: what each is, in a sentence."""
+
+    option: str
+    names: Callable[[], Mapping[str, str]]
+
+
+def _travelling(kind: str) -> Callable[[], Mapping[str, str]]:
+    """Return what tells the names of the files of that kind, one of BUNDLED, that travel with spin_usd."""
+    return lambda: {name: _said(kind, name) for name in bundled_names(kind)}
+
+
+def _said(kind: str, name: str) -> str:
+    """Return the first sentence of what the file says that it is."""
+    head = read_text(bundled(kind, name), MAX_TABLE)[:HEAD]
+    found = next(filter(None, (pattern.search(head) for pattern in SAYS)))
+    words = " ".join(found[2].replace("\n# ", " ").split())
+    return (SENTENCE.match(words) or found)[0]
+
+
+def _labels() -> Mapping[str, str]:
+    from spin_usd.labels.table import LABELS  # not above: it loads numpy
+
+    return {name: label.channels.meaning for name, label in LABELS.items()}
+
+
+def _formats() -> Mapping[str, str]:
+    from spin_usd.exchange.table import EXPORT_FORMATS  # not above: it loads numpy
+
+    return {name: each.holds for name, each in EXPORT_FORMATS.items()}
+
+
+KINDS = {
+    "targets": Kind(option="author --target, --also", names=_travelling("target")),
+    "cameras": Kind(option="author --camera", names=_travelling("camera")),
+    "presets": Kind(option="author --preset", names=_travelling("preset")),
+    "lights": Kind(option="author --lights", names=_travelling("lights")),
+    "environments": Kind(option="author --environment", names=_travelling("environment")),
+    "lidars": Kind(option="author --lidar", names=_travelling("lidar")),
+    "samples": Kind(option="author --sample", names=_travelling("sample")),
+    "augmentations": Kind(option="augment --spec, author --augment", names=_travelling("specification")),
+    "labels": Kind(option="render --labels", names=_labels),
+    "formats": Kind(option="export --to", names=_formats),
+}
+assert len(KINDS) == len(BUNDLED) + 2, "each kind of files that travel with spin_usd is listed"
+
+
+def list(
+    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help=f"{', '.join(KINDS)}; all if not given.")] = None,
+) -> None:
+    """List the names that other commands take: targets, cameras, presets, lights, labels and more."""
+    if kind is not None and kind not in KINDS:
+        raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(KINDS)}")
+    for title, each in KINDS.items() if kind is None else [(kind, KINDS[kind])]:
+        print_out((Painted(title, GOOD, bold=True), f"   ({each.option})"))
+        names = each.names()
+        longest = max(map(len, names))
+        for name, said in names.items():
+            first, *more = textwrap.wrap(said, max(width() - longest - 4, 30))
+            print_out(f"  {name:{longest}}  {first}", *(" " * (longest + 4) + line for line in more))
