@@ -7,7 +7,10 @@ from spin_usd.stage.augment.parameters import BACKGROUND, FIELDS, PARAMETERS, pa
 
 TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
 BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."
-INPUT_IS = "An input of the material NAME, or of all materials where NAME is *; its factor is NAME.{}.factor."
+INPUT_IS = (
+    "An input of the material NAME; of all materials alike where NAME is *, of each for itself where it is each. Its "
+    "factor is NAME.{}.factor."
+)
 ATTRIBUTE_IS = "Any attribute of the stage, by its path; it takes what the attribute takes."
 
 

@@ -17,6 +17,7 @@ from spin_usd.scene.environment import Sky
 from spin_usd.scene.material import LIMITS
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.body_axes import body_rotations
+from spin_usd.stage.augment.materials import material_names
 from spin_usd.stage.augment.parameter import Parameter
 from spin_usd.stage.augment.parameters import FIELDS, MATERIAL, parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
@@ -24,6 +25,7 @@ from spin_usd.stage.augment.sun_and_planet import read_sky
 from spin_usd.stage.usd.values import Range
 
 MAX_TRIES = 1000
+EACH = "material.each."
 ALWAYS = Constraint(
     description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
@@ -58,13 +60,31 @@ def sample_pictures(
     A value depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on
     nothing else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
-    samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
+    samples = tuple(_on_base(base, sample) for sample in samples_for(_of_each_material(base, entries)))
     draws = sample_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Resampling(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
     return sampled_values(base, draws.constant, draws.per_frame, progress)
+
+
+def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequence[SampleEntry]:
+    """Return the entries, and in place of one of material.each.INPUT those of each material that has none of its own:
+    each is sampled for itself."""
+    said = {entry.parameter for entry in entries}
+    found: list[SampleEntry] = []
+    for entry in entries:
+        if not entry.parameter.startswith(EACH):
+            found.append(entry)
+            continue
+        own = [f"material.{name}.{entry.parameter.removeprefix(EACH)}" for name in material_names(base.stage)]
+        if not own:
+            raise InputError(
+                "no target has a material that can be overridden", where=entry.parameter, do="leave it out"
+            )
+        found += [replace(entry, parameter=name) for name in own if name not in said]
+    return found
 
 
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:

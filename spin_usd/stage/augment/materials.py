@@ -50,14 +50,21 @@ def material_input(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     )
 
 
+def material_names(stage: Usd.Stage) -> tuple[str, ...]:
+    """Return the names of the targets' materials, each once, in alphabetical order."""
+    return tuple(sorted({material.GetPrim().GetName() for material in _materials(stage)}))
+
+
+def _materials(stage: Usd.Stage) -> list[UsdShade.Material]:
+    below = (prim for target in find_targets(stage) for prim in Usd.PrimRange(target))
+    return [UsdShade.Material(prim) for prim in below if prim.IsA(UsdShade.Material)]
+
+
 def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader]:
     """Find the surfaces of the targets' materials of that name, or of all for "*"."""
-    below = (prim for target in find_targets(base.stage) for prim in Usd.PrimRange(target))
-    materials = [UsdShade.Material(prim) for prim in below if prim.IsA(UsdShade.Material)]
-    there = sorted({material.GetPrim().GetName() for material in materials})
-    chosen = [material for material in materials if name in ("*", material.GetPrim().GetName())]
+    chosen = [each for each in _materials(base.stage) if name in ("*", each.GetPrim().GetName())]
     if not chosen:
-        names = ", ".join(there[:20]) or "none that can be overridden"
+        names = ", ".join(material_names(base.stage)[:20]) or "none that can be overridden"
         raise InputError(f"no target has a material {name!r}", where=parameter, do=f"it has {names}")
     sources = [material.ComputeSurfaceSource()[0] for material in chosen]
     return [shader for shader in sources if shader and read(shader.GetIdAttr()) == "UsdPreviewSurface"]

@@ -62,10 +62,10 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
 
 
 def note_lost_connections(shader: UsdShade.Shader, notes: Notes) -> None:
-    """Note the inputs of the node that are connected to what has no value."""
+    """Note the inputs of the node that are connected to what has no value; a stronger layer may have cut one off."""
     for each in shader.GetInputs():
         own = each.GetAttr()
-        if own.HasAuthoredConnections() and all(source == own for source in each.GetValueProducingAttributes()):
+        if own.GetConnections() and all(source == own for source in each.GetValueProducingAttributes()):
             message = "is connected to what has no value: its own value is rendered, or the node's fallback"
             notes.add("connection-lost", own.GetPath(), message)
 

@@ -16,6 +16,7 @@ from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geomet
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.augment import write_augmentations as augmenting
 from spin_usd.stage.augment.replace_files import FOLDER, SET
+from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.hidden_folder import hidden_folder
 
@@ -339,3 +340,35 @@ def test_the_command(stage, spec, spin_usd) -> None:
     done = spin_usd("augment", stage, "--spec", "isad", code=2)
     assert "there is no specification named 'isad'; name one of ablation_camera" in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+EACH = """
+[augmentation.sample]
+"material.each.roughness" = { distribution = "uniform", low = 0, high = 1 }
+"""
+
+
+def test_each_material_has_a_value_of_its_own(stage, spec) -> None:
+    """It is that of the material's own parameter, and stays where another is given its own."""
+
+    def roughness(body):
+        augment_stage(stage=stage, spec=spec(body))
+        return {each.path: each.roughness for each in scenes(stage)[0].target.materials}
+
+    found = roughness(EACH)
+    assert len(set(found.values())) == len(found) > 2
+    path = sorted(found)[1]
+    name = path.rsplit("/", 1)[1]
+    alone = roughness(EACH.replace("each", name))
+    assert alone[path] == found[path]
+    fixed = roughness(EACH + f'"material.{name}.roughness" = {{ distribution = "fixed", value = 0.25 }}\n')
+    assert fixed == found | {path: 0.25}
+
+
+def test_random_materials_are_other_ones_in_each_picture_and_lose_no_connection(stage) -> None:
+    augment_stage(stage=stage, spec="random_materials")
+    assert not [finding for finding in check_stage(stage) if finding.rule == "connection-lost"]
+    targets = [scene.target for scene in scenes(stage, "random_materials")]
+    colours = [[material.diffuse_color for material in target.materials] for target in targets]
+    assert len({str(each) for each in colours}) == len(colours)
+    assert all(isinstance(colour, tuple) for each in colours for colour in each)
