@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.triangles import cross, dot
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.mesh import Mesh
 
@@ -34,18 +35,18 @@ def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
     Both orders of a pair are there where the two are alike.
     """
     middles = (corners_of(mesh, chosen) - mesh.centre).mean(1)
-    found = [
-        np.stack([chosen[point], face], -1)[_lies_in(middles[point], corners, GAP * mesh.radius)]
-        for point, face, corners in _neighbours(middles, mesh)
-    ]
-    pairs = np.concatenate([np.zeros((0, 2), np.intp), *found])
+    found = [np.zeros((0, 2), np.intp)]
+    for point, which, first, corners in _neighbours(middles, mesh):
+        inside = _lies_in(middles, point, corners, which, GAP * mesh.radius)
+        found.append(np.stack([chosen[point[inside]], first + which[inside]], -1))
+    pairs = np.concatenate(found)
     others: NDArray[np.intp] = pairs[pairs[:, 0] != pairs[:, 1]]
     return others
 
 
-def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], Float]]:
-    """Yield indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, and the faces' corners
-    (n, 3, 3) around the mesh's centre, some faces at a time."""
+def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], int, Float]]:
+    """Yield indices (n,) of middles and (n,) of some faces in whose bounding spheres they lie, the number of the first
+    of these faces, and their corners (F, 3, 3) around the mesh's centre, some faces at a time."""
     from scipy.spatial import cKDTree
 
     tree, left = cKDTree(middles), MAX_NEIGHBOURS
@@ -59,8 +60,7 @@ def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], 
         some = np.flatnonzero(count)
         within = tree.query_ball_point(centre[some], radius[some], return_sorted=False)
         point = np.fromiter(chain.from_iterable(within), np.intp, int(count.sum()))
-        which = np.repeat(some, count[some])
-        yield point, start + which, corners[which]
+        yield point, np.repeat(some, count[some]), start, corners
 
 
 def _bounding_spheres(corners: Float) -> tuple[Float, Float]:
@@ -72,11 +72,20 @@ def _bounding_spheres(corners: Float) -> tuple[Float, Float]:
     return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(1)
 
 
-def _lies_in(points: Float, corners: Float, gap: float) -> NDArray[np.bool_]:
-    """Return (N,) whether the points (N, 3) lie within the triangles (N, 3, 3), at most `gap` off their planes."""
+def _lies_in(
+    points: Float, point: NDArray[np.intp], corners: Float, which: NDArray[np.intp], gap: float
+) -> NDArray[np.intp]:
+    """Return places (K,) in `point` (n,), indices of `points`, and `which` (n,), indices of triangles (F, 3, 3), where
+    that point lies within that triangle, at most `gap` off its plane.
+
+    Few are near the plane, and only those are asked whether they lie within.
+    """
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    w, normal = points - a, np.cross(u, v)
-    square = np.maximum((normal * normal).sum(1), np.finfo(float).tiny)
-    beta, gamma = (np.cross(w, v) * normal).sum(1) / square, (np.cross(u, w) * normal).sum(1) / square
-    inside = np.minimum(np.minimum(beta, gamma), 1 - beta - gamma) > INSIDE
-    return np.asarray(inside & (np.abs((w * normal).sum(1)) <= gap * np.sqrt(square)))
+    normal = cross(u, v)
+    square = np.maximum(dot(normal, normal), np.finfo(float).tiny)
+    off = dot(points[point] - a[which], normal[which])
+    near = np.flatnonzero(np.abs(off) <= (gap * np.sqrt(square))[which])
+    which = which[near]
+    w, u, v, normal, square = points[point[near]] - a[which], u[which], v[which], normal[which], square[which]
+    beta, gamma = dot(cross(w, v), normal) / square, dot(cross(u, w), normal) / square
+    return near[np.minimum(np.minimum(beta, gamma), 1 - beta - gamma) > INSIDE]
