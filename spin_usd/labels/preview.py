@@ -76,12 +76,13 @@ def part_colour(part: int) -> tuple[int, int, int]:
 
 def by_position(metres: NDArray[np.float32]) -> RGB:
     """Coordinates (H, W, 3): X, Y, Z as red, green, blue, each from the least to the greatest that is visible."""
-    seen = metres.any(-1)
+    seen = (metres[..., 0] != 0) | (metres[..., 1] != 0) | (metres[..., 2] != 0)  # several times as fast as any(-1)
     colours = np.zeros(metres.shape, np.uint8)
     if seen.any():
-        points = metres[seen].astype(np.float64)
-        size = np.maximum(np.ptp(points, axis=0), np.finfo(np.float64).tiny)
-        colours[seen] = np.rint(30 + 225 * (points - points.min(0)) / size)
+        for axis in range(3):
+            along = metres[..., axis][seen].astype(np.float64)
+            size = max(float(np.ptp(along)), np.finfo(np.float64).tiny)
+            colours[..., axis][seen] = np.rint(30 + 225 * (along - along.min()) / size)
     return colours
 
 
