@@ -47,7 +47,7 @@ WORDS = {
     "spin_usd": "by another version of spin_usd",
 }
 CARD, SHEET = "README.md", "contact_sheet.jpg"
-SHOWN = 8  # pictures on the contact sheet
+SHOWN = 4  # pictures on the contact sheet: to read one of full size with its labels takes a tenth of a second
 CAMERAS = 20  # at most that are listed
 PIXELS = (
     "Here (0, 0) is the corner of the image, so the first pixel's centre is (0.5, 0.5). Functions that put (0, 0) at "
