@@ -1,7 +1,7 @@
 """Make the arrays of one picture from its scene, step by step: labels, render, background, sensor."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -10,7 +10,17 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from spin_usd.labels.table import CLOUD_LABELS, LABELS, PIXEL_LABELS
+from spin_usd.labels.table import CLOUD_LABELS, PIXEL_LABELS
+from spin_usd.picture.kinds import (
+    BEAM_PASS,
+    BEAUTY_PASS,
+    IMAGE,
+    IMAGE_CHANNELS,
+    IMAGE_MEANING,
+    LABEL_PASS,
+    RADIANCE,
+    RADIANCE_CHANNELS,
+)
 from spin_usd.records.record import RecordedTones
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
@@ -28,29 +38,6 @@ from spin_usd.sensor.detector import in_the_dark
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposed, exposure_end, metered
 from spin_usd.sensor.tone import encode
-
-IMAGE = "image"
-RADIANCE = "radiance"
-COLOURS = {"R": "red", "G": "green", "B": "blue"}
-RADIANCE_CHANNELS = Channels(
-    meaning="the target's linear radiance R, G, B, W/m2/sr, and the share of the pixel it covers, A; float32",
-    dtype="float32",
-    holds={**COLOURS, "A": "coverage"},
-    unit="W/m2/sr",
-    encoding="linear",
-)
-IMAGE_CHANNELS = {"mono": {"Y": "grey"}, "rgb": COLOURS}
-LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
-    IMAGE: tuple(IMAGE_CHANNELS.values()),
-    RADIANCE: (RADIANCE_CHANNELS.holds,),
-    **{name: (label.channels.holds,) for name, label in LABELS.items()},
-}
-"""What the channels of each kind of file can be."""
-IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
-RENDERED = frozenset({IMAGE, RADIANCE})
-"""The kinds of file that show light, which a renderer makes; labels are of no renderer."""
-KINDS = (IMAGE, RADIANCE, *LABELS)
-LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
 
 STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
 DEVIATIONS = 3  # ... and where it does, at least so many standard deviations of what it adds in the dark

@@ -15,7 +15,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import finite_json
-from spin_usd.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.store.atomic import write_json

@@ -7,7 +7,7 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, PIXEL_LABELS
 from spin_usd.options import PictureOptions, names_in
-from spin_usd.picture.make_picture import IMAGE, KINDS, RADIANCE
+from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Chosen, setting_of
 from spin_usd.planning.shard import Shard
 from spin_usd.processes.devices import AUTO, refuse_unknown_device, require_device, usable_devices

@@ -4,7 +4,7 @@ processor, not of the clock."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.wall_time import Work, thread_seconds

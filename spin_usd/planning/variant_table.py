@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_measured
 from spin_usd.planning.machine_speed import slower_by

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.planning.make_plan import sharing
 
 PLANNING_S = 1.4  # to open the stage in a process of its own

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
-from spin_usd.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RENDERED
+from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.crop import BAND_COST_SAMPLES

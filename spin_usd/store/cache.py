@@ -23,7 +23,7 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import finite_json
-from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.versions import LABELLING
 from spin_usd.store.atomic import write_atomically
 from spin_usd.store.dataset_folder import Store

@@ -11,7 +11,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.nesting import finite_json
-from spin_usd.picture.make_picture import IMAGE, KINDS, LAYOUTS, RENDERED
+from spin_usd.picture.kinds import IMAGE, KINDS, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.store.atomic import write_json

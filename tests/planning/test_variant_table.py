@@ -5,7 +5,7 @@ import json
 import pytest
 
 from spin_usd.files.folder import Folder
-from spin_usd.picture.make_picture import BEAUTY_PASS, LABEL_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS, LABEL_PASS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.planning.make_plan import Plan, make_plan

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.commands.plan.report import measured_renders
-from spin_usd.picture.make_picture import BEAUTY_PASS, LABEL_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS, LABEL_PASS
 from spin_usd.planning.cost import expected_work
 from spin_usd.planning.in_child import Extents
 from spin_usd.planning.make_plan import SHARED_FROM, make_plan

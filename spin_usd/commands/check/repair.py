@@ -21,7 +21,7 @@ from spin_usd.files.node import Node, NodeType
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.labels.table import LABELS
 from spin_usd.options import PictureOptions, RunOptions
-from spin_usd.picture.make_picture import IMAGE, KINDS, RADIANCE
+from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Basis, Chosen
 from spin_usd.planning.request import RenderRequest
 from spin_usd.progress import Note, Progress, no_note

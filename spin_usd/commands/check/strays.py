@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.files.folder import Folder
-from spin_usd.picture.make_picture import KINDS
+from spin_usd.picture.kinds import KINDS
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.names import record_of
 

@@ -27,7 +27,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.labels.table import DEFAULT_LABELS
 from spin_usd.options import PictureOptions, takes
-from spin_usd.picture.make_picture import IMAGE
+from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.make_plan import Plan, make_plan

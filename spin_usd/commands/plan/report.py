@@ -16,7 +16,7 @@ from spin_usd.commands.render.same_stage import other_origin
 from spin_usd.commands.render.workers import default_workers
 from spin_usd.errors import InputError
 from spin_usd.json_fields import Count, JsonStruct, Positive, Sha256, Size
-from spin_usd.picture.make_picture import BEAUTY_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.effort_choice import Chosen, Expected, doubts
 from spin_usd.planning.make_plan import Plan

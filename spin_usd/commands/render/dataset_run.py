@@ -26,7 +26,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
 from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions
 from spin_usd.picture.brightness import faults
-from spin_usd.picture.make_picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS, RENDERED
+from spin_usd.picture.kinds import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import read_measured, write_measured
 from spin_usd.planning.effort_choice import doubts

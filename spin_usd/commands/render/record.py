@@ -13,7 +13,8 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.table import CLOUD_LABELS
-from spin_usd.picture.make_picture import RENDERED, Stopwatch
+from spin_usd.picture.kinds import RENDERED
+from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.shown_bodies import ShownBodies
 from spin_usd.picture.target_facts import TargetFacts
 from spin_usd.records.record import (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
-from spin_usd.picture.make_picture import KINDS
+from spin_usd.picture.kinds import KINDS
 from spin_usd.planning.machine_speed import keep_trial, kept_trial
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest

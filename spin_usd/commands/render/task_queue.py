@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from spin_usd.labels.table import LABELS
-from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.deaths import Retries
 

@@ -18,18 +18,8 @@ from spin_usd.files.changes import remove_file
 from spin_usd.formats.array_file import encoded_array, read_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, needs_next_frame, own_keys
 from spin_usd.picture.brightness import faults
-from spin_usd.picture.make_picture import (
-    IMAGE,
-    RADIANCE,
-    RENDERED,
-    Made,
-    Stopwatch,
-    image_tones,
-    make_clouds,
-    make_image,
-    make_labels,
-    render_in,
-)
+from spin_usd.picture.kinds import IMAGE, RADIANCE, RENDERED
+from spin_usd.picture.make_picture import Made, Stopwatch, image_tones, make_clouds, make_image, make_labels, render_in
 from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, in_order, read_render
 from spin_usd.picture.shown_bodies import TELLING, ShownBodies, shown_by_label
 from spin_usd.picture.target_facts import target_facts

@@ -13,7 +13,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import finite_json
-from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.kinds import RENDERED
 from spin_usd.store.names import record_of
 from spin_usd.store.recorded_settings import recorded_options, recorded_settings
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from spin_usd.commands.reproduce.options import ReproduceOptions
 from spin_usd.options import takes
-from spin_usd.picture.make_picture import RENDERED
+from spin_usd.picture.kinds import RENDERED
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.processes.devices import refuse_unknown_device, require_device

@@ -20,7 +20,8 @@ from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
-from spin_usd.picture.make_picture import IMAGE, Stopwatch, make_labels, render_in
+from spin_usd.picture.kinds import IMAGE
+from spin_usd.picture.make_picture import Stopwatch, make_labels, render_in
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced

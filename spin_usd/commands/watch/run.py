@@ -22,7 +22,7 @@ from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.preview import reduced
-from spin_usd.picture.make_picture import IMAGE
+from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries

@@ -6,7 +6,7 @@ from threading import Condition
 from typing import Any
 
 from spin_usd.commands.watch.request import WatchedPicture
-from spin_usd.picture.make_picture import IMAGE
+from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.lasting_child import LastingChild

@@ -27,7 +27,7 @@ from spin_usd.files.changes import make_folder, remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
 from spin_usd.nesting import finite_json
-from spin_usd.picture.make_picture import KINDS
+from spin_usd.picture.kinds import KINDS
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.json_schema import read_json
