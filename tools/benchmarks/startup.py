@@ -11,8 +11,8 @@ Why what takes that long is imported:
 - OpenImageIO: textures are checked while a stage is read, and labels and images are written by it.
 - scipy: its spatial part has the convex hull of every target, from which the region of interest is found. A planning
   process imports it with its first picture, and a worker ahead of that.
-- bpy: Blender is one library of 300 MB, and enables its own add-ons (import and export of models, extensions, assets)
-  before anybody can say that none is wanted.
+- bpy: Blender is one library of 300 MB, and loads its user interface and its own add-ons (import and export of models,
+  assets) before anybody can say that none is wanted; of these renderers.blender leaves out the manager of extensions.
 - spin_usd: many small modules, whose frozen dataclasses and tables are made anew in each process.
 - Python itself: argparse, inspect and dataclasses, which typer, the options and the records need.
 """
