@@ -15,12 +15,13 @@ from spin_usd.files.user_file import open_file
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.camera_layer import set_resolution
-from spin_usd.stage.author.lights_and_environment import open_surroundings, set_planet_maps
+from spin_usd.stage.author.lights_and_environment import open_surroundings, set_back_plate, set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer
 
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
+BACK_PLATE = "back_plate"  # that for a user's own backgrounds
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
 KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
@@ -36,7 +37,8 @@ class Choices:
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
     the environment replace the preset's · resolution: the camera's pixels, "W" or "WxH", instead of its own · earth: a
     map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
-    chosen · augment: a specification to write over the stage · prim: the path of the prim that is taken of a USD target
+    chosen · background: a picture behind everything, or a folder of them, likewise for its back plate · augment: a
+    specification to write over the stage · prim: the path of the prim that is taken of a USD target
     · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
     that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
     further targets, and what is fixed to the camera, each "MODEL" or "MODEL:POSES" · root: the folder below which
@@ -54,6 +56,7 @@ class Choices:
     lights: str | Path | None = None
     environment: str | Path | None = None
     earth: str | Path | None = None
+    background: str | Path | None = None
     augment: str | None = None
     additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
     any_size: bool = False
@@ -89,18 +92,22 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     target_file = model_file(str(choices.target))
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
     maps = earth_maps(choices.earth) if choices.earth is not None else {}
+    behind = background_files(choices.background) if choices.background is not None else []
     layers = _layer_files(choices, maps)
     others = (
         *(other_body(each, occluder=False) for each in choices.also),
         *(other_body(each, occluder=True) for each in choices.occluders),
     )
     surroundings = _surroundings(layers, maps)
+    if behind:
+        set_back_plate(surroundings["environment"], behind, always=choices.environment is None)
     files = {
         **pictures,
         "target": target_file,
         "camera": camera_file,
         **({"preset": preset.file} if preset else {}),
         **{f"earth_{kind}": file for kind, file in maps.items()},
+        **{f"background_{number}": file for number, file in enumerate(behind, 1)},
         **layers,
         **choices.additions.files,
         **_files_of(others),
@@ -120,8 +127,10 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
 
 
 def _layer_files(choices: Choices, maps: Mapping[str, Path]) -> dict[str, Path]:
-    """Return the files of the lights and the environment that are chosen, by kind; with `maps` there is a planet."""
-    environment = EARTH if maps and choices.environment is None else choices.environment
+    """Return the files of the lights and the environment that are chosen, by kind; with `maps` there is a
+    planet, with a background a back plate."""
+    usual = EARTH if maps else BACK_PLATE if choices.background is not None else None
+    environment = usual if choices.environment is None else choices.environment
     given = {"lights": choices.lights, "environment": environment}
     return {kind: _surroundings_file(str(each), kind) for kind, each in given.items() if each is not None}
 
@@ -185,7 +194,7 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
     """
     path = Path(given)
     maps: dict[str, Path] = {}
-    for file in _files(path):
+    for file in _images(path, "map of the Earth"):
         kind = _kind(file.stem.lower())
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
@@ -199,13 +208,22 @@ def _kind(name: str) -> str:
     return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
 
 
-def _files(path: Path) -> list[Path]:
+def background_files(given: str | Path) -> list[Path]:
+    """Return the pictures in a folder, or the picture that is the file. Raises InputError for a folder without any, and
+    for a file that is none."""
+    files = _images(Path(given), "picture")
+    for file in files:
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+    return files
+
+
+def _images(path: Path, what: str) -> list[Path]:
     if path.is_dir():
         files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
         if not files:
-            raise InputError("holds no map of the Earth", where=path, do=f"put {', '.join(SUFFIXES)} files there")
+            raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(SUFFIXES)} files there")
         return files
     if path.suffix.lower() not in SUFFIXES:
         do = f"give a folder, or one of {', '.join(SUFFIXES)}"
-        raise InputError("is not a map of the Earth that is read", where=path, do=do)
+        raise InputError(f"is no {what} that is read", where=path, do=do)
     return [path]

@@ -93,6 +93,14 @@ class AuthorOptions(Listening):
             "PATH",
         ),
     ] = None
+    background: Annotated[
+        str | Path | None,
+        Option(
+            "Your own picture behind everything, or a folder of them, of which chance takes one for each picture: "
+            "JPEG, PNG or EXR. Without --environment it takes back_plate, upright in every picture.",
+            "PATH",
+        ),
+    ] = None
     augment: Annotated[
         str | Path | None,
         Option(

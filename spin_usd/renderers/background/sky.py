@@ -137,7 +137,7 @@ def plate_radiance(placed: PlacedImage, frame: Region, band: Region) -> list[Flo
     cos, sin = np.cos(placed.roll), np.sin(placed.roll)
     wide = frame.width * abs(cos) + frame.height * abs(sin)
     high = frame.width * abs(sin) + frame.height * abs(cos)
-    rows, columns = placed.image.pixels.shape[:2]
+    rows, columns = placed.image.size
     scale = min(columns / wide, rows / high)  # of the image's pixels to the frame's
     tables = _reduced(placed.image, max(int(scale), 1))
     rows, columns = tables.shape[1] - 1, tables.shape[2] - 1
@@ -152,11 +152,16 @@ def plate_radiance(placed: PlacedImage, frame: Region, band: Region) -> list[Flo
 
 @lru_cache(maxsize=4)
 def _reduced(image: Image, factor: int) -> Float32:
-    """Return the image's R, G and B as tables, with the mean of each `factor` by `factor` pixels for one."""
-    rows, columns = (size // factor for size in image.pixels.shape[:2])
-    cut = image.pixels[: rows * factor, : columns * factor, :3]
-    means = cut.reshape(rows, factor, columns, factor, 3).mean((1, 3), dtype=np.float32)
-    return repeated(np.moveaxis(means, -1, 0))
+    """Return the image's R, G and B as tables, with the mean of each `factor` by `factor` pixels for one. Of the many
+    that may lie behind pictures none is kept whole."""
+    width = image.size[1] // factor
+    left, means = np.empty((0, width * factor, 3), np.float32), []
+    for band in image.bands():
+        pixels = np.concatenate([left, band[:, : width * factor, :3]])
+        rows = len(pixels) // factor
+        left, whole = pixels[rows * factor :], pixels[: rows * factor]
+        means.append(whole.reshape(rows, factor, width, factor, 3).mean((1, 3), dtype=np.float32))
+    return repeated(np.moveaxis(np.concatenate(means), -1, 0))
 
 
 def bands(camera: Camera, region: Region) -> Iterator[tuple[Region, Rays]]:

@@ -4,10 +4,10 @@ Those that travel with spin_usd lie in `stages/environments`; a user may give ot
 lights is Lights, that of an environment is Environment.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pxr import Sdf, Usd
+from pxr import Gf, Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
@@ -75,6 +75,24 @@ def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
     for kind, file in maps.items():
         _refuse_unless_map(file, kind)
         planet.GetAttribute(MAP_ATTRIBUTES[kind]).Set(Sdf.AssetPath(str(file.resolve())))
+
+
+def set_back_plate(layer: Sdf.Layer, files: Sequence[Path], *, always: bool) -> None:
+    """Let the back plate of an environment's `layer` be one of the images in `files`; `always`, and upright as they
+    are. Raises InputError for a layer without a back plate, and for a file that cannot be rendered."""
+    stage = stage_on(layer)
+    plates = [prim for prim in stage.Traverse() if prim.HasAPI(schema.BACK_PLATE_API)]
+    if len(plates) != 1:
+        found = f"a background is given, and the environment has {len(plates)} back plates"
+        raise InputError(found, do="choose the environment back_plate, or none")
+    for file in files:
+        image_in(file, "auto")
+    (plate,) = plates
+    plate.GetAttribute(schema.BACK_PLATE_FILES).Set([Sdf.AssetPath(str(file.resolve())) for file in files])
+    if always:
+        plate.GetAttribute(schema.BACK_PLATE_PROBABILITY).Set(1.0)
+        plate.GetAttribute(schema.BACK_PLATE_ROLL).Set(Gf.Vec2d(0, 0))
+        plate.GetAttribute(schema.BACK_PLATE_MIRROR).Set(0.0)
 
 
 def _refuse_unless_map(file: Path, kind: str) -> None:

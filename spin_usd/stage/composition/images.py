@@ -131,8 +131,9 @@ class Images:
     decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
     _pixels: int = 0
 
-    def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Decoded:
-        """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
+    def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim, *, one_of_many: bool = False) -> Decoded:
+        """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES. one_of_many: of such
+        as a picture shows one at most, whose pixels nothing keeps.
 
         Raises StageError, with the prim and the file, for a file that is missing, outside the stage's folder, too
         large, damaged or not finite, UnsupportedError for a format that is not read.
@@ -146,7 +147,7 @@ class Images:
                     raise damage
             self.decoded[key] = found
             rows, columns = found.image.size
-            self._pixels += rows * columns
+            self._pixels += 0 if one_of_many else rows * columns
         if self._pixels > MAX_TOTAL_PIXELS:
             found_all = f"its image @{asset.path}@ brings the stage's images to more than {MAX_TOTAL_PIXELS} pixels"
             raise StageError(found_all, where=prim.GetPath(), do="make them smaller")

@@ -1,5 +1,7 @@
 """Lights and environments by name or file: in the authored stage exactly as in their own layer."""
 
+import shutil
+
 import numpy as np
 import pytest
 from pxr import Usd
@@ -7,10 +9,12 @@ from pxr import Usd
 from spin_usd.commands.author.choices import earth_maps
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, SpinError
+from spin_usd.renderers.background.sky import place_image
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
 from spin_usd.stage.author.target_root import origin_of
 from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.composition import images
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.image_files import write_image_file
 
@@ -163,3 +167,48 @@ def test_a_map_that_is_cut_short_is_refused(tmp_path) -> None:
     file.write_bytes(file.read_bytes()[:4000])
     with pytest.raises(InputError, match=r"land\.png: is cut short or damaged"):
         authored(tmp_path / "stage", earth=file)
+
+
+def test_pictures_of_a_folder_are_behind_the_target_upright_one_in_each_picture(tmp_path) -> None:
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for name, level in (("a.png", 10), ("b.jpg", 200), ("c.png", 90)):
+        write_image_file(folder / name, np.full((6, 9, 3), level))
+    (folder / "notes.txt").write_text("not a picture")
+    plate = scene(authored(tmp_path / "stage", background=folder)).environment.back_plate
+    assert [image.size for image in plate.images] == [(6, 9)] * 3
+    assert (plate.probability, plate.roll, plate.mirror) == (1.0, (0.0, 0.0), 0.0)
+    assert {int(place_image(plate, seed).image is plate.images[2]) for seed in range(50)} == {0, 1}
+    shutil.rmtree(folder)  # the stage has its own
+    plate = scene(tmp_path / "stage" / "dataset.usda").environment.back_plate
+    assert plate.images[0].pixels[0, 0, 0] < plate.images[2].pixels[0, 0, 0] < plate.images[1].pixels[0, 0, 0]
+
+
+def test_a_back_plate_that_is_chosen_keeps_its_chances(tmp_path) -> None:
+    file = write_image_file(tmp_path / "photo.png", np.full((6, 9, 3), 128))
+    plate = scene(authored(tmp_path / "stage", background=file, environment="back_plate")).environment.back_plate
+    assert (len(plate.images), plate.probability, plate.mirror) == (1, 0.5, 0.5)
+
+
+def test_many_large_backgrounds_are_no_more_than_one(tmp_path, monkeypatch) -> None:
+    """Nothing keeps the pixels of all."""
+    monkeypatch.setattr(images, "MAX_TOTAL_PIXELS", 100)
+    for name in "abc":
+        write_image_file(tmp_path / f"{name}.png", np.full((6, 9, 3), 128))
+    assert len(scene(authored(tmp_path / "stage", background=tmp_path)).environment.back_plate.images) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "environment", "found"),
+    [
+        ("photo.txt", None, "is no picture that is read"),
+        (".", None, "holds no picture"),
+        ("photo.png", "earth", "0 back"),
+    ],
+)
+def test_what_is_no_background_is_refused(tmp_path, name, environment, found) -> None:
+    if name.startswith("photo"):
+        write_image_file(tmp_path / "photo.png", np.full((6, 9, 3), 128)).rename(tmp_path / name)
+    with pytest.raises(InputError, match=found):
+        authored(tmp_path / "stage", background=tmp_path / name, environment=environment)
+    assert not (tmp_path / "stage").exists()
