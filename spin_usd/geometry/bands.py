@@ -52,14 +52,13 @@ def tight_bands(
 
 
 def _extents(start: Float, end: Float, region: Region, padding: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and end column (S,) of what the segments start to end (N, 2), made `padding` pixels wider all round, touch
+    """First and end column (S,) of what the segments start to end (2, N), made `padding` pixels wider all round, touch
     in each slice of rows; an empty slice has first > end."""
     count = -(-region.height // ROWS)
     low, high = np.full(count, region.x1), np.full(count, region.x0)
-    left = np.floor(np.minimum(start[:, 0], end[:, 0]) - padding).astype(np.int64)
-    right = np.ceil(np.maximum(start[:, 0], end[:, 0]) + padding).astype(np.int64)
-    above = np.floor(np.minimum(start[:, 1], end[:, 1]) - padding).astype(np.int64) - region.y0
-    below = np.ceil(np.maximum(start[:, 1], end[:, 1]) + padding).astype(np.int64) - region.y0
+    (left, above), (right, below) = np.minimum(start, end) - padding, np.maximum(start, end) + padding
+    left, above = np.floor(left).astype(np.int64), np.floor(above).astype(np.int64) - region.y0
+    right, below = np.ceil(right).astype(np.int64), np.ceil(below).astype(np.int64) - region.y0
     first, last = above // ROWS, below // ROWS
     for step in range(int((last - first).max(initial=-1)) + 1):
         row = first + step
@@ -70,20 +69,22 @@ def _extents(start: Float, end: Float, region: Region, padding: float) -> tuple[
 
 
 def _pieces(camera: Camera, xy: Float, uv: Float, edges: NDArray[np.integer]) -> tuple[Float, Float]:
-    """Starts and ends (N, 2), pixels, of pieces of the edges. An edge is straight in the undistorted coordinates `xy`
-    (P, 2), and bowed in the pixels `uv` (P, 2)."""
-    i, j = edges.T
-    count = np.maximum(np.ceil(np.abs(uv[j] - uv[i]).max(-1) / PIECE_PX), 1).astype(np.int64)
+    """Starts and ends (2, N), pixels, of pieces of the edges. An edge is straight in the undistorted coordinates `xy`
+    (P, 2), and bowed in the pixels `uv` (P, 2). x and y apart: numpy is slow along an axis of two."""
+    i, j = np.ascontiguousarray(edges.T)
+    pixels = np.ascontiguousarray(uv.T)
+    start, end = pixels.take(i, 1), pixels.take(j, 1)
+    count = np.ceil(np.maximum(*np.abs(end - start)) / PIECE_PX)
     long = count > 1
-    start, end = [uv[i[~long]]], [uv[j[~long]]]
-    if long.any():
-        i, j, count = i[long], j[long], count[long]
-        edge = np.repeat(np.arange(len(i)), count)
-        k = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-        step = ((xy[j] - xy[i]) / count[:, None])[edge]
-        start.append(camera.pixels(xy[i][edge] + k[:, None] * step))
-        end.append(camera.pixels(xy[i][edge] + (k + 1)[:, None] * step))
-    return np.concatenate(start), np.concatenate(end)
+    if not long.any():
+        return start, end
+    short, count = ~long, count[long].astype(np.int64)
+    a, b = np.ascontiguousarray(xy.T).take(i[long], 1), np.ascontiguousarray(xy.T).take(j[long], 1)
+    edge = np.repeat(np.arange(len(count)), count)
+    k = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    a, step = a.take(edge, 1), ((b - a) / count).take(edge, 1)
+    starts, ends = camera.pixels((a + k * step).T).T, camera.pixels((a + (k + 1) * step).T).T
+    return np.concatenate([start[:, short], starts], 1), np.concatenate([end[:, short], ends], 1)
 
 
 def _cheapest_cuts(low: NDArray[np.int64], high: NDArray[np.int64], band_cost_px: float) -> list[tuple[int, int]]:
