@@ -28,11 +28,13 @@ def tight_bands(
     `band_cost_px` for each of them are fewest.
 
     points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame; every point may be blurred by
-    `blur_px`. Within a slice of rows a triangle extends as far as its edges. The region itself where a point lies
-    behind the camera or far outside the frame.
+    `blur_px`. Within a slice of rows a triangle extends as far as its edges. The region itself where it is so small
+    that no cut can pay, or where a point lies behind the camera or far outside the frame.
     """
     if region.empty:
         return []
+    if region.width * region.height <= band_cost_px:  # a second band would cost more than it could save
+        return [region]
     p = np.asarray(points_cam, np.float64)
     uv = camera.project(p)
     if not np.abs(uv).max() < FAR_FRAMES * max(camera.width, camera.height):  # NaN is not less

@@ -76,6 +76,15 @@ def test_a_band_that_costs_more_than_it_saves_is_not_cut() -> None:
     assert len(bands) == 1
 
 
+def test_a_region_smaller_than_what_a_band_costs_stays_whole() -> None:
+    q = np.array([np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)])
+    points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, 5)).points(CORNERS)
+    region = region_of_interest(SPEEDPLUS, points)
+    area = region.width * region.height
+    assert bands_of(SPEEDPLUS, points, cost=area) == (region, [region])
+    assert len(bands_of(SPEEDPLUS, points, cost=area / 20)[1]) > 1
+
+
 def test_an_empty_region_has_no_bands() -> None:
     nothing = Region(x0=0, y0=0, x1=0, y1=0)
     assert tight_bands(SMALL, CORNERS + np.array([0, 0, 5]), EDGES, nothing, band_cost_px=1.0) == []
