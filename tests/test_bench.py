@@ -18,7 +18,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
-MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "startup", "watch")
+MEASURED = ("cycles", "frames", "glints", "growth", "labels", "plan", "predict", "startup", "watch")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 
@@ -68,6 +68,15 @@ def test_makers_of_the_same_pictures_are_held_against_the_cropped_script(found) 
         assert maker["cpu_over_script"]["least"] == pytest.approx(min(ratios), rel=1e-3)
         assert maker["cpu_over_script"]["most"] == pytest.approx(max(ratios), rel=1e-3)
         assert maker["total_cpu_over_script"] == pytest.approx(sum(seconds) / sum(script), abs=2e-3)
+
+
+@pytest.mark.campaign
+def test_what_is_fixed_in_a_picture_is_the_sum_of_its_parts(found) -> None:
+    (case,) = found["cycles"]["cases"]
+    taken = case["milliseconds"]
+    assert (case["stage"], case["width"], case["pictures"], case["light_groups"]) == ("sunlamp", 120, 2, 1)
+    assert taken["scene"] + taken["bands"] + taken["call"] == pytest.approx(taken["fixed"], abs=0.02)
+    assert min(taken[part] for part in ("sample", "fixed", "bands", "fast", "own")) > 0
 
 
 @pytest.mark.campaign

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from benchmarks import cycles as cycles_bench
 from benchmarks import predict
 from benchmarks.frames import CROPPED_SCRIPT, EQUAL
 from benchmarks.peers import CROPS
@@ -119,6 +120,21 @@ def label_costs(folder: Path) -> str:
     )
     rows = [[kind, shown(taken)] for kind, taken in (*found["seconds"].items(), ("in all", found["in_all"]))]
     return f"{prose(intro)}\n\n{in_markdown(('', 'seconds'), rows)}"
+
+
+def cycles(folder: Path) -> str:
+    """Return where the time of a picture by Blender goes."""
+    found = figures_of(folder, "cycles")
+    poses = found["cases"][0]["pictures"]
+    intro = (
+        f"Where a picture's processor time goes, milliseconds, means over {poses} poses made by one worker at efforts "
+        f"that differ in one thing (`tools/bench cycles`, on {found['machine']['cores']} cores of a machine that had "
+        "much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. The "
+        "three rows below what is fixed are its parts; mesh and BVH are made anew for every picture, also of the same "
+        "pose, as Cycles keeps them in the camera's axes. Each row from the light groups on is what a picture takes "
+        "more with it than without."
+    )
+    return f"{prose(intro)}\n\n{cycles_bench.table(found)}"
 
 
 def growth(folder: Path) -> str:
