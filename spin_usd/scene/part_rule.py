@@ -7,8 +7,8 @@ from fnmatch import fnmatchcase
 
 @dataclass(frozen=True, kw_only=True)
 class PartRule:
-    """pattern: of names, with *, ? and [...], capitals count · part: the part's name · class_name: None for the class
-    that it has already."""
+    """pattern: of names, with *, ? and [...], in capitals or not · part: the part's name · class_name: None for the
+    class that it has already."""
 
     pattern: str
     part: str
@@ -16,7 +16,7 @@ class PartRule:
 
     def matches(self, names: Iterable[str]) -> bool:
         """Return whether the pattern matches one of the names."""
-        return any(fnmatchcase(name, self.pattern) for name in names)
+        return any(fnmatchcase(name.lower(), self.pattern.lower()) for name in names)
 
 
 def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:

@@ -96,7 +96,8 @@ def test_all_rows_of_a_part_have_the_class_that_one_gives(tmp_path) -> None:
     assert [rule.class_name for rule in rules] == ["body", "body"]
 
 
-def test_the_first_rule_that_matches_counts_and_capitals_do() -> None:
+def test_the_first_rule_that_matches_counts_and_capitals_do_not() -> None:
     rules = [PartRule(pattern="Panel_?", part="one"), PartRule(pattern="*", part="rest")]
-    assert [first_match(rules, names).part for names in (["x", "Panel_1"], ["panel_1"])] == ["one", "rest"]
-    assert first_match(rules[:1], ["panel_1"]) is None
+    assert [first_match(rules, names).part for names in (["x", "Panel_1"], ["pANEL_1"])] == ["one"] * 2
+    assert first_match(rules, ["panel_12"]).part == "rest"
+    assert first_match(rules[:1], ["panel_12"]) is None

@@ -21,7 +21,7 @@ from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
+from spin_usd.formats.mesh.mesh_file import GLTF, MESHES, says_unit
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
@@ -134,6 +134,8 @@ def _author(
     models = (sources.target_file, *(body.file for body in sources.others))
     with model_roots(models, Path(choices.root) if choices.root else None), new_folder(out) as folder:
         asset, notes = write_model(sources.target_file, folder, choices.units_per_metre, choices.prim)
+        if sources.target_file.suffix.lower() in GLTF:
+            notes += ("body axes are the file's own x, y and z, of which glTF calls y up: poses are meant in these",)
         notes += _unused(sources.preset, asset)
         corners, lens = box_corners(asset), lens_of(sources.camera)
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)

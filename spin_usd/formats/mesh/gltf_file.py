@@ -102,8 +102,7 @@ def _read_parts(model: _Model) -> None:
         if "weights" in mesh or any("targets" in primitive for primitive in primitives[index]):
             model.notes["its morph targets are not applied"] = None
         for place in places[index]:
-            own = mesh.text("name", place.name or model.document.path.stem)
-            name = place.name if len(places[index]) > 1 and place.name else own
+            name = place.name or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
             for primitive in primitives[index]:
                 _read_primitive(model, primitive, place, names.give(name))
 

@@ -119,6 +119,15 @@ def test_a_mesh_placed_twice_is_two_parts_named_alike_each_time(gltf: GltfWriter
         assert [part.name for part in read_mesh_file(path).parts] == ["left", "left_1", "right", "right_1"]
 
 
+def test_a_part_is_called_after_its_node_and_after_its_mesh_where_that_has_no_name(gltf: GltfWriter) -> None:
+    for node, names in ((("Bus",), ["Bus"]), ((None,), ["hull"])):
+        path = gltf(nodes=[{"mesh": 0, **({"name": name} if name else {})} for name in node])
+        document = json.loads(path.read_text())
+        document["meshes"][0]["name"] = "hull"
+        path.write_text(json.dumps(document))
+        assert [part.name for part in read_mesh_file(path).parts] == names
+
+
 def test_factors_multiply_and_channels_are_the_standards(gltf: GltfWriter) -> None:
     info = {"index": 0}
     material = {
