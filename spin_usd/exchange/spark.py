@@ -15,19 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.images import JPEG, any_image
+from spin_usd.exchange.layout.images import JPEG, any_image, depth_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
-from spin_usd.exchange.layout.limits import UINT16_MAX, depth_at_most, no_distortion, one_camera, target_is_a_file_name
+from spin_usd.exchange.layout.limits import depth_at_most, no_distortion, one_camera, target_is_a_file_name
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows
 from spin_usd.formats.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
 PANEL_CLASS = "solar_panel"
-MILLIMETRES = 1000.0
 WITHOUT_DEPTH = "leave depth out with --option depth=none"
 
 BOXES = (
@@ -104,7 +103,7 @@ def _files_2021(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[
     depth = ""
     if dataset.options["depth"] != "none":
         depth = f"{picture.name}_depth.png"
-        yield MadeFile(path=f"{split}_depth/{label}/{depth}", write=partial(_write_millimetres, picture))
+        yield depth_image(picture, f"{split}_depth/{label}/{depth}")
     yield IndexRow(path=f"{split}_labels.csv", value=(file, depth, label, rows_first(picture)))
 
 
@@ -120,14 +119,6 @@ def _files_2024(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[
     yield any_image(picture, f"images/{label}/{split}/{image}")
     yield MadeFile(path=f"mask/{label}/{split}/{mask}", write=partial(_write_layers, picture))
     yield IndexRow(path=f"{split}.csv", value=(label, image, mask, columns_first(picture)))
-
-
-def _write_millimetres(picture: ExportedPicture, path: Path) -> None:
-    millimetres = np.rint(picture.label("depth").astype(np.float64) * MILLIMETRES)
-    if millimetres.max() > UINT16_MAX:  # of an occluder, whose distance no record has
-        found = f"has a surface {millimetres.max() / MILLIMETRES:g} m away, and 16 bits of 1 mm end before"
-        raise UnsupportedError(found, where=picture.name, do=WITHOUT_DEPTH)
-    write_image(path, millimetres.astype(np.uint16), channels=("Y",))
 
 
 def _write_layers(picture: ExportedPicture, path: Path) -> None:

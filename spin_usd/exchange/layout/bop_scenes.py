@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.images import VISIBLE, any_image, own_suffix
+from spin_usd.exchange.layout.images import VISIBLE, any_image, depth_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_object, write_json_file
 from spin_usd.exchange.layout.layout import FormatOption, IndexRow, LinkedFile, MadeFile
-from spin_usd.exchange.layout.limits import UINT16_MAX
 from spin_usd.exchange.layout.models import MILLIMETRES, Model, body_models, diameter, ply_bytes
 from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
 from spin_usd.formats.image_file import write_image
@@ -78,14 +76,13 @@ def image_file(picture: ExportedPicture, folder: str) -> LinkedFile | MadeFile:
 
 def depth_file(picture: ExportedPicture, folder: str, scale: float) -> MadeFile:
     """Return depth in whole numbers of `scale` millimetres."""
-    path = f"{folder}/{image_number(picture):06d}.png"
-    return MadeFile(path=path, write=lambda path: _write_grey(path, depth_numbers(picture.label("depth"), scale)))
+    return depth_image(picture, f"{folder}/{image_number(picture):06d}.png", scale)
 
 
 def mask_file(picture: ExportedPicture, folder: str, place: int, mask: NDArray[np.bool_]) -> MadeFile:
     """Return the mask (H, W) of the body at that place in the picture's list of poses."""
     path = f"{folder}/{image_number(picture):06d}_{place:06d}.png"
-    return MadeFile(path=path, write=lambda path: _write_grey(path, np.where(mask, VISIBLE, 0).astype(np.uint8)))
+    return MadeFile(path=path, write=partial(_write_mask, mask))
 
 
 def model_files(dataset: ExportedDataset) -> Iterator[MadeFile]:
@@ -97,12 +94,12 @@ def model_files(dataset: ExportedDataset) -> Iterator[MadeFile]:
     yield MadeFile(path="models/models_info.json", write=write_json_file(said))
 
 
+def _write_mask(mask: NDArray[np.bool_], path: Path) -> None:
+    write_image(path, np.where(mask, VISIBLE, 0).astype(np.uint8), channels=("Y",))
+
+
 def _write_model(model: Model, path: Path) -> None:
     path.write_bytes(ply_bytes(model))
-
-
-def _write_grey(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
-    write_image(path, pixels, channels=("Y",))
 
 
 def camera_matrix(camera: Camera, *, first_centre: float) -> list[float]:
@@ -149,17 +146,6 @@ def model_entry(model: Model) -> dict[str, float]:
     corner = {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
     sizes = {f"size_{axis}": float(value) for axis, value in zip("xyz", size, strict=True)}
     return {"diameter": diameter(model.hull) * MILLIMETRES, **corner, **sizes}
-
-
-def depth_numbers(depth: NDArray[np.float32], scale: float) -> NDArray[np.uint16]:
-    """Return depth (H, W) in metres as whole numbers of `scale` millimetres; 0 stays 0. Raises UnsupportedError for
-    what 16 bits do not hold."""
-    steps = np.rint(depth.astype(np.float64) * (MILLIMETRES / scale))
-    if steps.max(initial=0) > UINT16_MAX:
-        far, most = float(depth.max()), UINT16_MAX * scale / MILLIMETRES
-        found = f"is up to {far:g} m deep, and 16 bits of {scale:g} mm end at {most:g} m"
-        raise UnsupportedError(found, do="export without depth, or leave out the pictures that show what is so far")
-    return steps.astype(np.uint16)
 
 
 def _box_of_mask(mask: NDArray[np.bool_]) -> list[int]:

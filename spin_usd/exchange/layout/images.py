@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.layout.layout import LinkedFile, MadeFile
+from spin_usd.exchange.layout.limits import UINT16_MAX
+from spin_usd.exchange.layout.models import MILLIMETRES
 from spin_usd.formats.image_file import JPEG_QUALITY, write_image
 
 LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers
@@ -47,6 +50,24 @@ def part_image(picture: ExportedPicture, path: str) -> MadeFile:
     return MadeFile(path=path, write=partial(_write_parts, picture))
 
 
+def depth_image(picture: ExportedPicture, path: str, scale: float = 1.0) -> MadeFile:
+    """Return depth at `path`, a grey 16-bit PNG of whole numbers of `scale` millimetres: planar z, 0 for nothing. To
+    write it raises UnsupportedError for what 16 bits do not hold, which of an occluder no record tells."""
+    return MadeFile(path=path, write=partial(_write_depth, picture, scale))
+
+
+def depth_numbers(depth: NDArray[np.float32], scale: float, where: str | None = None) -> NDArray[np.uint16]:
+    """Return depth (H, W) in metres as whole numbers of `scale` millimetres; 0 stays 0. Raises UnsupportedError for
+    what 16 bits do not hold."""
+    steps = np.rint(depth.astype(np.float64) * (MILLIMETRES / scale))
+    if steps.max(initial=0) > UINT16_MAX:
+        far, most = float(depth.max()), UINT16_MAX * scale / MILLIMETRES
+        found = f"is up to {far:g} m deep, and 16 bits of {scale:g} mm end at {most:g} m"
+        do = "export without depth, or leave out the pictures that show what is so far"
+        raise UnsupportedError(found, where=where, do=do)
+    return steps.astype(np.uint16)
+
+
 def grey(image: NDArray[Any]) -> NDArray[np.uint8]:
     """Return (H, W): an image of 8 or 16 bits, in colour or not, in 8-bit grey."""
     light = eight_bits(image)
@@ -74,6 +95,10 @@ def _write_eight(picture: ExportedPicture, path: Path) -> None:
 
 def _write_mask(picture: ExportedPicture, path: Path) -> None:
     write_image(path, picture.mask().view(np.uint8) * np.uint8(VISIBLE), channels=("Y",))
+
+
+def _write_depth(picture: ExportedPicture, scale: float, path: Path) -> None:
+    write_image(path, depth_numbers(picture.label("depth"), scale, picture.name), channels=("Y",))
 
 
 def _write_parts(picture: ExportedPicture, path: Path) -> None:

@@ -6,11 +6,11 @@ import pytest
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.bop_scenes import (
     camera_matrix,
-    depth_numbers,
     model_entry,
     pose_entry,
     visibility_entry,
 )
+from spin_usd.exchange.layout.images import depth_numbers
 from spin_usd.exchange.layout.models import Model
 from spin_usd.geometry.camera import Camera
 
