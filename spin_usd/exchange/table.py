@@ -7,6 +7,7 @@ from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.layout.layout import ExportFormat
+from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_POSES
 from spin_usd.exchange.pose_format import PoseFormat
 from spin_usd.exchange.record_poses import RECORD
 from spin_usd.exchange.shirt import SHIRT
@@ -31,6 +32,7 @@ _ALL = (
     SWISSCUBE,
     WEBDATASET,
     CROISSANT,
+    NERFSTUDIO,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""
@@ -42,6 +44,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     COCO_POSES,
     WEBDATASET_POSES,
     CROISSANT_POSES,
+    NERFSTUDIO_POSES,
     CSV_POSES,
     SPEEDPLUS_POSES,
 )

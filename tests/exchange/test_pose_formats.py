@@ -87,6 +87,15 @@ def urso(folder: Path, q, t) -> Path:
     return saved(folder / "train_poses_gt.csv", f"x,y,z,q1,q2,q3,q4\n{row}\n")
 
 
+def nerfstudio(folder: Path, q, t) -> Path:
+    """The camera in the body's axes, x right, y up, looking along -z: y and z turn their signs."""
+    to_camera = Rotation.from_quat(q, scalar_first=True)
+    centre = -to_camera.inv().apply(t)
+    rows = [[*row, place] for row, place in zip((matrix(q).T * (1, -1, -1)).tolist(), centre.tolist(), strict=True)]
+    frame = {"file_path": "./images/a.png", "transform_matrix": [*rows, [0, 0, 0, 1]]}
+    return saved(folder / "transforms.json", {"fl_x": 100, "frames": [frame]})
+
+
 def croissant(folder: Path, q, t) -> Path:
     head = "name,split,variant,frame,q_w,q_x,q_y,q_z,t_x,t_y,t_z"
     return saved(folder / "pictures.csv", f"{head}\na,train,nominal,a,{','.join(map(repr, [*q, *t]))}\n")
@@ -121,7 +130,20 @@ def saved(path: Path, content) -> Path:
     return path
 
 
-FORMATS = (speedplus, speed, stream_2, bop, coco, record, webdataset, urso, croissant, own_table, own_matrices)
+FORMATS = (
+    speedplus,
+    speed,
+    stream_2,
+    bop,
+    coco,
+    record,
+    webdataset,
+    urso,
+    croissant,
+    own_table,
+    own_matrices,
+    nerfstudio,
+)
 NAMES = {bop: "000003_000007", own_matrices: "img000000"}
 
 

@@ -1,0 +1,167 @@
+"""nerfstudio: transforms.json with a camera and a pose for each image, masks, depth, and points to begin with.
+
+A frame's `transform_matrix`, 4 x 4, takes OpenGL's camera axes (x right, y up, looking along -z) to the world's, which
+in an export are the target's body axes, in metres. `file_path` names its image.
+
+Source: nerfstudio's documentation of its data format ("Data conventions"), and its loader
+`nerfstudio_dataparser.py`: `*_filenames` are its splits, all of which it wants where there is one; depth is in
+millimetres; `orientation_override` keeps it from turning the axes.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, own_suffix
+from spin_usd.exchange.layout.index_file import IndexFile, json_lists
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
+from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most
+from spin_usd.exchange.layout.surface_points import DENSE_POSE, cloud_file
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+
+FILE, CLOUD, FRAMES = "transforms.json", "points.ply", "frames"
+POINTS = 100_000  # of the cloud, at most
+DEPTH, YES = "depth", "yes"
+METRES = 1e-3  # of a millimetre, in which depth is
+WITHOUT_DEPTH = "export without depth: --option depth=no"
+SPLITS = {"train": "train", "validation": "val", "test": "test"}
+MATRIX = "transform_matrix"
+CONVENTIONS = (
+    "transform_matrix takes the camera's axes, which are OpenGL's (x right, y up, looking along -z), to the body axes "
+    "of the target's model, which are the world's here; metres. Numbers have all their digits.",
+    "cx and cy are in pixels with (0, 0) at the corner of the image, as in the dataset; k1, k2, k3, p1, p2 are "
+    "OpenCV's. They stand once for all pictures, or in each frame where cameras differ.",
+    "A mask is 255 where the target is visible and to be used, else 0.",
+    f"{CLOUD} has up to {POINTS} points of the target's surface, of the label dense_pose, with normals and the colours "
+    "of the images.",
+    "nerfstudio moves and scales poses and points by itself; --center-method none --auto-scale-poses False keeps the "
+    "body's axes and metres. orientation_override, which is none, keeps them from being turned.",
+    "Where there are several splits, train_filenames, val_filenames and test_filenames list them; nerfstudio wants all "
+    "three, so where one of the latter two is not asked for it is the other.",
+    "The target stands still, and the Sun and the background move around it as it turned: what is seen of a place may "
+    "differ in brightness from picture to picture.",
+)
+IN_MILLIMETRES = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
+
+
+def camera_to_world(T_cam_body: Transform) -> list[list[float]]:
+    """Return the rows of the matrix (4, 4) from OpenGL's camera axes to the body's."""
+    rows: list[list[float]] = (T_cam_body.inverse() @ T_CAM_USDCAM).matrix.tolist()
+    return rows
+
+
+def lens(camera: Camera) -> dict[str, float]:
+    """Return what transforms.json says of a camera."""
+    k1, k2, p1, p2, k3 = camera.distortion
+    sizes = {"w": camera.width, "h": camera.height}
+    lengths = {"fl_x": camera.fx, "fl_y": camera.fy, "cx": camera.cx, "cy": camera.cy}
+    return sizes | lengths | {"k1": k1, "k2": k2, "k3": k3, "p1": p1, "p2": p2}
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    head: dict[str, Any] = {"camera_model": "OPENCV", "orientation_override": "none", "ply_file_path": CLOUD}
+    if dataset.options[DEPTH] == YES:
+        head["depth_unit_scale_factor"] = METRES
+    if len(dataset.cameras) == 1:
+        head |= lens(dataset.camera)
+    lists = [f"{split}_filenames" for split in SPLITS.values()] if len(dataset.splits) > 1 else []
+    return {FILE: json_lists(head, [FRAMES, *lists])}
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    image = any_image(picture, f"images/{picture.name}{own_suffix(picture)}")
+    mask = mask_image(picture, f"masks/{picture.name}.png")
+    yield image
+    yield mask
+    frame: dict[str, Any] = {"file_path": image.path, "mask_path": mask.path}
+    if dataset.options[DEPTH] == YES:
+        depth = depth_image(picture, f"depths/{picture.name}.png")
+        yield depth
+        frame["depth_file_path"] = depth.path
+    if len(dataset.cameras) > 1:
+        frame |= lens(picture.camera)
+    target = picture.target
+    pose = Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)
+    yield IndexRow(path=FILE, section=FRAMES, value={**frame, MATRIX: camera_to_world(pose)})
+    if len(dataset.splits) > 1:
+        for split in _splits_with(dataset, picture.split):
+            yield IndexRow(path=FILE, section=f"{split}_filenames", value=image.path)
+
+
+def _splits_with(dataset: ExportedDataset, split: str) -> Iterator[str]:
+    """Yield the split, and the other of those that are held out where that one was not asked for."""
+    yield split
+    held_out = ("val", "test")
+    if split in held_out:
+        yield from (other for other in held_out if other not in dataset.splits)
+
+
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
+    yield cloud_file(dataset, CLOUD, POINTS)
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    depth = options[DEPTH] == YES
+    return Layout(
+        needs=("image", "segmentation", DENSE_POSE, *([DEPTH] if depth else [])),
+        conventions=CONVENTIONS + ((IN_MILLIMETRES,) if depth else ()),
+        files=_files,
+        shared=_shared,
+        indexes=_indexes,
+        limits=(bodies_told_apart, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
+        splits=SPLITS,
+    )
+
+
+NERFSTUDIO = ExportFormat(
+    name="nerfstudio",
+    holds="as transforms.json with images, masks, depth and points",
+    layout=_layout,
+    options=(FormatOption(name=DEPTH, meaning="whether depth is exported", default=YES, choices=(YES, "no")),),
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the frames of the file at `path`, whose world is taken for the body. Raises InputError that names the
+    frame."""
+    document = read_json_file(path, MAX_POSE_LIST)
+    frames = document.get(FRAMES) if isinstance(document, dict) else None
+    if not isinstance(frames, list):
+        raise InputError("has no list of frames", where=path, do="give a transforms.json as nerfstudio has it")
+    for i, frame in enumerate(frames):
+        where = f"{path}, frame {i}"
+        name = frame.get("file_path") if isinstance(frame, dict) else None
+        if not isinstance(name, str):
+            raise InputError("has no file_path", where=where, do="name the picture's file")
+        yield _entry(name.rpartition("/")[2], frame.get(MATRIX), where)
+
+
+def _entry(name: str, rows: Any, where: str) -> PoseEntry:
+    if not isinstance(rows, list) or len(rows) not in (3, 4):
+        raise InputError(f"{MATRIX} is not a list of 4 rows", where=where)
+    matrix = np.array([finite_numbers(row, 4, f"a row of {MATRIX}", where) for row in rows])
+    to_world = quaternion_of(matrix[:3, :3].ravel().tolist(), MATRIX, where)
+    T_body_usdcam = Transform.from_quaternion(to="body", of="usdcam", q=to_world, t=matrix[:3, 3])
+    T_cam_body = T_CAM_USDCAM @ T_body_usdcam.inverse()
+    return PoseEntry(
+        filename=name, q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist()
+    )
+
+
+NERFSTUDIO_POSES = PoseFormat(
+    name="nerfstudio",
+    recognises=lambda path, head: path.name == FILE or (head.lstrip().startswith("{") and f'"{MATRIX}"' in head),
+    read=read_poses,
+    lists=files_like(FILE, "transforms_*.json"),
+    rotation="a rotation from OpenGL's camera axes to the body's, row by row",
+)
