@@ -3,6 +3,7 @@
 from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_POSES
 from spin_usd.exchange.coco import COCO, COCO_POSES
+from spin_usd.exchange.colmap import COLMAP, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
@@ -33,6 +34,7 @@ _ALL = (
     WEBDATASET,
     CROISSANT,
     NERFSTUDIO,
+    COLMAP,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""
@@ -45,6 +47,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     WEBDATASET_POSES,
     CROISSANT_POSES,
     NERFSTUDIO_POSES,
+    COLMAP_POSES,
     CSV_POSES,
     SPEEDPLUS_POSES,
 )

@@ -96,6 +96,12 @@ def nerfstudio(folder: Path, q, t) -> Path:
     return saved(folder / "transforms.json", {"fl_x": 100, "frames": [frame]})
 
 
+def colmap(folder: Path, q, t) -> Path:
+    numbers = " ".join(map(repr, [*q, *t]))
+    text = f"# Image list with two lines of data per image:\n#\n7 {numbers} 1 left/a.png\n1.5 2.5 -1\n"
+    return saved(folder / "sparse" / "0" / "images.txt", text)
+
+
 def croissant(folder: Path, q, t) -> Path:
     head = "name,split,variant,frame,q_w,q_x,q_y,q_z,t_x,t_y,t_z"
     return saved(folder / "pictures.csv", f"{head}\na,train,nominal,a,{','.join(map(repr, [*q, *t]))}\n")
@@ -143,6 +149,7 @@ FORMATS = (
     own_table,
     own_matrices,
     nerfstudio,
+    colmap,
 )
 NAMES = {bop: "000003_000007", own_matrices: "img000000"}
 

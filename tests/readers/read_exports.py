@@ -121,7 +121,40 @@ def spark(export):
     return rows
 
 
-READERS = {reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark)}
+def colmap(export):
+    """What pycolmap reads of the model, how far its projections of the points are from their pixels, and how far off
+    it puts points that it triangulates from the pixels and the poses alone, and their pixels; all at most."""
+    import pycolmap
+
+    model = pycolmap.Reconstruction(str(export / "sparse" / "0"))
+    images = {
+        image.name: {
+            "pose": image.cam_from_world().matrix().tolist(),
+            "camera": [image.camera.model.name, image.camera.width, image.camera.height, *image.camera.params],
+            "points": len(image.points2D),
+            "mask": (export / "masks" / f"{image.name}.png").is_file(),
+        }
+        for image in model.images.values()
+    }
+    projected, triangulated, apart = [], [], []
+    for point in model.points3D.values():
+        seen = [model.images[each.image_id] for each in point.track.elements]
+        pixels = [image.points2D[each.point2D_idx].xy for image, each in zip(seen, point.track.elements, strict=True)]
+        projected += [distance(image.project_point(point.xyz), xy) for image, xy in zip(seen, pixels, strict=True)]
+        if len(seen) > 1:
+            poses, cameras = [image.cam_from_world() for image in seen], [image.camera for image in seen]
+            place = pycolmap.estimate_triangulation(np.array(pixels), poses, cameras)["xyz"]
+            triangulated += [distance(image.project_point(place), xy) for image, xy in zip(seen, pixels, strict=True)]
+            apart.append(distance(place, point.xyz))
+    found = {"images": images, "observations": len(projected), "projected": max(projected)}
+    return found | {"triangulated": max(triangulated), "apart": max(apart), "tracks": len(apart)}
+
+
+def distance(one, other):
+    return float(np.linalg.norm(one - other))
+
+
+READERS = {reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap)}
 
 
 def main(reader, export, out) -> None:

@@ -1,5 +1,5 @@
 """What users read exports with finds in them what the dataset says: pycocotools, webdataset, datasets, mlcroissant,
-OpenCV 4 and pandas."""
+OpenCV 4, pandas and pycolmap."""
 
 import json
 import subprocess
@@ -13,6 +13,7 @@ from spin_usd.store.dataset import Dataset
 from tests.exchange.conftest import blank, clone
 
 PICTURES = 3
+COLMAP = 1e-6  # pixels, and metres: as far as pycolmap refines a point
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
 
 
@@ -109,6 +110,21 @@ def test_opencv_projects_keypoints_by_speedplus_files(read, dataset) -> None:
         np.testing.assert_allclose(found[picture.frame]["pixels"], picture.keypoint_pixels, atol=OPENCV)
         assert found[picture.frame]["image"] == list(picture.image.shape)
         np.testing.assert_array_equal(found[picture.frame]["mask"], np.flatnonzero(picture.mask(1)))
+
+
+def test_pycolmap_projects_and_triangulates_the_points(read, dataset) -> None:
+    found = read("colmap")
+    assert found["observations"] > 1000
+    assert found["tracks"] > 100
+    assert max(found["projected"], found["triangulated"], found["apart"]) < COLMAP
+    assert len(found["images"]) == PICTURES
+    for picture in Dataset(dataset):
+        image, camera = found["images"][f"{picture.frame}.png"], picture.camera
+        np.testing.assert_allclose(image["pose"], picture.T_cam_body[:3], rtol=0, atol=COLMAP)
+        k1, k2, p1, p2, k3 = camera.distortion
+        sizes = [camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy]
+        assert image["camera"] == ["FULL_OPENCV", *sizes, k1, k2, p1, p2, k3, 0, 0, 0]
+        assert image["mask"]
 
 
 def test_pandas_and_opencv_read_boxes_and_depth_of_spark(read, dataset) -> None:

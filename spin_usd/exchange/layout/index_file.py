@@ -53,9 +53,9 @@ def csv_table(columns: Sequence[str] = ()) -> IndexFile:
     return IndexFile(text=csv_line, sections={"": Section(before=csv_line(columns) if columns else "")})
 
 
-def text_lines() -> IndexFile:
-    """A row is a line of text."""
-    return IndexFile(text=lambda line: f"{line}\n", sections={"": Section()})
+def text_lines(head: str = "") -> IndexFile:
+    """The text `head`, then rows, each a line of text or several."""
+    return IndexFile(text=lambda line: f"{line}\n", sections={"": Section(before=head)})
 
 
 def json_text(value: Any) -> str:

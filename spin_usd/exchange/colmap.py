@@ -1,0 +1,203 @@
+"""COLMAP's text model: cameras, images with their poses, and points of the target with the pixels that see them.
+
+images.txt has two lines an image. The first is a number, the scalar-first quaternion and the translation that take the
+world's axes to the camera's, which are OpenCV's, the camera's number and the image's name; the second x, y and the
+number of a point, for each point that is seen. The world's axes are the target's body axes in an export, in metres.
+Pixels have (0, 0) at the corner of the image.
+
+Source: COLMAP's documentation ("Output Format", "Database Format" for cameras' parameters, "FAQ" for masks), and its
+`sensor/models.h` for the order of parameters.
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
+from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
+from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.limits import bodies_told_apart
+from spin_usd.exchange.layout.surface_points import DENSE_POSE, SurfacePoints, surface_points
+from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
+from spin_usd.exchange.pose_numbers import finite_numbers
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.text_file import lines_of
+from spin_usd.geometry.camera import Camera
+
+MODEL = "sparse/0"
+FILE, CAMERAS, POINTS = "images.txt", "cameras.txt", "points3D.txt"
+HEAD = "# Image list with two lines of data per image:"
+IMAGES_HEAD = (
+    f"{HEAD}\n#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n#   POINTS2D[] as (X, Y, POINT3D_ID)\n"
+)
+CAMERAS_HEAD = (
+    "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
+    "#   PINHOLE: fx, fy, cx, cy; OPENCV: and k1, k2, p1, p2; FULL_OPENCV: and k3, k4, k5, k6\n"
+)
+POINTS_HEAD = (
+    "# 3D point list with one line of data per point:\n"
+    "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+)
+FIRST = 1  # the number of the first camera, image and point
+SPLITS = {"train": "train", "validation": "validation", "test": "test"}
+CONVENTIONS = (
+    "Quaternion (scalar first, Hamilton) and translation take the body axes of the target's model, which are the "
+    "world's here, to the camera's: x right, y down, z forward; metres. Numbers have all their digits.",
+    "Pixels have (0, 0) at the corner of the image, so the first one's centre is at 0.5, 0.5: COLMAP's way, and the "
+    "dataset's.",
+    "A camera is PINHOLE without lens distortion, OPENCV with k1, k2, p1, p2 alone, else FULL_OPENCV.",
+    "masks/NAME.png, where NAME has its own ending too, is 255 where the target is visible and to be used, else 0.",
+    "Points are places on the target's surface, of the label dense_pose, with the colours of the images that they are "
+    "taken from. A point is in an image where dense_pose has the same place there; its pixel is the exact projection, "
+    "so all errors are 0. A point may be in one image alone.",
+    f"{MODEL}/SPLIT.txt has the names of a split's images, as readers of COLMAP's models that have a test look for "
+    "test.txt.",
+)
+
+
+def camera_line(number: int, camera: Camera) -> str:
+    """Return the line of cameras.txt, with the simplest model that holds the lens exactly."""
+    k1, k2, p1, p2, k3 = camera.distortion
+    model, more = "PINHOLE", []
+    if k3:
+        model, more = "FULL_OPENCV", [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0]
+    elif camera.distorted:
+        model, more = "OPENCV", [k1, k2, p1, p2]
+    numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, *more)
+    return " ".join(map(str, (number, model, *numbers)))
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    lists = {f"{MODEL}/{split}.txt": text_lines() for split in dataset.splits}
+    return {f"{MODEL}/{FILE}": text_lines(IMAGES_HEAD), **lists}
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    name = f"{picture.name}{own_suffix(picture)}"
+    yield any_image(picture, f"images/{name}")
+    yield mask_image(picture, f"masks/{name}.png")
+    pose = (*picture.target.q_cam_body.tolist(), *picture.target.t_cam_body.tolist())
+    camera = FIRST + dataset.cameras.index(picture.camera)
+    line = " ".join(map(str, (FIRST + picture.number, *pose, camera, name)))
+    yield IndexRow(path=f"{MODEL}/{FILE}", value=f"{line}\n{_points_line(_points(dataset), picture)}")
+    yield IndexRow(path=f"{MODEL}/{picture.split}.txt", value=name)
+
+
+def _points(dataset: ExportedDataset) -> SurfacePoints:
+    return surface_points(dataset, dataset.options["points"])
+
+
+def _points_line(points: SurfacePoints, picture: ExportedPicture) -> str:
+    """Return the line of the picture's points: x, y and number of each."""
+    pixels, seen = points.seen_in(picture)
+    places = zip(pixels[seen].tolist(), (np.flatnonzero(seen) + FIRST).tolist(), strict=True)
+    return " ".join(f"{x} {y} {number}" for (x, y), number in places)
+
+
+def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
+    lines = [camera_line(FIRST + place, camera) for place, camera in enumerate(dataset.cameras)]
+    text = CAMERAS_HEAD + "".join(f"{line}\n" for line in lines)
+    yield MadeFile(path=f"{MODEL}/{CAMERAS}", write=write_text_file(text))
+
+
+def _last(dataset: ExportedDataset, out: Path) -> Iterator[MadeFile]:
+    text = partial(_points_text, dataset, out / MODEL / FILE)
+    yield MadeFile(path=f"{MODEL}/{POINTS}", write=lambda path: write_text_file(text())(path))
+
+
+def _points_text(dataset: ExportedDataset, images: Path) -> str:
+    """Return the points that `images` sees, each with its track."""
+    points, lines = _points(dataset), []
+    for number, track in _tracks(images):
+        place = number - FIRST
+        numbers = (number, *points.points[place].tolist(), *points.colours[place].tolist(), 0.0)
+        lines.append(" ".join(map(str, (*numbers, *track.ravel().tolist()))))
+    return POINTS_HEAD + "".join(f"{line}\n" for line in lines)
+
+
+def _tracks(images: Path) -> Iterator[tuple[int, NDArray[np.int32]]]:
+    """Yield each point that is seen, and for each image that sees it the image's number and the point's place among
+    those of the image (N, 2)."""
+    found = [np.empty((0, 3), np.int32)]
+    for _, line, seen in _image_lines(images):
+        points = np.array(seen.split()[2::3], np.int32)
+        image = np.full(len(points), int(line.split(maxsplit=1)[0]), np.int32)
+        found.append(np.stack([points, image, np.arange(len(points), dtype=np.int32)], axis=1))
+    rows = np.concatenate(found)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    numbers, starts = np.unique(rows[:, 0], return_index=True)
+    ends = [*starts[1:].tolist(), len(rows)]
+    for number, start, end in zip(numbers.tolist(), starts.tolist(), ends[: len(starts)], strict=True):
+        yield number, rows[start:end, 1:]
+
+
+def _image_lines(path: Path) -> Iterator[tuple[int, str, str]]:
+    """Yield for each image where its first line is, and both its lines; the second may be empty."""
+    lines = enumerate(lines_of(path, MAX_POSE_LIST), 1)
+    for number, line in lines:
+        if line.strip() and not line.startswith("#"):
+            yield number, line, next(lines, (0, ""))[1]
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    return Layout(
+        needs=("image", "segmentation", DENSE_POSE),
+        conventions=CONVENTIONS,
+        files=_files,
+        shared=_shared,
+        last=_last,
+        indexes=_indexes,
+        limits=(bodies_told_apart,),
+        splits=SPLITS,
+    )
+
+
+COLMAP = ExportFormat(
+    name="colmap",
+    holds="as a text model with images, masks and points",
+    layout=_layout,
+    options=(
+        FormatOption(
+            name="points", meaning="how many points the model has at most, from 1", default="2000", read=_count
+        ),
+    ),
+)
+
+
+def read_poses(path: Path) -> Iterator[PoseEntry]:
+    """Read the images of the file at `path`, whose world is taken for the body. Raises InputError that names the
+    line."""
+    for number, line, _ in _image_lines(path):
+        where = f"{path}, line {number}"
+        words = line.split(maxsplit=9)
+        if len(words) < 10:
+            do = "give IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID and NAME, and a line of points after each"
+            raise InputError(f"has {len(words)} words, which is no image", where=where, do=do)
+        try:
+            numbers = [float(word) for word in words[1:8]]
+        except ValueError:
+            raise InputError("holds something else than numbers before the image's name", where=where) from None
+        pose = finite_numbers(numbers, 7, "the pose", where)
+        name = words[9].strip().rpartition("/")[2]
+        yield PoseEntry(filename=name, q_cam_body=pose[:4], t_cam_body=pose[4:])
+
+
+COLMAP_POSES = PoseFormat(
+    name="COLMAP",
+    recognises=lambda path, head: path.name == FILE or head.startswith(HEAD),
+    read=read_poses,
+    lists=files_like(FILE, f"sparse/{FILE}", f"sparse/*/{FILE}"),
+)
