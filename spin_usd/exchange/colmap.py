@@ -21,7 +21,16 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.layout import (
+    ExportFile,
+    ExportFormat,
+    FormatOption,
+    IndexRow,
+    Layout,
+    MadeFile,
+    Output,
+    from_one,
+)
 from spin_usd.exchange.layout.limits import bodies_told_apart
 from spin_usd.exchange.layout.surface_points import DENSE_POSE, SurfacePoints, surface_points
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
@@ -71,13 +80,6 @@ def camera_line(number: int, camera: Camera) -> str:
         model, more = "OPENCV", [k1, k2, p1, p2]
     numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, *more)
     return " ".join(map(str, (number, model, *numbers)))
-
-
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
@@ -171,7 +173,7 @@ COLMAP = ExportFormat(
     layout=_layout,
     options=(
         FormatOption(
-            name="points", meaning="how many points the model has at most, from 1", default="2000", read=_count
+            name="points", meaning="how many points the model has at most, from 1", default="2000", read=from_one
         ),
     ),
 )

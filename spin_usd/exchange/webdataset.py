@@ -9,7 +9,7 @@ Poses are read of KEY.json, be it such a table or a record of spin_usd.
 import json
 import tarfile
 from collections.abc import Iterator, Mapping
-from functools import lru_cache, partial
+from functools import partial
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,8 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.record_poses import pose_of_record
 from spin_usd.faults import decoding
@@ -52,46 +53,25 @@ def key_of(name: str) -> str:
     return name.replace(".", DOT)
 
 
-def _pictures_a_shard(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
-
-
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return {f"{split}.json": json_lists({"wids_version": 1, "name": split}, [SHARDS]) for split in dataset.splits}
 
 
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     """Yield the shard that the picture is the last of, if it is."""
-    shards = _shards(dataset)
-    if picture.number in shards:
-        name, numbers = shards[picture.number]
-        yield MadeFile(path=name, write=partial(_write_shard, dataset, numbers))
-        yield IndexRow(path=f"{picture.split}.json", section=SHARDS, value={"url": name, "nsamples": len(numbers)})
+    if shard := shards_of(dataset).get(picture.number):
+        name = _name(shard)
+        yield MadeFile(path=name, write=partial(_write_shard, dataset, shard.numbers))
+        row = {"url": name, "nsamples": len(shard.numbers)}
+        yield IndexRow(path=f"{picture.split}.json", section=SHARDS, value=row)
 
 
-@lru_cache(maxsize=1)
-def _shards(dataset: ExportedDataset) -> dict[int, tuple[str, list[int]]]:
-    """Return each shard's name and pictures, by the number of its last picture."""
-    size: int = dataset.options["pictures"]
-    found = {}
-    for split in dataset.splits:
-        numbers = [number for number, entry in enumerate(dataset.entries) if entry.split == split]
-        for place, start in enumerate(range(0, len(numbers), size)):
-            held = numbers[start : start + size]
-            found[held[-1]] = (f"{split}-{place:06d}.tar", held)
-    return found
+def _name(shard: ExportShard) -> str:
+    return f"{shard.split}-{shard.place:06d}.tar"
 
 
 def _shard_of(dataset: ExportedDataset, picture: ExportedPicture) -> str:
-    """Return the name of the shard that holds the picture: the first whose last picture is not before it, of its
-    split."""
-    shards = _shards(dataset).items()
-    return next(
-        name for last, (name, numbers) in sorted(shards) if picture.number <= last and picture.number in numbers
-    )
+    return _name(shard_with(dataset, picture))
 
 
 def _write_shard(dataset: ExportedDataset, numbers: list[int], path: Path) -> None:
@@ -160,11 +140,7 @@ WEBDATASET = ExportFormat(
     name="webdataset",
     holds="all files and records in tar shards, with an index",
     layout=_layout,
-    options=(
-        FormatOption(
-            name="pictures", meaning="how many pictures a shard has, from 1", default="1000", read=_pictures_a_shard
-        ),
-    ),
+    options=(PICTURES,),
 )
 
 

@@ -138,6 +138,14 @@ class FormatOption:
             raise InputError(f"option {self.name}={text!r} is not possible", do=do) from None
 
 
+def from_one(text: str) -> int:
+    """Read a whole number from 1, for a FormatOption. Raises ValueError."""
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
 @dataclass(frozen=True, kw_only=True)
 class ExportFormat:
     """A format that datasets are exported to. name: in `--to` · holds: a phrase that says what it is · layout: the one
