@@ -204,7 +204,7 @@ def card_text(plan: ExportPlan) -> str:
         "## Licence",
         "Not stated: the owner of the pictures writes it here.",
     )
-    return "\n\n".join(blocks) + "\n"
+    return plan.layout.card_head(exported) + "\n\n".join(blocks) + "\n"
 
 
 def _shares(plan: ExportPlan) -> str:

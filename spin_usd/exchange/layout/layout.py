@@ -86,6 +86,10 @@ def _no_indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return {}
 
 
+def _no_head(dataset: ExportedDataset) -> str:
+    return ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """The layout that a format gives a dataset.
@@ -95,6 +99,7 @@ class Layout:
     files: the outputs of one picture
     shared: outputs that belong to no picture
     indexes: the files that rows go to, by their path
+    card_head: what stands before the card's text, such as the YAML that a hub reads
     last: outputs that need the finished indexes, which lie in the folder given
     limits: what is refused before anything is written
     splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
@@ -108,6 +113,7 @@ class Layout:
     files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
     shared: Callable[[ExportedDataset], Iterator[ExportFile]] = _no_files
     indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
+    card_head: Callable[[ExportedDataset], str] = _no_head
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     limits: tuple[Limit, ...] = ()
     splits: Mapping[str, str] | None = None
