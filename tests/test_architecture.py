@@ -28,6 +28,7 @@ ONLY_IN = {
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
     "cascadio": ("formats",),
+    "pyarrow": ("exchange/parquet.py",),
     "embreex": ("renderers/embree",),
     "cv2": ("commands/check/in_child/picture.py", "commands/score/page.py", "labels/preview.py", "scoring", "sensor"),
     "PIL": ("formats",),

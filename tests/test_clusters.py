@@ -21,7 +21,7 @@ PAGE = REPOSITORY / "docs" / "how-to" / "cluster.md"
 DOCKERFILE = REPOSITORY / "tools" / "docker" / "Dockerfile"
 BASE = {"libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libuuid1", "libbsd0", "libmd0"}
 """Packages that Python's image has itself."""
-EXTRAS = ("viser", "ray", "cascadio", "pytest")
+EXTRAS = ("viser", "ray", "cascadio", "pyarrow", "pytest")
 """Modules that only an extra or a developer has."""
 
 

@@ -9,6 +9,7 @@ from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.layout.layout import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_POSES
+from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
 from spin_usd.exchange.pose_format import PoseFormat
 from spin_usd.exchange.record_poses import RECORD
 from spin_usd.exchange.shirt import SHIRT
@@ -33,6 +34,7 @@ _ALL = (
     SWISSCUBE,
     WEBDATASET,
     CROISSANT,
+    PARQUET,
     NERFSTUDIO,
     COLMAP,
 )
@@ -46,6 +48,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     COCO_POSES,
     WEBDATASET_POSES,
     CROISSANT_POSES,
+    PARQUET_POSES,
     NERFSTUDIO_POSES,
     COLMAP_POSES,
     CSV_POSES,

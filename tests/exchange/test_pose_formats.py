@@ -6,6 +6,8 @@ import tarfile
 from pathlib import Path
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -87,6 +89,13 @@ def urso(folder: Path, q, t) -> Path:
     return saved(folder / "train_poses_gt.csv", f"x,y,z,q1,q2,q3,q4\n{row}\n")
 
 
+def parquet(folder: Path, q, t) -> Path:
+    path = folder / "data" / "train-00000-of-00001.parquet"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pyarrow.parquet.write_table(pyarrow.table({"name": ["a"], "q_cam_body": [q], "t_cam_body": [t]}), path)
+    return path
+
+
 def nerfstudio(folder: Path, q, t) -> Path:
     """The camera in the body's axes, x right, y up, looking along -z: y and z turn their signs."""
     to_camera = Rotation.from_quat(q, scalar_first=True)
@@ -150,6 +159,7 @@ FORMATS = (
     own_matrices,
     nerfstudio,
     colmap,
+    parquet,
 )
 NAMES = {bop: "000003_000007", own_matrices: "img000000"}
 

@@ -20,6 +20,8 @@ SPLIT = "train=0.4,validation=0.4,test=0.2"
 ONE_SPLIT = {"shirt"}  # a trajectory is one
 WITHOUT_POSES: set[str] = set()
 """Formats that hold none."""
+SHARDS = {"webdataset": ".tar", "parquet": ".parquet"}
+"""The endings of files of many pictures."""
 NUMBERED = {"bop", "swisscube", "urso"}  # pictures are called after their numbers
 
 
@@ -70,7 +72,7 @@ def test_the_list_of_pictures_says_where_each_one_is(dataset, tmp_path, to) -> N
         rows = list(csv.DictReader(file))
     assert {row["frame"] for row in rows} == set(poses_of(dataset))
     assert all((tmp_path / to / row["file"]).is_file() for row in rows)
-    endings = (".tar",) if to == "webdataset" else (".jpg", ".png")
+    endings = SHARDS.get(to, (".jpg", ".png"))
     assert all(row["file"].endswith(endings) for row in rows)
 
 
@@ -83,7 +85,7 @@ def test_a_bop_list_is_known_by_what_it_holds(dataset, tmp_path) -> None:
     np.testing.assert_array_equal(poses.q_cam_body, wanted.q_cam_body)
 
 
-@pytest.mark.parametrize("to", ["coco", "webdataset", "croissant"])
+@pytest.mark.parametrize("to", ["coco", "webdataset", "croissant", "parquet"])
 def test_poses_of_pictures_that_do_not_show_the_target_come_back(blanked, tmp_path, to) -> None:
     write_export(blanked, to, tmp_path / to)
     poses, wanted = read_pose_list(tmp_path / to), poses_of(blanked)

@@ -74,6 +74,25 @@ def datasets(export):
     return [row["json"] | {"size": row["image.png"].size, "record": row["record.txt"]} for row in rows]
 
 
+def parquet(export):
+    """The rows that Hugging Face's datasets makes of the folder, by its card, and of a shard, by the table's own
+    metadata: images as Pillow opens them, by size, sum and what they are called."""
+    import datasets
+
+    datasets.disable_progress_bars()
+    shard = next((export / "data").glob("train-00000-*"))
+    cache = str(export.parent / "cache")
+    folder = datasets.load_dataset(str(export), cache_dir=cache)
+    alone = datasets.load_dataset("parquet", data_files=str(shard), split="train", cache_dir=cache)
+    assert alone.features == folder["train"].features
+    return {split: [{name: opened(value) for name, value in row.items()} for row in folder[split]] for split in folder}
+
+
+def opened(value):
+    """Of an image its size and the sum of its pixels, anything else as it is."""
+    return [*value.size, int(np.asarray(value).astype(int).sum())] if hasattr(value, "getpixel") else value
+
+
 def croissant(export):
     """What mlcroissant gives of each picture: its texts and numbers, and the sum of its image's pixels."""
     import mlcroissant
@@ -154,7 +173,9 @@ def distance(one, other):
     return float(np.linalg.norm(one - other))
 
 
-READERS = {reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap)}
+READERS = {
+    reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap, parquet)
+}
 
 
 def main(reader, export, out) -> None:

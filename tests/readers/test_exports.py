@@ -81,6 +81,28 @@ def test_datasets_makes_a_table_of_records_that_differ(read, dataset, tmp_path) 
         assert row["record"] == record_file(others, picture).read_text()
 
 
+def test_datasets_decodes_images_of_parquet_and_types_the_rest(read, dataset, tmp_path) -> None:
+    """In shards of two, in splits; a keypoint that the lens does not see is null."""
+    others = clone(dataset, tmp_path / "others", [{"frame": name} for name in "abc"])
+    edit(others, "b", lambda record: record["targets"][0]["keypoints"].__setitem__(0, [None, None, "behind"]))
+    blank(others, "c")
+    options = ("--split", "train=0.7,test=0.3", "--option", "pictures=1", "--option", "depth=millimetres")
+    found = read("parquet", *options, of=others)
+    assert {split: len(rows) for split, rows in found.items()} == {"train": 2, "test": 1}
+    for row in [row for rows in found.values() for row in rows]:
+        picture = Dataset(others).picture(row["frame"])
+        (target,), (wanted,) = row["targets"], picture.targets
+        size = [*picture.image.shape[1::-1]]
+        assert row["image"] == [*size, int(picture.image.astype(int).sum())]
+        assert row["segmentation"] == [*size, int(picture.segmentation.astype(int).sum())]
+        assert row["depth"] == [*size, int(np.rint(picture.depth.astype(float) * 1000).sum())]
+        assert row["K"] == picture.camera_matrix.tolist()
+        assert {"q_cam_body": row["q_cam_body"], "t_cam_body": row["t_cam_body"]} == picture.record["pose"]
+        points = [None if np.isnan(point).any() else point.tolist() for point in wanted.keypoints]
+        assert (target["keypoints"], target["keypoint_states"]) == (points, list(wanted.keypoint_states))
+        assert target["box_visible"] == (None if row["frame"] == "c" else wanted.box_visible.tolist())
+
+
 def record_file(dataset, picture):
     return dataset / "records" / picture.variant / f"{picture.frame}.json"
 
