@@ -18,6 +18,7 @@ from spin_usd.exchange.speed import SPEED
 from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_POSES
 from spin_usd.exchange.swisscube import SWISSCUBE
 from spin_usd.exchange.urso import URSO, URSO_POSES
+from spin_usd.exchange.video import VIDEO
 from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
 from spin_usd.exchange.yolo import YOLO
 
@@ -37,6 +38,7 @@ _ALL = (
     PARQUET,
     NERFSTUDIO,
     COLMAP,
+    VIDEO,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""

@@ -17,10 +17,10 @@ from tests.exchange.conftest import PLAIN, clone, write_export
 EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
-ONE_SPLIT = {"shirt"}  # a trajectory is one
-WITHOUT_POSES: set[str] = set()
+ONE_SPLIT = {"shirt", "video"}  # a trajectory is one
+WITHOUT_POSES = {"video"}
 """Formats that hold none."""
-SHARDS = {"webdataset": ".tar", "parquet": ".parquet"}
+SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4"}
 """The endings of files of many pictures."""
 NUMBERED = {"bop", "swisscube", "urso"}  # pictures are called after their numbers
 

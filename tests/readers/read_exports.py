@@ -93,6 +93,17 @@ def opened(value):
     return [*value.size, int(np.asarray(value).astype(int).sum())] if hasattr(value, "getpixel") else value
 
 
+def video(export):
+    """The frames that OpenCV 4 decodes, blue, green and red, and how many a second there are."""
+    import cv2
+
+    file = cv2.VideoCapture(str(export / "nominal.mp4"))
+    frames = []
+    while (frame := file.read()[1]) is not None:
+        frames.append(frame.tolist())
+    return {"fps": file.get(cv2.CAP_PROP_FPS), "frames": frames}
+
+
 def croissant(export):
     """What mlcroissant gives of each picture: its texts and numbers, and the sum of its image's pixels."""
     import mlcroissant
@@ -174,7 +185,8 @@ def distance(one, other):
 
 
 READERS = {
-    reader.__name__: reader for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap, parquet)
+    reader.__name__: reader
+    for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap, parquet, video)
 }
 
 

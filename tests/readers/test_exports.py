@@ -14,6 +14,7 @@ from tests.exchange.conftest import blank, clone
 
 PICTURES = 3
 COLMAP = 1e-6  # pixels, and metres: as far as pycolmap refines a point
+LOSSY = 2.0  # levels of 255, on average, that the code of a video loses
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
 
 
@@ -101,6 +102,15 @@ def test_datasets_decodes_images_of_parquet_and_types_the_rest(read, dataset, tm
         points = [None if np.isnan(point).any() else point.tolist() for point in wanted.keypoints]
         assert (target["keypoints"], target["keypoint_states"]) == (points, list(wanted.keypoint_states))
         assert target["box_visible"] == (None if row["frame"] == "c" else wanted.box_visible.tolist())
+
+
+def test_opencv_decodes_the_video(read, dataset) -> None:
+    found = read("video", "--option", "fps=5")
+    assert found["fps"] == 5
+    assert len(found["frames"]) == PICTURES
+    for frame, picture in zip(found["frames"], Dataset(dataset), strict=True):
+        apart = np.array(frame, float) - picture.image[..., None]
+        assert np.abs(apart).mean() < LOSSY
 
 
 def record_file(dataset, picture):
