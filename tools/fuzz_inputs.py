@@ -118,7 +118,10 @@ BUNDLED = {
     "cubesat.usda": "targets/cubesat/cubesat.usda",
 }
 IMAGES = ("png", "jpg", "bmp", "tif", "exr", "hdr")
-EXPORTS = {"speedplus": (), "coco": (), "webdataset": (), "croissant": (), "bop": ("--option", "rectify=yes")}
+EXPORTS = {
+    **dict.fromkeys(("speedplus", "coco", "webdataset", "croissant", "nerfstudio", "colmap", "parquet"), ()),
+    "bop": ("--option", "rectify=yes"),
+}
 LABELS = "default,instance,nocs,lidar,lidar_ply"  # a file of each kind that is read
 RAYCAST = ("--renderer", "raycast", "--workers", "1")
 INSIDE = 0.5  # of mutants of archives whose archive is whole
@@ -447,6 +450,9 @@ def _subjects() -> Iterator[Subject]:
         ("coco", "exports/coco/annotations/*.json", None),
         ("webdataset", "exports/webdataset/*.tar", None),
         ("croissant", "exports/croissant/records.csv", None),
+        ("nerfstudio", "exports/nerfstudio/transforms.json", None),
+        ("colmap", "exports/colmap/sparse/0/images.txt", None),
+        ("parquet", "exports/parquet/data/*.parquet", None),
     )
     for name, file, parent in pose_lists:
         yield _of_author("pose lists", f"poses {name}", file, folder=parent, option="poses")
