@@ -22,7 +22,7 @@ from spin_usd.sampling.distribution import (
     rounded,
 )
 
-UNIT = 1e-5  # by which the length of a quaternion that is given may differ from 1
+UNIT = 1e-3  # off a norm of 1, as three decimals leave a quaternion
 STEPS = 60  # of bisection: a double has 53 bits
 
 UnitQuaternion = tuple[float, float, float, float]

@@ -367,7 +367,7 @@ def test_each_material_has_a_value_of_its_own(stage, spec) -> None:
 
 def test_random_materials_are_other_ones_in_each_picture_and_lose_no_connection(stage) -> None:
     augment_stage(stage=stage, spec="random_materials")
-    assert not [finding for finding in check_stage(stage) if finding.rule == "connection-lost"]
+    assert not [finding for finding in check_stage(stage) if finding.code == "connection-lost"]
     targets = [scene.target for scene in scenes(stage, "random_materials")]
     colours = [[material.diffuse_color for material in target.materials] for target in targets]
     assert len({str(each) for each in colours}) == len(colours)
