@@ -134,7 +134,10 @@ def _name_body(blender_scene: Any, body: Body, axes: Any) -> None:
         named = zip(shown.material_slots, body.target.materials, strict=True)
         for slot, material in reversed(list(named)):  # equal surfaces share one: it takes the first's name
             slot.material.name = material.path
-        if shown.data.users == 1:
+        twins = [each for each in blender_scene.objects if each.data == shown.data and each.parent is None]
+        for twin in twins:
+            twin.name = f"{path} unseen twin"
+        if shown.data.users == 1 + len(twins):
             _group_parts(shown, body)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import bpy
@@ -23,6 +24,8 @@ from spin_usd.scene.shape import Shape
 KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
 Faces = NDArray[np.intp] | slice
 EVERY = slice(None)
+# Volumes are left, of which there are none here: an object that no kind of ray sees would be none to Cycles.
+UNSEEN = {f"visible_{rays}": False for rays in ("camera", "diffuse", "glossy", "transmission", "shadow")}
 
 
 class TargetObject:
@@ -35,19 +38,20 @@ class TargetObject:
         self.axes.parent = bpy.data.objects.new("pose", None)
         self._data: list[Any] = []
         self._shown: list[Any] = []
+        self._twins: list[Any] = []
         self._objects: dict[int, list[Any]] = {}
         self._mesh: Mesh | None = None
-        self._split = False
+        self._split = self._glows = False
         self._bare = True
         self._camera_sees, self._hidden = True, False
         self._materials = MaterialLibrary()
 
-    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool) -> None:
+    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool, glows: bool) -> None:
         """Make Blender's target `mesh`, with this attitude, its centre at `location` (3,) metres; `split` into face
-        groups."""
-        if mesh is not self._mesh or split != self._split:
-            self._replace(mesh, split=split)
-            self._mesh, self._split, self._bare = mesh, split, True
+        groups. `glows`: a material of it may emit light."""
+        if mesh is not self._mesh or (split, glows) != (self._split, self._glows):
+            self._replace(mesh, split=split, twins=not glows)
+            self._mesh, self._split, self._glows, self._bare = mesh, split, glows, True
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
         assign_matrix(self.axes, matrix)
@@ -62,8 +66,8 @@ class TargetObject:
     def hide(self, hidden: bool) -> None:
         """Take it out of all renders, or put it back."""
         if hidden != self._hidden:
-            for shown in self._shown:
-                assign(shown, {"hide_render": hidden})
+            for each in (*self._shown, *self._twins):
+                assign(each, {"hide_render": hidden})
             self._hidden = hidden
 
     def set_materials(self, materials: Sequence[Material]) -> None:
@@ -89,21 +93,25 @@ class TargetObject:
         """The objects of each face group; where it is not split, all as group 0."""
         return self._objects
 
-    def _replace(self, mesh: Mesh, *, split: bool) -> None:
+    def _replace(self, mesh: Mesh, *, split: bool, twins: bool) -> None:
         """Show another mesh, in the objects that there are as far as they go; free the rest of the one before."""
-        stale, unused = self._data, iter(self._shown)
-        self._data, self._shown, self._objects = [], [], {}
+        stale, unused = self._data, (iter(self._shown), iter(self._twins))
+        self._data, self._shown, self._twins, self._objects = [], [], [], {}
         for shared in shared_meshes(mesh, split=split):
             data = build_mesh(shared.shape, shared.centre, shared.chosen)
             self._data.append(data)
             for copy in shared.copies:
-                shown = next(unused, None) or self._new(data)
+                shown = next(unused[0], None) or self._new(data)
                 shown.data, shown[FIRST_NUMBER] = data, float(copy.first)
                 assign_matrix(shown, copy.matrix)
                 self._shown.append(shown)
                 self._objects.setdefault(copy.group, []).append(shown)
-        for shown in unused:
-            bpy.data.objects.remove(shown)
+            if twins and len(shared.copies) == 1:
+                twin = next(unused[1], None) or self._new_twin(data)
+                twin.data = data
+                self._twins.append(twin)
+        for each in chain(*unused):
+            bpy.data.objects.remove(each)
         for data in stale:
             bpy.data.meshes.remove(data)
 
@@ -115,6 +123,20 @@ class TargetObject:
             assign(shown, {"visible_camera": self._camera_sees, "hide_render": self._hidden})
         self._scene.collection.objects.link(shown)
         return shown
+
+    def _new_twin(self, data: Any) -> Any:
+        """Return one more object of a mesh, which no ray sees.
+
+        Cycles moves the triangles of a mesh that one object alone shows into the world's axes, and builds its tree of
+        boxes there. A spacecraft is made of boxes and panels along its own axes: there the tree's boxes are tighter, so
+        that rays find their triangles sooner, and another pose needs neither mesh nor tree anew. Where faces glow there
+        is none, for what no ray sees is a source of light all the same. It lies at the world's origin, unturned, and is
+        not to be seen in a viewport.
+        """
+        twin = bpy.data.objects.new("twin", data)
+        assign(twin, {**UNSEEN, "hide_viewport": True, "hide_render": self._hidden})
+        self._scene.collection.objects.link(twin)
+        return twin
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -32,7 +32,7 @@ from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.crop import label_bands, picture_bands
 from spin_usd.renderers.device import DEVICES, shader_refusal
 from spin_usd.renderers.skipped import Requirements, check_rule_names
-from spin_usd.scene.derived.light_groups import LightGroups
+from spin_usd.scene.derived.light_groups import LightGroups, emits
 from spin_usd.scene.derived.nearest import nearest
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.material import Material
@@ -278,6 +278,6 @@ class BodySetup:
             self._motions.append(MotionSetup(self._scene))
 
     def _place(self, place: int, scene: Scene, view: View, *, split: bool) -> None:
-        mesh, pose = scene.target.mesh, scene.T_cam_body
+        mesh, pose, glows = scene.target.mesh, scene.T_cam_body, emits(scene.target)
         location = view.location(pose.points(mesh.centre))
-        self._objects[place].show(mesh, pose.rotation, location, split=split)
+        self._objects[place].show(mesh, pose.rotation, location, split=split, glows=glows)

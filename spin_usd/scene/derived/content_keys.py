@@ -21,6 +21,9 @@ from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
 
 VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise
+LIGHT = {"blender": "blender 2"}
+"""What renders light, of renderers that once made other numbers of the same content: its number grows where they may
+do so again."""
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
 
@@ -73,7 +76,7 @@ class KeyMaker:
         if scene.several:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
-        how = [settings.renderer, self._effort, settings.seed, *elsewhere]
+        how = [LIGHT.get(settings.renderer, settings.renderer), self._effort, settings.seed, *elsewhere]
         radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._last[str(i)].of((part,), partial(key_of, part)) for i, part in enumerate(parts)]

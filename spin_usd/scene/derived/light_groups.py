@@ -115,11 +115,11 @@ def _around_reference(scene: Scene) -> Color:
 
 
 def _shines(scene: Scene) -> bool:
-    return any(_emits(body.target) for body in scene.bodies)
+    return any(emits(body.target) for body in scene.bodies)
 
 
 @lru_cache(maxsize=16)
-def _emits(target: Target) -> bool:
+def emits(target: Target) -> bool:
     """Return whether a material of the target emits: asked once for all of its pictures."""
     return any(material.emissive_color != (0.0, 0.0, 0.0) for material in target.materials)
 

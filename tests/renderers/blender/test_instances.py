@@ -111,7 +111,7 @@ def test_blender_holds_one_mesh_and_draws_the_same(scene, blender, holes) -> Non
     lit, effort = replace(scene, lights=(SUN,)), Effort(samples=8)
     theirs = blender.radiance(expanded(lit), effort, seed=3).rgba
     mine = blender.radiance(lit, effort, seed=3).rgba
-    shown = [each for each in bpy.data.objects if each.type == "MESH" and not each.hide_render]
+    shown = [each for each in bpy.data.objects if each.type == "MESH" and each.visible_camera]
     assert len(shown) == 6
     assert len({each.data for each in shown}) == 2  # the plate's and the ball's
     assert np.abs(mine - theirs).mean() < SAME_LIGHT * theirs.mean()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.arrays import digest
+from spin_usd.scene.derived import content_keys
 from spin_usd.scene.derived.content_keys import (
     VISIBILITY,
     KeyMaker,
@@ -117,6 +118,13 @@ def test_scene(change) -> None:
 def test_settings(change, expected) -> None:
     before, after = keys(base()), keys(base(), replace(SETTINGS, **change))
     assert tuple(a != b for a, b in zip(after, before, strict=True)) == expected
+
+
+def test_what_renders_otherwise_than_before_has_other_keys(monkeypatch) -> None:
+    settings = replace(SETTINGS, renderer="blender")
+    before = keys(base(), settings)
+    monkeypatch.setattr(content_keys, "LIGHT", {"blender": "blender of another number"})
+    assert tuple(a != b for a, b in zip(keys(base(), settings), before, strict=True)) == PICTURE
 
 
 def test_seeds_differ_by_name_and_dataset_and_fit_blender() -> None:
