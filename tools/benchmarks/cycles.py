@@ -41,7 +41,7 @@ PARTS = {
     "fixed": "fixed, in all",
     "scene": "that the pose is another than before",
     "bands": "finding the bands",
-    "call": "the rest: Blender's call, mesh and BVH",
+    "call": "the rest: Blender's call",
     "groups": "light groups",
     "fast": "denoiser fast, with its guides",
     "balanced": "denoiser balanced, with its guides",
