@@ -230,6 +230,69 @@ def test_filters_and_sorting_choose_the_pictures(pictured, shown, opened) -> Non
     assert len(tiles(page)) == 6
 
 
+def address(page) -> str:
+    return page.evaluate("() => location.hash")
+
+
+def test_the_address_holds_filter_sorting_and_picture(pictured, shown, opened) -> None:
+    """A page that is opened at another's address shows the same, and so does one that is loaded again."""
+    ranges = {picture.frame: picture.targets[0].range for picture in spin_usd.Dataset(pictured).of_variant("nominal")}
+    page = opened(shown)
+    page.get_by_label("other", exact=True).uncheck()
+    page.get_by_label("Sort by").select_option(label="Range")
+    page.get_by_label("Sort in descending order").click()
+    page.get_by_label("Least Range").fill(str(sorted(ranges.values())[0] + 1e-3))
+    page.get_by_label("Least Range").press("Enter")
+    page.locator(".tile").last.focus()
+    page.keyboard.press("ArrowLeft")
+    expected = sorted(ranges, key=ranges.get, reverse=True)[:2]
+    page.wait_for_url(re.compile(re.escape(f"#pictures/nominal/{expected[0]}?in:range@1=")))
+    again = opened(shown, address(page))
+    again.reload()
+    again.wait_for_selector("body[data-ready]")
+    assert frames(again) == frames(page) == expected
+    assert again.get_by_label("Least Range").input_value() == page.get_by_label("Least Range").input_value()
+    assert not again.get_by_label("other", exact=True).is_checked()
+    assert again.get_by_label("Sort by").input_value() == "range@1"
+    assert again.locator(".tile:focus").get_attribute("aria-label").startswith(expected[0])
+    again.keyboard.press("Enter")
+    wait_for(again, f"nominal/{expected[0]}")
+    assert again.locator(".place").inner_text() == "1 of 2 shown"
+
+
+def test_the_back_button_undoes_filters_and_leads_back_to_the_grid(shown, opened) -> None:
+    page = opened(shown)
+    page.get_by_label("other", exact=True).uncheck()
+    page.get_by_label("Part of the frame's name").press_sequentially("img000002")
+    page.locator(".tile").click()
+    wait_for(page, "nominal/img000002")
+    counts = [page.locator("#count").inner_text()]
+    page.go_back()
+    page.locator("#grid").wait_for()
+    for _ in range(2):
+        page.go_back()
+        page.wait_for_function("before => document.querySelector('#count').textContent !== before", arg=counts[-1])
+        counts.append(page.locator("#count").inner_text())
+    assert counts == ["1 of 6 pictures", "3 of 6 pictures", "6 pictures"]
+    assert page.get_by_label("other", exact=True).is_checked()
+    assert page.get_by_label("Part of the frame's name").input_value() == ""
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    ["#picture/nominal/nothing", "#%", "#pictures?in:range@1=x..&is:nothing=1&sort=constructor", "#a?b?c", "#?%="],
+)
+def test_an_address_that_says_nothing_shows_all(shown, opened, fragment) -> None:
+    assert len(tiles(opened(shown, fragment))) == 6
+
+
+def test_values_of_records_stand_in_the_address(pictured, shown, opened) -> None:
+    page = opened(shown, "#pictures?in:targets[0].pixels.visible=..1&is:variant=other")
+    assert page.get_by_label("Greatest targets[0].pixels.visible").input_value() == "1"
+    assert not page.get_by_label("nominal", exact=True).is_checked()
+    assert tiles(page) == []
+
+
 def test_digests_are_nothing_to_sort_by(shown, opened) -> None:
     offered = opened(shown).locator("#sort option").evaluate_all("them => them.map(({ value }) => value)")
     assert "targets[0].pixels.visible" in offered

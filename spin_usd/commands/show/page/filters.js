@@ -10,7 +10,7 @@ class Filters extends EventTarget {
         this.more = element("div");
         node.append(this.nameFilter());
         if (gallery.variants.length > 1)
-            node.append(this.choice("variant", "Variant", gallery.variantOf, gallery.variants));
+            node.append(this.choice("variant", "Variant", { numbers: gallery.variantOf, words: gallery.variants }));
         if (gallery.faults.size) node.append(this.damagedFilter());
         node.append(this.more, this.adder(), this.reset());
         for (const name of FIRST_FILTERS) if (gallery.measureOf.has(name)) this.add(name);
@@ -41,12 +41,13 @@ class Filters extends EventTarget {
         return element("label", { className: "check" }, box, ` Damaged only (${this.gallery.faults.size})`);
     }
 
-    /** Return a list of words to choose some of. */
-    choice(name, title, numbers, words) {
+    /** Return a list of the column's words to choose some of. */
+    choice(name, title, column) {
+        const { words } = column;
         const boxes = words.map(() => element("input", { type: "checkbox", checked: true }));
         const apply = () => {
             const chosen = new Set(boxes.flatMap((box, place) => (box.checked ? [place] : [])));
-            this.selection.setChoice(name, numbers, chosen.size === boxes.length ? null : chosen);
+            this.selection.setChoice(name, column, chosen.size === boxes.length ? null : chosen);
         };
         const all = (checked) => () => {
             for (const box of boxes) box.checked = checked;
@@ -64,13 +65,14 @@ class Filters extends EventTarget {
             boxes[place].addEventListener("change", apply);
             list.append(element("label", { className: "check" }, boxes[place], ` ${words[place]}`));
         }
-        this.shownFilters.set(name, {
-            clear: () =>
-                boxes.forEach((box) => {
-                    box.checked = true;
-                }),
-            draw: () => {},
-        });
+        const draw = () => {
+            const chosen = this.selection.choices.get(name)?.chosen;
+            boxes.forEach((box, place) => {
+                box.checked = chosen?.has(place) ?? true;
+            });
+        };
+        draw();
+        this.shownFilters.set(name, { draw });
         return element(
             "fieldset",
             {},
@@ -84,16 +86,15 @@ class Filters extends EventTarget {
 
     /** Add a filter by the column of that name. */
     async add(name) {
-        if (this.shownFilters.has(name) || !(this.gallery.measureOf.has(name) || this.gallery.files.has(name))) return;
-        this.shownFilters.set(name, { clear: () => {}, draw: () => {} }); // it is on its way
+        if (this.shownFilters.has(name) || !this.gallery.has(name)) return;
+        this.shownFilters.set(name, { draw: () => {} }); // it is on its way
         const column = await this.gallery.column(name).catch((fault) => this.refuse(name, fault));
         if (!column) return;
-        const { numbers, words } = column;
         const title = this.gallery.title(name);
-        if (words.length) {
-            this.more.append(this.choice(name, title, numbers, words));
+        if (column.words.length) {
+            this.more.append(this.choice(name, title, column));
         } else {
-            const filter = new RangeFilter(this.selection, name, title, this.gallery.unit(name), numbers);
+            const filter = new RangeFilter(this.selection, name, title, this.gallery.unit(name), column.numbers);
             this.shownFilters.set(name, filter);
             this.more.append(filter.node);
         }
@@ -126,16 +127,16 @@ class Filters extends EventTarget {
 
     reset() {
         const button = element("button", { type: "button" }, "Show all");
-        button.addEventListener("click", () => {
-            for (const filter of this.shownFilters.values()) filter.clear();
-            this.name.value = "";
-            if (this.damaged) this.damaged.checked = false;
-            this.selection.clear();
-        });
+        button.addEventListener("click", () => this.selection.clear());
         return button;
     }
 
+    /** Show what the selection is; what it filters by has its filter then. */
     draw() {
+        const { text, damagedOnly, ranges, choices } = this.selection;
+        if (this.name.value.toLowerCase() !== text) this.name.value = text;
+        if (this.damaged) this.damaged.checked = damagedOnly;
+        for (const name of [...ranges.keys(), ...choices.keys()]) this.add(name);
         for (const filter of this.shownFilters.values()) filter.draw();
     }
 }

@@ -51,8 +51,14 @@ class Gallery {
         return this.rowsOfFrame[this.placeOfFrame.get(frame)]?.find((row) => this.variant(row) === variant);
     }
 
+    /** Return whether there is a column of that name. */
+    has(name) {
+        return name === "variant" || this.measureOf.has(name) || this.files.has(name);
+    }
+
     /** Return a promise of the column: its numbers, and the words that they stand for, none for plain numbers. */
     async column(name) {
+        if (name === "variant") return { numbers: this.variantOf, words: this.variants };
         if (this.measureOf.has(name)) return { numbers: this.numbers.get(name), words: [] };
         const { header, arrays } = await loadData(this.files.get(name));
         return { numbers: arrays.get("numbers"), words: header.words };

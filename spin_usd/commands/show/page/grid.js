@@ -111,11 +111,16 @@ class Grid extends EventTarget {
         return found;
     }
 
+    /** The row of the tile that has the focus; undefined where there is none. */
+    get row() {
+        return this.selection.rows[this.current];
+    }
+
     clicked(event) {
         const tile = event.target.closest(".tile");
         if (!tile) return;
         this.current = Number(tile.dataset.place);
-        this.dispatchEvent(new CustomEvent("open", { detail: this.selection.rows[this.current] }));
+        this.dispatchEvent(new CustomEvent("open", { detail: this.row }));
     }
 
     /** Move the focus by so many tiles, or to a place, and scroll there. */
@@ -129,6 +134,7 @@ class Grid extends EventTarget {
             this.node.scrollTop = top + this.pitch + GAP - this.node.clientHeight;
         this.draw();
         this.shown.get(this.current)?.focus({ preventScroll: true });
+        this.dispatchEvent(new Event("move"));
     }
 
     /** Answer a key: arrows, Page Up and Down, Home, End. Return whether it was one of these. */

@@ -36,6 +36,11 @@ function bars(heights, width, height) {
     return `${path}L${width} ${height}Z`;
 }
 
+/** Return the end of a range as it is typed; "" for an endless one. */
+function endText(end) {
+    return Number.isFinite(end) ? String(end) : "";
+}
+
 /** The range of one measure that is let pass: a histogram to drag over, and its two ends to type. */
 class RangeFilter {
     constructor(selection, name, title, unit, numbers) {
@@ -78,10 +83,6 @@ class RangeFilter {
         this.selection.setRange(this.name, this.numbers, low, high);
     }
 
-    clear() {
-        this.low.value = this.high.value = "";
-    }
-
     drag(event) {
         const box = this.chart.getBoundingClientRect();
         const [least, greatest] = this.extent;
@@ -97,19 +98,27 @@ class RangeFilter {
             const [from, to] = [begun, at(moved)].sort((a, b) => a - b);
             this.low.value = text(from, Math.floor);
             this.high.value = text(to, Math.ceil);
-            this.draw();
+            this.drawChart();
         };
         this.chart.setPointerCapture(event.pointerId);
         this.chart.onpointermove = move;
         this.chart.onpointerup = (moved) => {
             this.chart.onpointermove = this.chart.onpointerup = null;
-            if (Math.abs(moved.clientX - event.clientX) < 3) this.clear(); // a click takes the range away
+            if (Math.abs(moved.clientX - event.clientX) < 3) this.low.value = this.high.value = ""; // a click takes it away
             this.apply();
         };
     }
 
-    /** Draw all pictures pale, those selected full, and shade what is chosen. */
+    /** Show the range that the selection has. */
     draw() {
+        const { low, high } = this.selection.ranges.get(this.name) ?? { low: -Infinity, high: Infinity };
+        this.low.value = endText(low);
+        this.high.value = endText(high);
+        this.drawChart();
+    }
+
+    /** Draw all pictures pale, those selected full, and shade what is chosen. */
+    drawChart() {
         const all = counts(this.numbers, null, this.extent, 40);
         const some = counts(this.numbers, this.selection.rows, this.extent, 40);
         const most = Math.max(...all, 1);

@@ -4,6 +4,9 @@
 class Page {
     constructor(gallery) {
         this.gallery = gallery;
+        this.row = undefined; // of the picture that was chosen last
+        this.asked = 0; // how many addresses were shown
+        this.text = ""; // of the selection, as the address has it
         this.selection = new Selection(gallery);
         this.grid = new Grid(gallery, this.selection, byId("grid"), byId("tiles"), byId("empty"));
         this.filters = new Filters(gallery, this.selection, byId("filters"));
@@ -15,8 +18,9 @@ class Page {
         this.fillSorting();
         this.listen();
         this.count();
-        this.route();
-        document.body.dataset.ready = "";
+        this.route().then(() => {
+            document.body.dataset.ready = "";
+        });
     }
 
     fillSorting() {
@@ -33,22 +37,22 @@ class Page {
             const column = name ? await this.gallery.column(name).catch((fault) => this.say(fault)) : null;
             if (column === undefined || event.target.value !== name) return; // it failed, or another was chosen
             this.say(null);
+            this.selection.sortedBy = name;
             this.selection.sorting = column && inOrder(column);
             this.selection.update();
         });
-        byId("direction").addEventListener("click", (event) => {
+        byId("direction").addEventListener("click", () => {
             this.selection.descending = !this.selection.descending;
-            event.target.textContent = this.selection.descending ? "↓" : "↑";
-            event.target.setAttribute("aria-pressed", this.selection.descending);
             this.selection.update();
         });
         byId("size").addEventListener("input", (event) => this.grid.setWidth(Number(event.target.value)));
     }
 
     listen() {
-        this.selection.addEventListener("change", () => this.count());
-        this.grid.addEventListener("open", ({ detail }) => this.go(detail));
-        this.picture.addEventListener("go", ({ detail }) => this.go(detail));
+        this.selection.addEventListener("change", () => this.changed());
+        this.grid.addEventListener("open", ({ detail }) => this.go("picture", detail));
+        this.grid.addEventListener("move", () => this.moved());
+        this.picture.addEventListener("go", ({ detail }) => this.go("picture", detail, { anew: false }));
         this.picture.addEventListener("close", () => this.close());
         byId("theme").addEventListener("click", () => this.switchTheme());
         byId("help").addEventListener("click", () => byId("keys").showModal());
@@ -61,35 +65,90 @@ class Page {
         byId("trouble").textContent = fault ? `${fault.message}. Run spin-usd show again.` : "";
     }
 
+    changed() {
+        const { selection } = this;
+        this.count();
+        byId("sort").value = selection.sortedBy;
+        byId("direction").textContent = selection.descending ? "↓" : "↑";
+        byId("direction").setAttribute("aria-pressed", selection.descending);
+        if (this.taking) return; // the address says so already
+        const typing = this.text && selection.text && this.text !== selection.text; // one step back, not one a letter
+        this.text = selection.text;
+        this.go(this.view, this.row, { anew: !typing });
+    }
+
     count() {
         const { count } = this.gallery;
         const shownCount = this.selection.rows.length;
         byId("count").textContent = shownCount === count ? `${count} pictures` : `${shownCount} of ${count} pictures`;
     }
 
-    /** Show the picture of that row. */
-    go(row) {
-        const names = [this.gallery.variant(row), this.gallery.frame(row)].map(encodeURIComponent);
-        location.hash = ["picture", ...names].join("/");
+    /** Go to that view, of the picture of that row. anew: whether the browser's back button leads back here. */
+    go(view, row, { anew = true } = {}) {
+        clearTimeout(this.later);
+        const address = `#${this.address(view, row)}`;
+        if (address === (location.hash || "#pictures")) return;
+        if (anew) location.hash = address;
+        else location.replace(address);
+    }
+
+    address(view, row) {
+        const { gallery, selection } = this;
+        const named = row !== undefined && view !== "distributions";
+        return addressOf(view, named ? [gallery.variant(row), gallery.frame(row)] : [], queryOf(selection));
+    }
+
+    /** Another tile has the focus: the address says so once the arrows rest, for browsers refuse to change it often. */
+    moved() {
+        this.row = this.grid.row;
+        clearTimeout(this.later);
+        this.later = setTimeout(() => this.go("pictures", this.row, { anew: false }), 300);
     }
 
     close() {
-        location.hash = "";
+        this.go("pictures", this.row);
     }
 
-    route() {
-        const [view, variant, frame] = addressed();
-        const row = view === "picture" ? this.gallery.rowOf(frame, variant) : undefined;
-        const shown = row !== undefined ? "picture" : view === "distributions" ? "distributions" : "pictures";
+    /** Show what the address says. */
+    async route() {
+        clearTimeout(this.later);
+        const { view, names, query } = addressed();
+        this.asked += 1;
+        const asked = this.asked;
+        if (query !== queryOf(this.selection)) {
+            const state = await readQuery(query, this.gallery).catch((fault) => this.say(fault));
+            if (asked !== this.asked) return; // another address came meanwhile
+            if (state) this.take(state);
+        }
+        const row = this.gallery.rowOf(names[1], names[0]);
+        this.show(view === "picture" && row === undefined ? "pictures" : view, row);
+    }
+
+    take(state) {
+        this.taking = true;
+        this.selection.take(state);
+        this.taking = false;
+        this.text = this.selection.text;
+    }
+
+    show(shown, row) {
+        this.row = row ?? this.row;
         for (const id of ["pictures", "distributions", "picture"]) byId(id).hidden = id !== shown;
         byId("sorting").hidden = shown !== "pictures";
         byId("to-pictures").setAttribute("aria-current", shown === "distributions" ? "false" : "page");
         byId("to-distributions").setAttribute("aria-current", shown === "distributions" ? "page" : "false");
+        const before = this.view;
         this.view = shown;
+        this.link();
         if (shown === "picture") this.openPicture(row);
         else this.picture.clear();
         if (shown === "distributions") this.distributions.draw();
-        if (shown === "pictures") this.showGrid();
+        if (shown === "pictures" && shown !== before) this.showGrid(); // else the focus is where the user put it
+    }
+
+    /** Let the links to the views keep what is chosen. */
+    link() {
+        for (const view of ["pictures", "distributions"]) byId(`to-${view}`).href = `#${this.address(view, this.row)}`;
     }
 
     openPicture(row) {
@@ -98,7 +157,7 @@ class Page {
     }
 
     showGrid() {
-        const place = this.selection.rows.indexOf(this.picture.row);
+        const place = this.selection.rows.indexOf(this.row);
         this.grid.draw();
         if (place >= 0) this.grid.focus(place);
     }
@@ -121,9 +180,7 @@ class Page {
         const acts = {
             "?": () => byId("help").click(),
             x: () => this.switchTheme(),
-            s: () => {
-                location.hash = "distributions";
-            },
+            s: () => this.go("distributions"),
             g: () => this.close(),
         };
         if (acts[key]) acts[key]();
@@ -157,15 +214,6 @@ class Page {
         if (!acts[key]) return picture.overlays.key(key);
         acts[key]();
         return true;
-    }
-}
-
-/** Return the parts of the address after "#", of which a user may have made anything. */
-function addressed() {
-    try {
-        return location.hash.slice(1).split("/").map(decodeURIComponent);
-    } catch {
-        return [];
     }
 }
 

@@ -64,6 +64,7 @@ class PictureView extends EventTarget {
         this.stage.show([least(0), least(1), most(2), most(3)]);
     }
 
+    /** Ask for the picture of that row in place of this one. */
     go(row) {
         if (row !== undefined) this.dispatchEvent(new CustomEvent("go", { detail: row }));
     }

@@ -6,9 +6,10 @@ class Selection extends EventTarget {
         super();
         this.gallery = gallery;
         this.ranges = new Map(); // by column: { numbers, low, high }
-        this.choices = new Map(); // by column: { numbers, chosen: Set of numbers }
+        this.choices = new Map(); // by column: { numbers, words, chosen: Set of numbers }
         this.text = "";
         this.damagedOnly = false;
+        this.sortedBy = ""; // the column's name
         this.sorting = null; // numbers, or null for the order of the dataset
         this.descending = false;
         this.rows = Uint32Array.from({ length: gallery.count }, (_, row) => row);
@@ -20,9 +21,16 @@ class Selection extends EventTarget {
         this.update();
     }
 
-    setChoice(name, numbers, chosen) {
+    /** column: { numbers, words } · chosen: numbers, null for all */
+    setChoice(name, column, chosen) {
         if (chosen === null) this.choices.delete(name);
-        else this.choices.set(name, { numbers, chosen });
+        else this.choices.set(name, { ...column, chosen });
+        this.update();
+    }
+
+    /** Be what the address says. */
+    take(state) {
+        Object.assign(this, state);
         this.update();
     }
 
