@@ -27,7 +27,9 @@ SELF = "gallery.json"
 PROGRAM = "page"
 THUMBNAILS, IMAGES, DATA = "thumbnails", "images", "data"
 BY_KEY = (THUMBNAILS, IMAGES, DATA)
-OWN_NAME = re.compile(rf"(?:{'|'.join(BY_KEY)})/[0-9a-f]{{2}}/[0-9a-f]{{16}}\.(?:jpg|png|js)")
+OF_TARGET = "_target"
+"""What a thumbnail of the targets alone is called after its key."""
+OWN_NAME = re.compile(rf"(?:{'|'.join(BY_KEY)})/[0-9a-f]{{2}}/[0-9a-f]{{16}}(?:{OF_TARGET})?\.(?:jpg|png|js)")
 
 
 def refuse_other(out: Path) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.options import ORIGINAL, SMALL
-from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys
+from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys, visible_boxes
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
@@ -31,6 +31,8 @@ from spin_usd.store.names import record_of
 from spin_usd.store.picture import INSTANCE, Picture, read_picture
 
 THUMBNAIL_PX, SMALL_PX = 256, 960
+ROOM = 1.25  # of a thumbnail of the targets, to their boxes
+LEAST_PX = 16  # of its sides: fewer show nothing
 QUALITY = 85
 DENSE_POSE = "dense_pose"
 STEP_M = 1e-5
@@ -81,11 +83,16 @@ class _PictureWriter:
             link_atomically(self._out, keys.names["image"], source, work=self._work, copy=True)
         else:
             self._jpeg(keys.names["image"], preview.reduced(shown, SMALL_PX) if images == SMALL else shown, grey=grey)
-        self._jpeg(keys.names["thumbnail"], preview.reduced(shown, THUMBNAIL_PX), grey=grey)
+        self._thumbnails(keys, shown, grey=grey)
 
     def _preview(self, keys: PictureKeys, images: str) -> None:
         label = LABELS[keys.preview].preview(self._picture.label(keys.preview))
-        self._jpeg(keys.names["thumbnail"], preview.reduced(label, THUMBNAIL_PX), grey=False)
+        self._thumbnails(keys, label, grey=False)
+
+    def _thumbnails(self, keys: PictureKeys, image: NDArray[np.uint8], *, grey: bool) -> None:
+        around = region_of_targets(visible_boxes(self._picture.record), *image.shape[:2])
+        self._jpeg(keys.names["thumbnail"], preview.reduced(image, THUMBNAIL_PX), grey=grey)
+        self._jpeg(keys.names["of_target"], preview.reduced(image[around.slices], THUMBNAIL_PX), grey=grey)
 
     def _labels(self, keys: PictureKeys) -> None:
         labels = {kind: self._picture.label(kind) for kind in keys.kinds}
@@ -117,6 +124,19 @@ def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile
         arrays[kind] = packed(np.moveaxis(pixels, 2, 0))
     box = [region.x0, region.y0, region.x1, region.y1]
     return DataFile({"box": box, "labels": described}, arrays)
+
+
+def region_of_targets(boxes: Sequence[Sequence[float]], tall: int, wide: int) -> Region:
+    """Return the part of a frame of these pixels that holds the boxes with some room, as wide for its height as the
+    frame; all of the frame where there is no box."""
+    if not boxes:
+        return Region.full(wide, tall)
+    (x0, y0), (x1, y1) = np.min(boxes, 0)[:2], np.max(boxes, 0)[2:]
+    share = min(max((x1 - x0) / wide, (y1 - y0) / tall) * ROOM, 1.0)
+    width, height = (min(max(round(share * side), LEAST_PX), side) for side in (wide, tall))
+    left = min(max(round((x0 + x1 - width) / 2), 0), wide - width)
+    top = min(max(round((y0 + y1 - height) / 2), 0), tall - height)
+    return Region(x0=left, y0=top, x1=left + width, y1=top + height)
 
 
 def shown_region(labels: Mapping[str, NDArray[Any]]) -> Region:

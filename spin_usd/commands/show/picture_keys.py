@@ -2,21 +2,21 @@
 and those that are there are not made again."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from spin_usd.commands.show.data_file import file_key
-from spin_usd.commands.show.gallery_folder import DATA, IMAGES, THUMBNAILS, file_of
+from spin_usd.commands.show.gallery_folder import DATA, IMAGES, OF_TARGET, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
 from spin_usd.store.picture import Picture
 
-FILES_VERSION = "picture-files-1"
+FILES_VERSION = "picture-files-2"
 """Goes up when the same picture gets other files."""
 IMAGE = "image"
 
 
 class PictureKeys(NamedTuple):
-    """The keys of the image with its thumbnail, and of the label data; "" where there are none. suffix: of the image ·
+    """The keys of the image with its thumbnails, and of the label data; "" where there are none. suffix: of the image ·
     preview: the kind of label that the thumbnail is made of where there is no image, "" else · kinds: the labels in the
     data."""
 
@@ -32,6 +32,7 @@ class PictureKeys(NamedTuple):
         found = {}
         if self.image:
             found["thumbnail"] = file_of(THUMBNAILS, self.image, ".jpg")
+            found["of_target"] = file_of(THUMBNAILS, self.image, f"{OF_TARGET}.jpg")
         if self.image and not self.preview:
             found["image"] = file_of(IMAGES, self.image, self.suffix)
         if self.labels:
@@ -41,7 +42,7 @@ class PictureKeys(NamedTuple):
     def without(self, present: Collection[str]) -> "PictureKeys":
         """Return the same without the keys of files that are among those `present`."""
         lacking = {what for what, name in self.names.items() if name not in present}
-        image = self.image if lacking & {"thumbnail", "image"} else ""
+        image = self.image if lacking - {"labels"} else ""
         return self._replace(image=image, labels=self.labels if "labels" in lacking else "")
 
 
@@ -54,12 +55,17 @@ def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
     shown = digests.get(preview or IMAGE)
     original = request.images == ORIGINAL and not preview and str(record["files"][IMAGE]["path"]).endswith(".png")
     return PictureKeys(
-        image=_key("image", request.images, shown) if shown else "",
+        image=_key("image", request.images, shown, visible_boxes(record)) if shown else "",
         labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(picture)) if kinds else "",
         suffix=".png" if original else ".jpg",
         preview=preview,
         kinds=kinds,
     )
+
+
+def visible_boxes(record: Mapping[str, Any]) -> list[list[float]]:
+    """Return the boxes around what is seen of each target, those that show nothing left out."""
+    return [box for target in record["targets"] if (box := target["box"]["visible"])]
 
 
 def _key(*made_of: Any) -> str:

@@ -47,8 +47,8 @@ def opened(browser):
     that is not complete, the browser may say which files are missing."""
     pages, faults = [], []
 
-    def open_page(folder, fragment="", *, complete=True, **options):
-        page = browser.new_page(viewport={"width": 1366, "height": 768}, **options)
+    def open_page(folder, fragment="", *, complete=True, size=(1366, 768), **options):
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]}, **options)
         pages.append(page)
         page.on("pageerror", lambda error: faults.append(str(error)))
         if complete:

@@ -8,6 +8,7 @@ import pytest
 
 import spin_usd
 from spin_usd.commands.show.gallery_folder import page_files
+from spin_usd.commands.show.in_child import region_of_targets
 from spin_usd.errors import InputError
 from spin_usd.stop_signals import Stopped
 
@@ -73,6 +74,21 @@ def test_images_are_as_asked_for(pictured, tmp_path) -> None:
     spin_usd.show(pictured, out=out, images="original", labels="none", workers=1)
     made = [path.read_bytes() for path in (out / "images").rglob("*.png")]
     assert sorted(made) == sorted(path.read_bytes() for path in (pictured / "image" / "nominal").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("boxes", "expected"),
+    [
+        ([], (0, 0, 240, 150)),
+        ([(100, 50, 140, 75)], (95, 47, 145, 78)),
+        ([(0, 0, 40, 25)], (0, 0, 50, 31)),
+        ([(200, 120, 240, 150), (0, 0, 1, 1)], (0, 0, 240, 150)),
+        ([(100, 50, 101, 51)], (92, 42, 108, 58)),
+    ],
+)
+def test_the_part_around_the_targets_lies_in_the_frame(boxes, expected) -> None:
+    found = region_of_targets(boxes, 150, 240)
+    assert (found.x0, found.y0, found.x1, found.y1) == expected
 
 
 def test_a_folder_that_holds_something_else_is_refused(pictured, tmp_path) -> None:

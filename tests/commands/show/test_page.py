@@ -231,7 +231,7 @@ def test_filters_and_sorting_choose_the_pictures(pictured, shown, opened) -> Non
 
 
 def address(page) -> str:
-    return page.evaluate("() => location.hash")
+    return str(page.evaluate("() => location.hash"))
 
 
 def test_the_address_holds_filter_sorting_and_picture(pictured, shown, opened) -> None:
@@ -297,6 +297,51 @@ def test_digests_are_nothing_to_sort_by(shown, opened) -> None:
     offered = opened(shown).locator("#sort option").evaluate_all("them => them.map(({ value }) => value)")
     assert "targets[0].pixels.visible" in offered
     assert not [name for name in offered if name.startswith("provenance.keys")]
+
+
+def test_what_few_sort_by_and_what_never_differs_is_folded(shown, opened) -> None:
+    page = opened(shown)
+    names = "them => them.map(({ value }) => value)"
+    offered = page.locator("#sort option").evaluate_all(names)
+    assert not [name for name in offered if name.endswith("]") or name.startswith(("provenance.", "visible@"))]
+    assert not page.get_by_label("Least Visible fraction").count()
+    page.get_by_label("Sort by").select_option(label=page.locator("#sort option").last.inner_text())
+    assert "pose.t_cam_body[2]" in page.locator("#sort option").evaluate_all(names)
+    assert page.get_by_label("Sort by").input_value() == ""
+    again = opened(shown, "#pictures?sort=pose.t_cam_body[2]")
+    assert again.get_by_label("Sort by").input_value() == "pose.t_cam_body[2]"
+
+
+def test_all_that_is_used_most_can_be_reached_without_scrolling(shown, opened) -> None:
+    page = wait_for(opened(shown, PICTURE, size=(1440, 900)), "nominal/img000002")
+    used = [*page.locator("#side header button, .overlays input, .variants input").all(), page.locator(".pointer")]
+    assert all(each.bounding_box()["y"] + each.bounding_box()["height"] < 900 for each in used)
+
+
+def test_tiles_are_cropped_to_the_target(pictured, shown, opened) -> None:
+    page = opened(shown)
+    page.get_by_label("Crop to target").check()
+    source = page.locator(".tile img").first.get_attribute("src")
+    assert source.endswith("_target.jpg")
+    assert (shown / source).is_file()
+    (target,) = spin_usd.Dataset(pictured).picture("img000001").targets
+    x0, y0, x1, y1 = target.box_visible
+    width, height = page.locator(".tile img").first.evaluate(
+        "i => i.decode().then(() => [i.naturalWidth, i.naturalHeight])"
+    )
+    assert width == pytest.approx(1.25 * max(x1 - x0, (y1 - y0) * 240 / 150), abs=1)
+    assert width / height == pytest.approx(240 / 150, abs=0.05)
+
+
+def test_depth_has_a_scale(pictured, picture_page) -> None:
+    page = picture_page
+    assert not page.get_by_label("Scale of Depth").count()
+    page.keyboard.press("d")
+    depth = spin_usd.Dataset(pictured).picture("img000002").depth
+    seen = depth[depth > 0].astype(float)
+    ends = page.get_by_label("Scale of Depth").locator("span").all_inner_texts()
+    found = [float(end.removesuffix(" m")) for end in ends]
+    assert found == pytest.approx([seen.min(), (seen.min() + seen.max()) / 2, seen.max()], rel=1e-3)
 
 
 def test_any_value_of_the_records_is_a_filter(pictured, shown, opened) -> None:

@@ -35,6 +35,11 @@ function hsv(hue, saturation, value) {
     });
 }
 
+/** Return the colour at a share of the distances seen, from 0, the nearest. */
+function distanceColour(share) {
+    return viridis(0.95 - 0.8 * share);
+}
+
 function seenExtent(plane, seen) {
     let low = Infinity,
         high = -Infinity;
@@ -50,7 +55,7 @@ const COLOURS = {
     by_distance([metres]) {
         const seen = (i) => metres[i] > 0;
         const [low, high] = seenExtent(metres, seen);
-        const table = Array.from({ length: 256 }, (_, level) => viridis(0.95 - (0.8 * level) / 255));
+        const table = Array.from({ length: 256 }, (_, level) => distanceColour(level / 255));
         return (i) => (seen(i) ? table[Math.round((255 * (metres[i] - low)) / (high - low || 1))] : null);
     },
     by_id([ids]) {
@@ -89,6 +94,25 @@ const COLOURS = {
         };
     },
 };
+
+/** Return the scale of a label of distances: its colours, from the nearest at the top to the farthest. */
+function scaleOf(title, [metres]) {
+    const [low, high] = seenExtent(metres, (i) => metres[i] > 0);
+    const bar = element("canvas", { width: 1, height: 256 });
+    const context = bar.getContext("2d");
+    for (let level = 0; level < 256; level += 1) {
+        context.fillStyle = `rgb(${distanceColour(level / 255).join(" ")})`;
+        context.fillRect(0, level, 1, 1);
+    }
+    const ends = [low, (low + high) / 2, high].map((end) => element("span", {}, `${end.toPrecision(4)} m`));
+    return element(
+        "figure",
+        { className: "scale", "aria-label": `Scale of ${title}` },
+        element("figcaption", {}, title),
+        bar,
+        element("div", {}, ...(Number.isFinite(low) ? ends : [])),
+    );
+}
 
 /** Return the label in its colours as a canvas of that size. */
 function painted(planes, style, width, height) {

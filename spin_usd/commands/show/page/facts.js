@@ -58,7 +58,7 @@ function section(title, open, ...children) {
 function measureTable(gallery, row) {
     return table(
         gallery.measures
-            .filter(({ name }) => !name.startsWith("from_"))
+            .filter(({ name }) => !name.startsWith("from_") && !Number.isNaN(gallery.numbers.get(name)[row]))
             .map(({ name }) => [gallery.title(name), gallery.value(name, row)]),
     );
 }
@@ -116,11 +116,11 @@ function provenance(record) {
         .filter(([, value]) => value !== undefined)
         .map(([name, value]) => [name, String(value)]);
     return [
-        section(`Layers (${layers.length})`, false, table(layers, "facts layers")),
+        ...(layers.length ? [section(`Layers (${layers.length})`, false, table(layers, "facts layers"))] : []),
         ...(chosen.length
             ? [section("Variants selected", false, table(chosen.map(([set, name]) => [set, String(name)])))]
             : []),
-        section("Made with", false, table(how)),
+        ...(how.length ? [section("Made with", false, table(how))] : []),
     ];
 }
 

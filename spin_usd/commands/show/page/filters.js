@@ -13,7 +13,7 @@ class Filters extends EventTarget {
             node.append(this.choice("variant", "Variant", { numbers: gallery.variantOf, words: gallery.variants }));
         if (gallery.faults.size) node.append(this.damagedFilter());
         node.append(this.more, this.adder(), this.reset());
-        for (const name of FIRST_FILTERS) if (gallery.measureOf.has(name)) this.add(name);
+        for (const name of FIRST_FILTERS) if (gallery.varies(name)) this.add(name);
         selection.addEventListener("change", () => this.draw());
     }
 
@@ -109,9 +109,11 @@ class Filters extends EventTarget {
     /** Return the means to filter by any other value of the records. */
     adder() {
         const list = element("datalist", { id: "values" });
-        for (const name of [...this.gallery.measureOf.keys()])
-            list.append(element("option", { value: name, label: this.gallery.title(name) }));
-        for (const name of this.gallery.files.keys()) list.append(element("option", { value: name }));
+        const offer = (names) => list.append(...names.map((name) => element("option", { value: name })));
+        const measures = [...this.gallery.measureOf.keys()].filter((name) => this.gallery.varies(name));
+        const names = [...this.gallery.files.keys()];
+        list.append(...measures.map((name) => element("option", { value: name, label: this.gallery.title(name) })));
+        offer(names.filter((name) => !isSeldom(name)));
         const input = element("input", {
             type: "text",
             list: "values",
@@ -122,6 +124,8 @@ class Filters extends EventTarget {
             this.add(input.value);
             input.value = "";
         });
+        const offerMore = () => offer(names.filter(isSeldom));
+        input.addEventListener("input", offerMore, { once: true }); // someone looks for more
         return element("div", {}, input, list);
     }
 

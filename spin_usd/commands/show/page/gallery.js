@@ -22,12 +22,12 @@ class Gallery {
         return this.variants[this.variantOf[row]];
     }
 
-    /** Return the name of the picture's thumbnail; null where there is none. */
-    thumbnail(row) {
+    /** Return the name of the picture's thumbnail, or that of its targets alone; null where there is none. */
+    thumbnail(row, ofTarget) {
         const bytes = this.keys.subarray(8 * row, 8 * row + 8);
         if (bytes.every((byte) => byte === 0)) return null;
         const key = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
-        return `thumbnails/${key.slice(0, 2)}/${key}.jpg`;
+        return `thumbnails/${key.slice(0, 2)}/${key}${ofTarget ? "_target" : ""}.jpg`;
     }
 
     /** Return the rows of all variants of the row's frame, in the order of variants. */
@@ -49,6 +49,12 @@ class Gallery {
         this.placeOfFrame ??= new Map(this.frames.map((name, place) => [name, place]));
         this.rowsOfFrame ??= this.byFrame();
         return this.rowsOfFrame[this.placeOfFrame.get(frame)]?.find((row) => this.variant(row) === variant);
+    }
+
+    /** Return whether the pictures differ in that measure. */
+    varies(name) {
+        const span = this.measureOf.has(name) && extent(this.numbers.get(name));
+        return Boolean(span) && span[0] < span[1];
     }
 
     /** Return whether there is a column of that name. */
@@ -99,6 +105,11 @@ function alphabetically(names) {
         order[place] = rank;
     });
     return order;
+}
+
+/** Return whether few look for that value: a number among others, what made the picture, or the next frame's. */
+function isSeldom(name) {
+    return /^(next|provenance)\.|\]$/.test(name);
 }
 
 /** Return the column's numbers to sort by: of words, their places in the alphabet. */

@@ -9,7 +9,8 @@ const ASPECT = 0.625; // of a thumbnail, height to width
 class Grid extends EventTarget {
     constructor(gallery, selection, node, tiles, empty) {
         super();
-        Object.assign(this, { gallery, selection, node, tiles, empty, least: 200, current: 0, shown: new Map() });
+        Object.assign(this, { gallery, selection, node, tiles, empty, least: 200, ofTarget: false, current: 0 });
+        this.shown = new Map(); // tiles by their places
         node.addEventListener("scroll", () => this.draw(), { passive: true });
         new ResizeObserver(() => this.draw()).observe(node);
         selection.addEventListener("change", () => {
@@ -37,6 +38,12 @@ class Grid extends EventTarget {
     /** Make tiles at least so wide. */
     setWidth(least) {
         this.least = least;
+        this.restart();
+    }
+
+    /** Show the targets alone, or whole frames. */
+    setCrop(ofTarget) {
+        this.ofTarget = ofTarget;
         this.restart();
     }
 
@@ -86,7 +93,7 @@ class Grid extends EventTarget {
     tile(row, place) {
         const { gallery } = this;
         const fault = gallery.faults.get(row);
-        const name = gallery.thumbnail(row);
+        const name = gallery.thumbnail(row, this.ofTarget);
         const picture = name
             ? element("img", { alt: "", decoding: "async", src: name })
             : element("span", { className: "nothing" }, "no image");

@@ -104,7 +104,7 @@ class RangeFilter {
         this.chart.onpointermove = move;
         this.chart.onpointerup = (moved) => {
             this.chart.onpointermove = this.chart.onpointerup = null;
-            if (Math.abs(moved.clientX - event.clientX) < 3) this.low.value = this.high.value = ""; // a click takes it away
+            if (Math.abs(moved.clientX - event.clientX) < 3) this.low.value = this.high.value = ""; // a click
             this.apply();
         };
     }

@@ -8,6 +8,7 @@ const KEYS = [
             ["← → ↑ ↓", "choose a picture"],
             ["Enter", "show it large"],
             ["Page Up, Page Down, Home, End", "go further"],
+            ["t", "crop to the target, or whole frames"],
             ["/", "find a frame by its name"],
         ],
     ],

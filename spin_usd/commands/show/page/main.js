@@ -1,6 +1,8 @@
 "use strict";
 // Starts the page: the part of the address after "#" says what it shows.
 
+const MORE = "\0more"; // no value of a record is called so
+
 class Page {
     constructor(gallery) {
         this.gallery = gallery;
@@ -25,8 +27,11 @@ class Page {
 
     fillSorting() {
         const option = (value, text) => element("option", { value }, text);
-        const measures = this.gallery.measures.map(({ name }) => option(name, this.gallery.title(name)));
-        const others = [...this.gallery.files.keys()].map((name) => option(name, name));
+        const measures = this.gallery.measures
+            .filter(({ name }) => this.gallery.varies(name))
+            .map(({ name }) => option(name, this.gallery.title(name)));
+        const usual = [...this.gallery.files.keys()].filter((name) => !isSeldom(name));
+        const others = usual.map((name) => option(name, name));
         byId("sort").append(
             option("", "as in the dataset"),
             element("optgroup", { label: "Measures" }, ...measures),
@@ -34,6 +39,7 @@ class Page {
         );
         byId("sort").addEventListener("change", async (event) => {
             const name = event.target.value;
+            if (name === MORE) return this.unfoldSorting();
             const column = name ? await this.gallery.column(name).catch((fault) => this.say(fault)) : null;
             if (column === undefined || event.target.value !== name) return; // it failed, or another was chosen
             this.say(null);
@@ -41,11 +47,25 @@ class Page {
             this.selection.sorting = column && inOrder(column);
             this.selection.update();
         });
+        const seldom = [...this.gallery.files.keys()].filter(isSeldom).length;
+        if (seldom) byId("sort").append(element("option", { value: MORE }, `${seldom} more…`));
         byId("direction").addEventListener("click", () => {
             this.selection.descending = !this.selection.descending;
             this.selection.update();
         });
         byId("size").addEventListener("input", (event) => this.grid.setWidth(Number(event.target.value)));
+        byId("crop").addEventListener("change", (event) => this.grid.setCrop(event.target.checked));
+    }
+
+    /** List the values that few sort by too, and open the list again. */
+    unfoldSorting() {
+        const sort = byId("sort");
+        const more = [...sort.options].find(({ value }) => value === MORE);
+        const seldom = [...this.gallery.files.keys()].filter(isSeldom);
+        const options = seldom.map((name) => element("option", { value: name }, name));
+        more?.replaceWith(element("optgroup", { label: "More values" }, ...options));
+        sort.value = this.selection.sortedBy;
+        if (navigator.userActivation?.isActive) sort.showPicker?.();
     }
 
     listen() {
@@ -68,6 +88,7 @@ class Page {
     changed() {
         const { selection } = this;
         this.count();
+        if (isSeldom(selection.sortedBy)) this.unfoldSorting();
         byId("sort").value = selection.sortedBy;
         byId("direction").textContent = selection.descending ? "↓" : "↑";
         byId("direction").setAttribute("aria-pressed", selection.descending);
@@ -192,6 +213,7 @@ class Page {
 
     actOnGrid(key, target) {
         if (key === "/") this.filters.name.focus();
+        else if (key === "t") byId("crop").click();
         else if (byId("filters").contains(target)) return false;
         else return this.grid.key(key);
         return true;

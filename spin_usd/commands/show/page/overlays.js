@@ -46,7 +46,13 @@ class Overlays extends EventTarget {
             };
         });
         this.all = [...areas, ...DRAWN.map((drawn) => ({ ...drawn, on: false }))];
-        this.controls = element("div", { className: "overlays" }, ...this.all.map((overlay) => this.control(overlay)));
+        this.blends = element("div", { className: "blends" });
+        this.controls = element(
+            "div",
+            {},
+            element("div", { className: "overlays" }, ...this.all.map((overlay) => this.control(overlay))),
+            this.blends,
+        );
     }
 
     control(overlay) {
@@ -54,14 +60,12 @@ class Overlays extends EventTarget {
         box.addEventListener("change", () => this.set(overlay, box.checked));
         overlay.box = box;
         const key = overlay.key ? element("kbd", {}, overlay.key) : "";
-        const label = element(
-            "label",
-            { className: "check", title: overlay.meaning ?? "" },
-            box,
-            ` ${overlay.title} `,
-            key,
-        );
-        if (!overlay.area) return element("div", { className: "overlay" }, label);
+        if (overlay.area) this.blends.append(this.blend(overlay));
+        return element("label", { className: "check", title: overlay.meaning ?? "" }, box, ` ${overlay.title} `, key);
+    }
+
+    /** Return the means to blend an area with the image, which are there while it is shown. */
+    blend(overlay) {
         const blend = element("input", {
             type: "range",
             min: 0,
@@ -74,11 +78,13 @@ class Overlays extends EventTarget {
             overlay.blend = Number(blend.value);
             this.set(overlay, true);
         });
-        return element("div", { className: "overlay" }, label, blend);
+        overlay.blending = element("label", { hidden: true }, `Blend of ${overlay.title.toLowerCase()} `, blend);
+        return overlay.blending;
     }
 
     set(overlay, on) {
         overlay.on = overlay.box.checked = on;
+        if (overlay.area) overlay.blending.hidden = !on;
         this.dispatchEvent(new Event("change"));
     }
 
@@ -96,7 +102,6 @@ class Overlays extends EventTarget {
     }
 
     clear() {
-        for (const overlay of this.all) overlay.on = overlay.box.checked = false;
-        this.dispatchEvent(new Event("change"));
+        for (const overlay of this.all) this.set(overlay, false);
     }
 }

@@ -45,10 +45,10 @@ class PictureView extends EventTarget {
             element("header", {}, this.title, steps),
             this.place,
             this.variants,
-            element("h3", {}, "Under the pointer"),
-            this.pointer,
             element("h3", {}, "Overlays"),
             this.overlays.controls,
+            element("h3", {}, "Under the pointer"),
+            this.pointer,
             this.about,
         );
     }
@@ -171,12 +171,15 @@ class PictureView extends EventTarget {
 
     draw() {
         this.stage.areas.replaceChildren();
+        this.stage.scales.replaceChildren();
         for (const overlay of this.overlays.all) {
             const there = overlay.area && this.labels?.has(overlay.name) && this.labels.pixels > 0;
             if (!overlay.on || !there) continue;
             overlay.painted = this.painted(overlay);
             overlay.painted.style.opacity = overlay.blend;
             this.stage.areas.append(overlay.painted);
+            if (overlay.colours === "by_distance")
+                this.stage.scales.append(scaleOf(overlay.title, this.labels.planes(overlay.name)));
         }
         this.drawLines();
     }

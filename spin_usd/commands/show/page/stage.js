@@ -11,7 +11,8 @@ class Stage extends EventTarget {
         this.drawing = shape("svg", { class: "drawing" });
         this.paper = element("div", { className: "paper" }, this.image, this.areas, this.drawing);
         this.fault = element("p", { className: "fault", role: "alert", hidden: true });
-        node.append(this.paper, this.fault);
+        this.scales = element("div", { className: "scales" });
+        node.append(this.paper, this.scales, this.fault);
         this.zoom = 1;
         this.x = this.y = 0;
         node.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
