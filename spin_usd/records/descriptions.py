@@ -1,10 +1,10 @@
-"""What the folders that we write say of themselves: dataset.json, export.json and gallery.json."""
+"""What the folders that we write say of themselves: dataset.json, export.json and gallery.json; and tags.json."""
 
 from typing import Annotated, Any
 
 from msgspec import UNSET, Meta, UnsetType, field
 
-from spin_usd.json_fields import FileName, Id, JsonStruct, Number, Sha256, Vector
+from spin_usd.json_fields import FileName, Id, JsonStruct, Number, PictureName, Sha256, TagName, Vector
 
 AtLeastOne = Annotated[int, Meta(ge=1)]
 
@@ -115,3 +115,13 @@ class GalleryDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schem
 
     dataset: Annotated[str, Meta(description="The name of the dataset's folder.")]
     spin_usd: Annotated[str, Meta(description="Version.")]
+
+
+class Tags(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="tags-1"):
+    """The tags that people gave to pictures of a dataset. It lies in the dataset's folder as tags.json."""
+
+    dataset: Annotated[str, Meta(description="The name of the dataset's folder.")]
+    tags: Annotated[
+        dict[TagName, list[PictureName]],
+        Meta(description="The pictures of each tag, as VARIANT/FRAME."),
+    ]

@@ -36,6 +36,17 @@ class ExportOptions(Listening):
     variants: Annotated[
         str | Sequence[str], Option("Names, or patterns such as 'noisy_*', or all; all if not given.", "NAME,...")
     ] = ()
+    tags: Annotated[
+        str | Sequence[str],
+        Option(
+            "Pictures with one of these tags, given on the page of show; may be given several times.",
+            "NAME,...",
+            repeated=True,
+        ),
+    ] = ()
+    tags_file: Annotated[
+        str | Path | None, Option("For tags: the file that says them; the dataset's tags.json if not given.", "PATH")
+    ] = None
     target: Annotated[
         str | None, Option("Which target, for formats that hold one; the first if not given.", "NAME")
     ] = None
@@ -47,6 +58,17 @@ class ExportOptions(Listening):
     workers: Annotated[
         int, Option("Worker processes; their number changes no byte.", "N", at_least=1, at_most=MAX_WORKERS)
     ] = 1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.tags_file and not self.tag_names:
+            raise InputError("tags_file is given without tags", do="say whose pictures: --tags NAME")
+
+    @property
+    def tag_names(self) -> tuple[str, ...]:
+        """The tags of which pictures have one; none for all pictures."""
+        each = [self.tags] if isinstance(self.tags, str) else self.tags
+        return tuple(name for given in each for name in names_in(given))
 
     @property
     def format_options(self) -> dict[str, str]:

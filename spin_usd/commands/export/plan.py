@@ -26,6 +26,7 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 from spin_usd.scene.target import MAX_PARTS
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
+from spin_usd.store.tags import TAGS, tagged
 
 WRITE = "write for example train=0.8,validation=0.2"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -98,7 +99,14 @@ def _entries(
     dataset: Dataset, request: ExportOptions, shares: Mapping[str, float], progress: Progress
 ) -> tuple[Entry, ...]:
     """Return the pictures chosen, each with its split: all variants of a pose are in one."""
+    file = Path(request.tags_file or dataset.root / TAGS)
+    wanted = tagged(file, request.tag_names) if request.tag_names else set()
     pictures = selected(dataset, frames=request.frames, variants=names_in(request.variants), progress=progress)
+    if request.tag_names:
+        pictures = tuple(each for each in pictures if (each.frame, each.variant) in wanted)
+        if not pictures:
+            found = f"tags no picture of those with {', '.join(request.tag_names)}"
+            raise InputError(found, where=file, do="choose other tags, frames or variants")
     pose = poses_of((each.frame, each.pose) for each in pictures)
     split = split_of_each(list(pose.values()), shares, seed=request.seed)
     return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)

@@ -28,6 +28,7 @@ from spin_usd.store.dataset import Dataset
 from spin_usd.store.dataset_folder import Store, refuse_dataset
 from spin_usd.store.measures import described
 from spin_usd.store.picture import Picture
+from spin_usd.store.tags import TAGS, read_tags
 
 PER_FILE = 64  # half a megabyte of JSON, a tenth of it packed: they are much alike
 PICTURES_PER_CHILD = 8  # starting one takes as long as so many
@@ -74,7 +75,7 @@ def show(options: ShowOptions) -> GalleryReport:
         if beside:
             others, numbers = _read_beside(beside, options, progress)
             header, arrays = header | {"beside": others}, arrays | numbers
-        header |= {"given": str(options.dataset), "faults": faults}
+        header |= {"given": str(options.dataset), "faults": faults, "tags": _tags_of(dataset)}
         folder.write_page(DataFile(header, arrays))
         folder.sweep({name for picture in pictures for name in picture.keys.names.values()})
     return GalleryReport(
@@ -93,6 +94,11 @@ def _opened(path: Path) -> Dataset:
     if not len(dataset):
         raise InputError("holds no picture", where=path, do="render some first")
     return dataset
+
+
+def _tags_of(dataset: Dataset) -> Mapping[str, Sequence[str]]:
+    file = dataset.root / TAGS
+    return read_tags(file) if file.is_file() else {}
 
 
 def _read_all(

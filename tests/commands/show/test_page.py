@@ -480,7 +480,16 @@ def test_of_sixty_thousand_pictures_a_window_of_tiles_is_there(shown, opened, tm
         columns.add({"range@1": 5 + number % 997 / 100, "brightness": number / 60_000})
     numbers = {name: column.numbers for name, column in columns.columns()}
     measures = [{"name": name, "title": name, "unit": "", "target": None} for name in numbers]
-    shared = {"dataset": "many", "targets": [], "parts": {}, "labels": [], "columns": [], "records": [], "per_file": 64}
+    shared = {
+        "tags": {},
+        "dataset": "many",
+        "targets": [],
+        "parts": {},
+        "labels": [],
+        "columns": [],
+        "records": [],
+        "per_file": 64,
+    }
     index = DataFile(header | shared | {"measures": measures, "given": "many", "faults": {}}, arrays | numbers)
     (folder / "index.js").write_bytes(index.script("index"))
     page = opened(folder)

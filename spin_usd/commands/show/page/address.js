@@ -28,6 +28,7 @@ function queryOf(selection) {
     const found = new URLSearchParams();
     if (selection.text) found.set("name", selection.text);
     if (selection.damagedOnly) found.set("damaged", "yes");
+    for (const name of selection.tags) found.append("tag", name);
     for (const [name, { low, high }] of selection.ranges) found.set(`in:${name}`, `${endText(low)}..${endText(high)}`);
     for (const [name, { words, chosen }] of selection.choices) {
         if (!chosen.size) found.set(`none:${name}`, "");
@@ -38,9 +39,10 @@ function queryOf(selection) {
     return found.toString().replaceAll("%40", "@").replaceAll("%3A", ":"); // as people write them
 }
 
-/** Return a promise of what the query says of a selection; what the gallery does not have is passed over. */
-async function readQuery(query, gallery) {
+/** Return a promise of what the query says of a selection; what gallery and tags do not have is passed over. */
+async function readQuery(query, gallery, given) {
     const said = new URLSearchParams(query);
+    const tags = new Set(said.getAll("tag").filter((name) => given.of.has(name)));
     const [ranges, choices] = [new Map(), new Map()];
     for (const [key, value] of said) {
         const [, kind, name] = /^(in|is|none):(.*)$/s.exec(key) ?? [];
@@ -62,5 +64,6 @@ async function readQuery(query, gallery) {
     const sortedBy = gallery.has(said.get("sort")) ? said.get("sort") : "";
     const sorting = sortedBy ? inOrder(await gallery.column(sortedBy)) : null;
     const text = (said.get("name") ?? "").toLowerCase();
-    return { ranges, choices, text, damagedOnly: said.has("damaged"), sortedBy, sorting, descending: said.has("down") };
+    const [damagedOnly, descending] = [said.has("damaged"), said.has("down")];
+    return { tags, ranges, choices, text, damagedOnly, sortedBy, sorting, descending };
 }

@@ -7,8 +7,12 @@ const OVERSCAN = 1; // rows of tiles above and below those that are seen
 const ASPECT = 0.625; // of a thumbnail, height to width
 
 class Grid extends EventTarget {
-    constructor(gallery, selection, node, tiles, empty) {
+    constructor(gallery, selection, tags, node, tiles, empty) {
         super();
+        Object.assign(this, { tags, pen: null }); // pen: the tag that a click gives or takes, null for none
+        tags.addEventListener("change", () => {
+            for (const [place, tile] of this.shown) this.fillBadges(tile, this.selection.rows[place]);
+        });
         Object.assign(this, { gallery, selection, node, tiles, empty, least: 200, ofTarget: false, current: 0 });
         this.shown = new Map(); // tiles by their places
         node.addEventListener("scroll", () => this.draw(), { passive: true });
@@ -97,7 +101,7 @@ class Grid extends EventTarget {
         const picture = name
             ? element("img", { alt: "", decoding: "async", src: name })
             : element("span", { className: "nothing" }, "no image");
-        const frame = element("span", { className: "frame" }, picture);
+        const frame = element("span", { className: "frame" }, picture, element("span", { className: "badges" }));
         const about = element(
             "span",
             { className: "about" },
@@ -115,7 +119,20 @@ class Grid extends EventTarget {
             found.title = fault;
         }
         found.dataset.place = place;
+        this.fillBadges(found, row);
         return found;
+    }
+
+    fillBadges(tile, row) {
+        const names = this.tags.tagsOf(row).map((name) => element("span", {}, name));
+        tile.querySelector(".badges").replaceChildren(...names);
+    }
+
+    /** Let clicks give or take that tag; null: open pictures. */
+    setPen(name) {
+        this.pen = name;
+        this.node.classList.toggle("marking", name !== null);
+        this.dispatchEvent(new Event("change"));
     }
 
     /** The row of the tile that has the focus; undefined where there is none. */
@@ -127,6 +144,7 @@ class Grid extends EventTarget {
         const tile = event.target.closest(".tile");
         if (!tile) return;
         this.current = Number(tile.dataset.place);
+        if (this.pen !== null) return this.tags.toggle(this.pen, this.row);
         this.dispatchEvent(new CustomEvent("open", { detail: this.row }));
     }
 

@@ -28,6 +28,7 @@ const KEYS = [
     [
         "Everywhere",
         [
+            ["1 to 9", "give the picture a tag, or take it away"],
             ["g", "pictures"],
             ["s", "distributions"],
             ["x", "dark or light"],

@@ -9,11 +9,15 @@ class Page {
         this.row = undefined; // of the picture that was chosen last
         this.asked = 0; // how many addresses were shown
         this.text = ""; // of the selection, as the address has it
-        this.selection = new Selection(gallery);
-        this.grid = new Grid(gallery, this.selection, byId("grid"), byId("tiles"), byId("empty"));
+        this.tags = new Tags(gallery);
+        this.selection = new Selection(gallery, this.tags);
+        this.grid = new Grid(gallery, this.selection, this.tags, byId("grid"), byId("tiles"), byId("empty"));
         this.filters = new Filters(gallery, this.selection, byId("filters"));
-        this.picture = new PictureView(gallery, this.selection, byId("stage"), byId("side"));
+        this.filters.name.after(new TagPanel(this.tags, this.selection, this.grid).node);
+        this.picture = new PictureView(gallery, this.selection, this.tags, byId("stage"), byId("side"));
         this.filters.addEventListener("fault", ({ detail }) => this.say(detail));
+        this.tags.addEventListener("fault", ({ detail }) => this.sayText(`${detail.message}.`));
+        this.tags.addEventListener("change", () => this.sayText(""));
         this.distributions = new Distributions(gallery, this.selection, byId("distributions"));
         byId("dataset").textContent = document.title = gallery.dataset;
         fillKeys(byId("keys"), this.picture.overlays);
@@ -82,7 +86,11 @@ class Page {
 
     /** Say what went wrong, beside the number of pictures; null takes it away. */
     say(fault) {
-        byId("trouble").textContent = fault ? `${fault.message}. Run spin-usd show again.` : "";
+        this.sayText(fault ? `${fault.message}. Run spin-usd show again.` : "");
+    }
+
+    sayText(text) {
+        byId("trouble").textContent = text;
     }
 
     changed() {
@@ -137,7 +145,7 @@ class Page {
         this.asked += 1;
         const asked = this.asked;
         if (query !== queryOf(this.selection)) {
-            const state = await readQuery(query, this.gallery).catch((fault) => this.say(fault));
+            const state = await readQuery(query, this.gallery, this.tags).catch((fault) => this.say(fault));
             if (asked !== this.asked) return; // another address came meanwhile
             if (state) this.take(state);
         }
@@ -192,6 +200,7 @@ class Page {
     key(event) {
         if (event.ctrlKey || event.metaKey || event.altKey || byId("keys").open) return;
         if (event.key === "Escape" && this.view !== "pictures") this.close();
+        else if (event.key === "Escape" && this.grid.pen !== null) this.grid.setPen(null);
         else if (isTyping(event) || !this.act(event)) return;
         event.preventDefault();
     }
@@ -205,9 +214,19 @@ class Page {
             g: () => this.close(),
         };
         if (acts[key]) acts[key]();
+        else if (/^[1-9]$/.test(key) && this.view !== "distributions") return this.tag(Number(key) - 1);
         else if (this.view === "picture") return this.actOnPicture(key);
         else if (this.view === "pictures") return this.actOnGrid(key, target);
         else return false;
+        return true;
+    }
+
+    /** Give the picture the tag at that place, or take it away. */
+    tag(place) {
+        const name = this.tags.names[place];
+        const row = this.view === "picture" ? this.picture.row : this.grid.row;
+        if (name === undefined || row === undefined) return false;
+        this.tags.toggle(name, row);
         return true;
     }
 

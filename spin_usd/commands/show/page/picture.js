@@ -2,8 +2,9 @@
 // One picture large: its image, what lies over it, and what is known of it.
 
 class PictureView extends EventTarget {
-    constructor(gallery, selection, stageNode, side) {
+    constructor(gallery, selection, tags, stageNode, side) {
         super();
+        this.tagging = new PictureTags(tags);
         Object.assign(this, { gallery, selection, side, row: null, labels: null, shown: null });
         this.stage = new Stage(stageNode);
         this.overlays = new Overlays(gallery);
@@ -44,6 +45,7 @@ class PictureView extends EventTarget {
         this.side.append(
             element("header", {}, this.title, steps),
             this.place,
+            this.tagging.node,
             this.variants,
             element("h3", {}, "Overlays"),
             this.overlays.controls,
@@ -112,6 +114,7 @@ class PictureView extends EventTarget {
         this.stage.paper.hidden = !found;
         this.sayFaults(faults);
         this.sayPlace();
+        this.tagging.show(this.row);
         this.about.replaceChildren(...this.sections(found?.record));
         this.draw();
         this.point(null);

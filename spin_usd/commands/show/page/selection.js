@@ -2,9 +2,10 @@
 // The rows that pass all filters, in the order asked for.
 
 class Selection extends EventTarget {
-    constructor(gallery) {
+    constructor(gallery, given) {
         super();
-        this.gallery = gallery;
+        Object.assign(this, { gallery, given }); // given: Tags
+        this.tags = new Set(); // of which a picture has one; none for all pictures
         this.ranges = new Map(); // by column: { numbers, low, high }
         this.choices = new Map(); // by column: { numbers, words, chosen: Set of numbers }
         this.text = "";
@@ -34,7 +35,13 @@ class Selection extends EventTarget {
         this.update();
     }
 
+    setTag(name, on) {
+        this.tags[on ? "add" : "delete"](name);
+        this.update();
+    }
+
     clear() {
+        this.tags.clear();
         this.ranges.clear();
         this.choices.clear();
         this.text = "";
@@ -44,6 +51,7 @@ class Selection extends EventTarget {
 
     update() {
         const found = [];
+        this.tagged = this.tags.size ? this.given.rows(this.tags) : null;
         for (let row = 0; row < this.gallery.count; row += 1) if (this.passes(row)) found.push(row);
         this.rows = Uint32Array.from(found);
         if (this.sorting) this.sort();
@@ -53,6 +61,7 @@ class Selection extends EventTarget {
 
     passes(row) {
         if (this.text && !this.gallery.frame(row).toLowerCase().includes(this.text)) return false;
+        if (this.tagged && !this.tagged.has(row)) return false;
         if (this.damagedOnly && !this.gallery.faults.has(row)) return false;
         for (const { numbers, low, high } of this.ranges.values()) {
             if (!(numbers[row] >= low && numbers[row] <= high)) return false;
