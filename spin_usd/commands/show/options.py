@@ -24,7 +24,9 @@ class ShowOptions(Listening):
         str | Path | None,
         Option("The page's folder; DATASET_page if not given. Run again, it makes what changed.", "PATH"),
     ] = None
-    beside: Annotated[str | Path | None, Option("Show its distributions beside.", "DATASET")] = None
+    beside: Annotated[
+        str | Path | None, Option("Show its distributions, and its pictures of the same names, beside.", "DATASET")
+    ] = None
     labels: Annotated[
         str | Sequence[str],
         Option("Labels to show over the images, such as depth,segmentation; or none.", "NAME,..."),

@@ -1,7 +1,7 @@
 """The records of a dataset read one after the other, the damaged ones too."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from spin_usd.commands.show.columns import leaves
 from spin_usd.commands.show.options import ShowOptions
@@ -20,11 +20,12 @@ UNREADABLE = (AttributeError, IndexError, KeyError, OverflowError, RecursionErro
 
 @dataclass(frozen=True, kw_only=True)
 class ReadPicture:
-    """What a page says of a picture. picture: None where its record is damaged · values: by the names of columns ·
-    fault: what is wrong with the record, "" else."""
+    """What a page says of a picture. dataset: its folder · picture: None where its record is damaged · values: by the
+    names of columns · fault: what is wrong with the record, "" else."""
 
     frame: str
     variant: str
+    dataset: str = ""
     picture: Picture | None = None
     keys: PictureKeys = field(default_factory=PictureKeys)
     values: dict[str, float | str] = field(default_factory=dict)
@@ -46,7 +47,8 @@ def read_records(dataset: Dataset, request: ShowOptions, *, what: str, progress:
     for done, (frame, variant) in enumerate(dataset.names):
         progress(what, done, len(dataset))
         try:
-            yield _read_picture(dataset.picture(frame, variant), frame, variant, request)
+            read = _read_picture(dataset.picture(frame, variant), frame, variant, request)
+            yield replace(read, dataset=str(dataset.root))
         except UNREADABLE as fault:
             found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({_words(fault)})"
             yield ReadPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")

@@ -69,20 +69,22 @@ def show(options: ShowOptions) -> GalleryReport:
         folder = GalleryFolder(options.page_folder, lease.work)
         folder.describe(Path(options.dataset))
         pictures, header, arrays = _read_all(dataset, options, folder, progress)
-        missing = missing_files(pictures, folder.present)
-        of_files = write_files(pictures, missing, options, lease.work, progress=progress)
-        faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
+        others: list[ReadPicture] = []
         if beside:
-            others, numbers = _read_beside(beside, options, progress)
-            header, arrays = header | {"beside": others}, arrays | numbers
+            others, of_beside, numbers = _read_beside(beside, pictures, options, folder, progress)
+            header, arrays = header | {"beside": of_beside}, arrays | numbers
+        missing = missing_files([*pictures, *others], folder.present)
+        of_files = write_files([*pictures, *others], missing, options, lease.work, progress=progress)
+        faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
         header |= {"given": str(options.dataset), "faults": faults, "tags": _tags_of(dataset)}
         folder.write_page(DataFile(header, arrays))
-        folder.sweep({name for picture in pictures for name in picture.keys.names.values()})
+        folder.sweep({name for picture in [*pictures, *others] for name in picture.keys.names.values()})
+    made = sum(place < len(pictures) for place in missing)  # those beside follow
     return GalleryReport(
         page=str(options.page_folder / PAGE),
         pictures=len(pictures),
-        made=len(missing),
-        kept=sum(not picture.fault for picture in pictures) - len(missing),
+        made=made,
+        kept=sum(not picture.fault for picture in pictures) - made,
         damaged={f"{pictures[at].variant}/{pictures[at].frame}": fault for at, fault in faults.items()},
         bytes=folder.total_bytes(),
         seconds=time.monotonic() - began,
@@ -121,13 +123,28 @@ def _read_all(
     return pictures, header, arrays | numbers
 
 
-def _read_beside(dataset: Dataset, request: ShowOptions, progress: Progress) -> tuple[Header, Arrays]:
-    """Read the records of the dataset beside; return its measures."""
-    columns = Columns()
+def _read_beside(
+    dataset: Dataset, own: Sequence[ReadPicture], request: ShowOptions, folder: GalleryFolder, progress: Progress
+) -> tuple[list[ReadPicture], Header, Arrays]:
+    """Read the records of the dataset beside, and write those of pictures that are called as one of our `own`; return
+    these, what is known of the dataset, its measures, and where among these each of our own has its like, -1 for
+    none."""
+    columns, shelf, kinds = Columns(), RecordFiles(folder), dict[str, None]()
+    row_of = {(picture.frame, picture.variant): row for row, picture in enumerate(own)}
+    pictures: list[ReadPicture] = []
+    place_of = np.full(len(own), -1, np.int32)
     for picture in read_records(dataset, request, what="reading: record beside", progress=progress):
         columns.add(picture.values)
+        row = row_of.get((picture.frame, picture.variant))
+        if row is not None and picture.picture:
+            place_of[row] = len(pictures)
+            shelf.add(picture)
+            kinds |= dict.fromkeys(picture.keys.kinds)
+            pictures.append(replace(picture, picture=None, values={}))
+    shelf.finish()
     measures, arrays = measures_of(dataset, dict(columns.columns()), prefix="beside ")
-    return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays
+    header = described_dataset(dataset, list(kinds)) | {"count": len(dataset), "measures": measures}
+    return pictures, header | {"records": shelf.files}, arrays | {"place beside": place_of}
 
 
 class RecordFiles:
@@ -198,7 +215,7 @@ def write_files(
 
 def _call(picture: ReadPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> Call:
     arguments = {
-        "dataset": str(request.dataset),
+        "dataset": picture.dataset,
         "frame": picture.frame,
         "variant": picture.variant,
         "out": str(request.page_folder),

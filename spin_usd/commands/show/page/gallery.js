@@ -10,7 +10,7 @@ class Gallery {
         this.numbers = arrays;
         this.files = new Map(header.columns.map((column) => [column.name, column.file]));
         this.measureOf = new Map(header.measures.map((measure) => [measure.name, measure]));
-        this.classes = [...new Set(Object.values(header.parts).map(([, name]) => name))].sort();
+        this.classes = classesOf(header);
         this.faults = new Map(Object.entries(header.faults).map(([row, fault]) => [Number(row), fault]));
     }
 
@@ -88,12 +88,32 @@ class Gallery {
         return numbers ? `${shown(numbers[row], 4)} ${this.unit(name)}`.trim() : "";
     }
 
+    /** What is known of the dataset beside, as far as its pictures need it. */
+    get other() {
+        return { ...this.beside, classes: classesOf(this.beside) };
+    }
+
+    /** Return a promise of what is known of the picture of the same name in the dataset beside; null for none. */
+    async besides(row) {
+        const place = this.numbers.get("place beside")[row];
+        return place < 0 ? null : pictureAt(this.beside.records, this.per_file, place);
+    }
+
     /** Return a promise of what the row's record file says: record, files, lens_limit; null for a damaged one. */
     async picture(row) {
-        const { header } = await loadData(this.records[Math.floor(row / this.per_file)]);
-        const found = header.pictures[row % this.per_file];
-        return found.record ? found : null;
+        return pictureAt(this.records, this.per_file, row);
     }
+}
+
+async function pictureAt(files, perFile, place) {
+    const { header } = await loadData(files[Math.floor(place / perFile)]);
+    const found = header.pictures[place % perFile];
+    return found.record ? found : null;
+}
+
+/** Return the names of the parts' classes, in the order of their ids. */
+function classesOf({ parts }) {
+    return [...new Set(Object.values(parts).map(([, name]) => name))].sort();
 }
 
 /** Return the place of each name among all: nominal first, and 2 before 10. */

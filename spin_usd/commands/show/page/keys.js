@@ -38,11 +38,16 @@ const KEYS = [
 ];
 
 /** Fill the dialog with all keys, those of the overlays too. */
-function fillKeys(dialog, overlays) {
+function fillKeys(dialog, overlays, beside) {
     const letters = overlays.all.filter(({ key }) => key).map(({ key, title }) => [key, title]);
+    const others = [
+        ["w", "both datasets side by side"],
+        ["e", "the other dataset's picture"],
+        ["r", "both by turns"],
+    ];
     const close = element("button", { type: "button" }, "Close");
     close.addEventListener("click", () => dialog.close());
-    const parts = [...KEYS, ["Overlays", letters]].map(([title, keys]) =>
+    const parts = [...KEYS, ...(beside ? [["Beside", others]] : []), ["Overlays", letters]].map(([title, keys]) =>
         element("section", {}, element("h3", {}, title), table(keys, "facts keys")),
     );
     dialog.append(element("div", { className: "columns" }, ...parts), close);

@@ -20,7 +20,7 @@ class Page {
         this.tags.addEventListener("change", () => this.sayText(""));
         this.distributions = new Distributions(gallery, this.selection, byId("distributions"));
         byId("dataset").textContent = document.title = gallery.dataset;
-        fillKeys(byId("keys"), this.picture.overlays);
+        fillKeys(byId("keys"), this.picture.overlays, gallery.beside);
         this.fillSorting();
         this.listen();
         this.count();
@@ -252,7 +252,7 @@ class Page {
             0: () => picture.overlays.clear(),
             i: () => picture.stage.image.classList.toggle("hidden"),
         };
-        if (!acts[key]) return picture.overlays.key(key);
+        if (!acts[key]) return picture.comparison?.key(key) || picture.overlays.key(key);
         acts[key]();
         return true;
     }

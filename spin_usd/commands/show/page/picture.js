@@ -5,14 +5,26 @@ class PictureView extends EventTarget {
     constructor(gallery, selection, tags, stageNode, side) {
         super();
         this.tagging = new PictureTags(tags);
-        Object.assign(this, { gallery, selection, side, row: null, labels: null, shown: null });
-        this.stage = new Stage(stageNode);
+        Object.assign(this, { gallery, selection, side, row: null, node: stageNode });
         this.overlays = new Overlays(gallery);
-        this.overlays.addEventListener("change", () => this.draw());
-        this.stage.addEventListener("zoom", () => this.drawLines());
-        stageNode.addEventListener("pointermove", (event) => this.point(this.stage.position(event)));
-        stageNode.addEventListener("pointerleave", () => this.point(null));
+        this.sheet = this.addSheet(gallery);
+        const addOther = () => this.addSheet(gallery.other);
+        this.comparison = gallery.beside ? new Comparison(gallery, this.sheet, addOther) : null;
         this.buildSide();
+    }
+
+    /** Add a place for a picture of the gallery; the pointer's values are of the one that it is over. */
+    addSheet(gallery) {
+        const node = element("div", { className: "sheet" });
+        this.node.append(node);
+        const sheet = new Sheet(node, gallery, this.overlays);
+        node.addEventListener("pointermove", (event) => this.point(sheet.stage.position(event), sheet));
+        node.addEventListener("pointerleave", () => this.point(null));
+        return sheet;
+    }
+
+    get stage() {
+        return this.sheet.stage;
     }
 
     buildSide() {
@@ -47,6 +59,7 @@ class PictureView extends EventTarget {
             this.place,
             this.tagging.node,
             this.variants,
+            ...(this.comparison ? [this.comparison.node] : []),
             element("h3", {}, "Overlays"),
             this.overlays.controls,
             element("h3", {}, "Under the pointer"),
@@ -57,7 +70,7 @@ class PictureView extends EventTarget {
 
     /** Show the targets' boxes large. */
     zoomToTargets() {
-        const boxes = (this.shown?.record.targets ?? [])
+        const boxes = (this.sheet.shown?.record.targets ?? [])
             .map((target) => target.box.visible ?? target.box.amodal)
             .filter(Boolean);
         if (!boxes.length) return;
@@ -86,59 +99,44 @@ class PictureView extends EventTarget {
     /** Show the picture of that row as soon as its image is there; until then the one before stays whole. */
     async open(row) {
         this.row = row;
-        delete this.stage.node.dataset.shown;
+        delete this.node.dataset.shown;
         const faults = [this.gallery.faults.get(row)].filter(Boolean);
         const found = await this.gallery.picture(row).catch((fault) => void faults.push(fault.message));
         await this.stage.preload(found?.files.image);
         if (this.row !== row) return; // another one was opened meanwhile
         this.take(found ?? null, faults);
-        const labels = await this.labelsOf(found).catch((fault) => void (faults.length || faults.push(fault.message)));
+        this.comparison?.open(row, found ?? null);
+        const labels = await this.sheet
+            .labelsOf(found)
+            .catch((fault) => void (faults.length || faults.push(fault.message)));
         if (this.row !== row) return;
         this.takeLabels(labels ?? null, faults);
-        this.stage.node.dataset.shown = `${this.gallery.variant(row)}/${this.gallery.frame(row)}`;
+        this.node.dataset.shown = `${this.gallery.variant(row)}/${this.gallery.frame(row)}`;
     }
 
     /** Show nothing, so that the next picture does not begin with this one. */
     clear() {
-        this.shown = this.labels = null;
-        this.stage.paper.hidden = true;
+        this.sheet.clear();
+        this.comparison?.clear();
         this.title.textContent = this.place.textContent = "";
         this.about.replaceChildren();
     }
 
     /** Show all that is known of the row's picture without its labels. */
     take(found, faults) {
-        this.shown = found;
-        this.labels = null;
-        if (found) this.takeImage(found);
-        this.stage.paper.hidden = !found;
+        this.sheet.take(found);
         this.sayFaults(faults);
         this.sayPlace();
         this.tagging.show(this.row);
         this.about.replaceChildren(...this.sections(found?.record));
-        this.draw();
         this.point(null);
-    }
-
-    takeImage({ record, files, lens_limit: limit }) {
-        this.camera = new Camera(record.camera, limit);
-        this.stage.resize(record.camera.width, record.camera.height);
-        this.stage.setImage(files.image, `${record.frame} of ${record.variant}`);
     }
 
     takeLabels(labels, faults) {
-        this.labels = labels;
-        if (labels && !this.shown.files.image) this.overlays.showOne(labels);
+        this.sheet.takeLabels(labels);
+        if (labels && !this.sheet.shown.files.image) this.overlays.showOne(labels);
         this.sayFaults(faults);
-        this.draw();
         this.point(null);
-    }
-
-    /** Return a promise of the labels of the picture that is shown, null where it has none. */
-    async labelsOf(found) {
-        if (!found?.files.labels) return null;
-        const { camera, gallery } = this;
-        return new Labels(await loadData(found.files.labels), found.record, camera, gallery.parts);
     }
 
     sayFaults(faults) {
@@ -172,60 +170,10 @@ class PictureView extends EventTarget {
         return parts;
     }
 
-    draw() {
-        this.stage.areas.replaceChildren();
-        this.stage.scales.replaceChildren();
-        for (const overlay of this.overlays.all) {
-            const there = overlay.area && this.labels?.has(overlay.name) && this.labels.pixels > 0;
-            if (!overlay.on || !there) continue;
-            overlay.painted = this.painted(overlay);
-            overlay.painted.style.opacity = overlay.blend;
-            this.stage.areas.append(overlay.painted);
-            if (overlay.colours === "by_distance")
-                this.stage.scales.append(scaleOf(overlay.title, this.labels.planes(overlay.name)));
-        }
-        this.drawLines();
-    }
-
-    /** Return the canvas of an area, painted once for the same labels. */
-    painted(overlay) {
-        if (overlay.of !== this.labels) {
-            overlay.canvas = painted(
-                this.labels.planes(overlay.name),
-                overlay.colours,
-                this.labels.width,
-                this.labels.height,
-            );
-            overlay.of = this.labels;
-        }
-        overlay.canvas.style.left = `${this.labels.x0}px`;
-        overlay.canvas.style.top = `${this.labels.y0}px`;
-        overlay.canvas.dataset.kind = overlay.name;
-        return overlay.canvas;
-    }
-
-    drawLines() {
-        const { drawing } = this.stage;
-        drawing.replaceChildren();
-        for (const overlay of this.shown ? this.overlays.all : []) {
-            if (overlay.area || !overlay.on) continue;
-            for (const target of this.shown.record.targets) {
-                const described = this.gallery.targets.find((each) => each.id === target.id);
-                drawing.append(
-                    shape(
-                        "g",
-                        { "data-drawn": overlay.name },
-                        ...LINES[overlay.name](target, this.camera, 1 / this.stage.zoom, described),
-                    ),
-                );
-            }
-        }
-    }
-
     /** Say what is at that place of the picture, [u, v] in pixels; null where the pointer is elsewhere. */
-    point(at) {
-        const pixel = at && this.shown ? at.map(Math.floor) : null;
-        const rows = factsAt(this.labels, this.gallery, pixel);
+    point(at, { shown, labels, gallery } = this.sheet) {
+        const pixel = at && shown ? at.map(Math.floor) : null;
+        const rows = factsAt(labels, gallery, pixel);
         const found = table(rows, "facts values");
         rows.forEach(([, , many], place) => found.rows[place].cells[1].classList.toggle("many", many === true));
         this.pointer.replaceChildren(found);

@@ -62,8 +62,19 @@ class Stage extends EventTarget {
         this.place();
     }
 
+    /** Show the same part of the frame as another stage does, whatever the pixels of both are. */
+    follow({ zoom, x, y, width }) {
+        if (!this.width || !width) return;
+        const own = (zoom * width) / this.width;
+        const near = Math.abs(own - this.zoom) < 1e-9 * own && x === this.x && y === this.y;
+        if (near) return; // so that two may follow each other
+        Object.assign(this, { zoom: own, x, y });
+        this.place();
+    }
+
     place() {
         this.paper.style.transform = `translate(${this.x}px, ${this.y}px) scale(${this.zoom})`;
+        this.paper.style.setProperty("--unit", `${1 / this.zoom}px`); // a pixel of the screen
         this.paper.classList.toggle("close", this.zoom >= 2);
         this.dispatchEvent(new Event("zoom"));
     }
