@@ -17,6 +17,12 @@ import websockets.asyncio.server
 
 from spin_usd.browser.own_page import cannot_listen, is_own
 
+DARK_OR_LIGHT = """<!doctype html>
+<meta name="color-scheme" content="light dark">
+<title>spin-usd keypoints</title>
+<script>location.replace(matchMedia("(prefers-color-scheme: dark)").matches ? "/?darkMode" : "/?light");</script>
+"""
+
 
 class GuardedServer(viser.ViserServer):
     """viser's server, which never asks another server to share what it shows."""
@@ -39,6 +45,14 @@ def guarded_server(host: str, port: int, label: str) -> Iterator[GuardedServer]:
             server.stop()
 
 
+def _as_the_system_is(connection: Any) -> Any:
+    """Answer with a page that goes on to viser's, dark where the user's system is: viser itself does not ask that."""
+    answer = connection.respond(200, DARK_OR_LIGHT)
+    del answer.headers["Content-Type"]
+    answer.headers["Content-Type"] = "text/html; charset=utf-8"
+    return answer
+
+
 def _listen(host: str, port: int) -> socket.socket:
     try:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -56,6 +70,8 @@ def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
         def answer(connection: Any, request: Any) -> Any:
             if not is_own(request.headers.get("Host", ""), request.headers.get("Origin"), host):
                 return connection.respond(403, "This page may not use spin-usd keypoints.\n")
+            if request.path == "/" and "Upgrade" not in request.headers:
+                return _as_the_system_is(connection)
             return process_request(connection, request)
 
         checked.append(listening)

@@ -31,14 +31,36 @@ SELECTED, PREVIEW = "#3b9bff", "#ff7a00"
 LEGEND = "<small>● visible · ○ hidden by the target</small>"
 
 
+ACCENT = (58, 118, 228)  # on light and on dark
+WRONG = "light-dark(#b3261e, #ff8a80)"
+THEME = """<style>
+:root:root {
+    --mantine-font-family: system-ui, sans-serif;
+    --mantine-color-dark-0: #e6e9ee;
+    --mantine-color-dark-2: #97a1b0;
+    --mantine-color-dark-4: #2e333c;
+    --mantine-color-dark-5: #262b33;
+    --mantine-color-dark-6: #23272e;
+    --mantine-color-dark-7: #1c1f25;
+    --mantine-color-dark-8: #181b20;
+    --mantine-color-dark-9: #14161a;
+}
+:root:root[data-mantine-color-scheme="light"] {
+    --mantine-color-text: #1b1f26;
+}
+</style>"""
+"""The colours of the page of `show`, for viser's."""
+
+
 class Panel:
     """The panel of a session. What it shows of data is escaped: names may come from a stranger's file."""
 
     def __init__(self, server: GuardedServer, session: Session, view: TargetView) -> None:
         self._gui, self._session, self._view = server.gui, session, view
         self._shown: tuple[Keypoints, str | None] | None = None
-        self._gui.configure_theme(show_logo=False, show_share_button=False)
+        self._gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ACCENT)
         self._gui.main_panel.dock_right()
+        self._gui.add_html(THEME)
         self._state = self._gui.add_html("")
         views = self._gui.add_button_group("Look from", list(DIRECTIONS))
         views.on_click(lambda event: view.look_from(_camera(event), event.target.value))
@@ -156,11 +178,11 @@ class Panel:
 
     def _state_html(self) -> str:
         session = self._session
-        said = f"<b style='color:#d1242f'>{escape(session.status.text)}</b>" if session.status.refused else ""
+        said = f"<b style='color:{WRONG}'>{escape(session.status.text)}</b>" if session.status.refused else ""
         said = said or escape(session.status.text)
         count = pluralise(len(session.keypoints.names), "keypoint")
         if session.unsaved:
-            where = f"<b style='color:#d1242f'>NOT saved: {escape(session.unsaved)}</b>"
+            where = f"<b style='color:{WRONG}'>NOT saved: {escape(session.unsaved)}</b>"
         else:
             where = f"saved in {escape(session.saved_in)}"
         return f"<div style='padding:0 1em 0.5em'>{said}<br><small>{count}, {where}</small></div>"

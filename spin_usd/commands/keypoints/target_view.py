@@ -22,6 +22,7 @@ from spin_usd.scene.derived.srgb import encode
 Rgb = tuple[int, int, int]
 POINT, SELECTED, PREVIEW, SUGGESTED = (46, 160, 67), (9, 105, 218), (255, 122, 0), (190, 80, 200)
 AXES: tuple[tuple[str, Rgb], ...] = (("x", (214, 48, 49)), ("y", (46, 160, 67)), ("z", (9, 105, 218)))
+BACKDROP = ((96, 106, 122), (52, 58, 69))  # its colours at the top and the bottom
 FOV = np.radians(40.0)  # vertical
 DISTANCE = 3.2  # of the camera from the target's centre, in radii: all of it is in view
 CLOSE = 0.15  # of the camera from a point that is looked at closely
@@ -53,6 +54,7 @@ class TargetView:
             "/picked", np.zeros((1, 2, 3), np.float32), PREVIEW, thickness=2.0, thickness_units="screen", visible=False
         )
         server.scene.configure_default_lights(cast_shadow=False)
+        server.scene.set_background_image(_backdrop(), format="png")
         server.initial_camera.fov = FOV
         server.initial_camera.position = self.eye("oblique")
         server.initial_camera.look_at = (0.0, 0.0, 0.0)
@@ -160,6 +162,11 @@ class TargetView:
             precision="float32",
             visible=False,
         )
+
+
+def _backdrop() -> NDArray[np.uint8]:
+    """Return what is behind the target: from which white foil and dark panels both stand out."""
+    return np.linspace(*BACKDROP, 64).round().astype(np.uint8)[:, None].repeat(2, axis=1)
 
 
 def _around(pick: Pick, place: Float) -> Float:

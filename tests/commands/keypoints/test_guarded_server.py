@@ -2,6 +2,7 @@
 
 import http.client
 import socket
+import urllib.request
 
 import pytest
 
@@ -40,6 +41,16 @@ def test_only_its_own_page_may_ask_it(server) -> None:
         assert status(server, upgrade, Host=own, Origin="http://elsewhere.example") == 403
         assert status(server, upgrade, Host=own, Origin="null") == 403
         assert status(server, upgrade, Host="rebound.example", Origin="http://rebound.example") == 403
+
+
+def test_its_page_is_as_light_as_the_system(server) -> None:
+    found = {}
+    for path in ("/", "/?darkMode", "/?light"):
+        with urllib.request.urlopen(f"http://{LOCAL}:{server.get_port()}{path}", timeout=30) as answer:
+            found[path] = answer.headers["Content-Type"], answer.read()
+    assert found["/"][0] == "text/html; charset=utf-8"
+    assert b'prefers-color-scheme: dark)").matches ? "/?darkMode" : "/?light"' in found["/"][1]
+    assert found["/?darkMode"][1] == found["/?light"][1] != found["/"][1]
 
 
 def test_it_listens_on_this_machine_alone(server) -> None:
