@@ -40,10 +40,11 @@ def save_target(
     with tempfile.TemporaryDirectory() as work:
         asset, notes = write_model(file, Path(work), units_per_metre, prim)
         read = composed_target(asset, Path(work))
+        colors = _face_colors(read)  # here: textures are read where they are needed
     if not any_size:
         refuse_size(read.mesh.hull, model_unit(file, asset, units_per_metre))
     model = Model.of(read.mesh)
-    np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=_face_colors(read))
+    np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=colors)
     return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}
 
 

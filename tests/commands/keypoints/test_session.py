@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from spin_usd.commands.author.additions import read_additions
+from spin_usd.commands.keypoints.in_child import save_target
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.run import open_session, pick_keypoints
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
@@ -217,3 +218,11 @@ def test_without_viser_the_tool_says_how_to_install_it(tmp_path, monkeypatch) ->
     monkeypatch.setattr("spin_usd.commands.keypoints.run.find_spec", lambda name: None)
     with pytest.raises(UnsupportedError, match=r"needs viser, which is not installed; run pip install '\.\[browser\]'"):
         pick_keypoints(KeypointsOptions("tango"), tell=print)
+
+
+def test_a_target_with_textures_has_its_colours(tmp_path) -> None:
+    """They are read from images, which are there only as long as the model's copy is."""
+    read = save_target(target="tango", folder=str(tmp_path), units_per_metre=None, prim=None, any_size=False)
+    assert read["name"] == "tango"
+    with np.load(tmp_path / "target.npz") as found:
+        assert len(np.unique(found["colors"], axis=0)) > 2
