@@ -18,7 +18,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
-MEASURED = ("cycles", "frames", "glints", "growth", "labels", "plan", "predict", "startup", "watch")
+MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "render_parts", "startup", "watch")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 
@@ -72,7 +72,7 @@ def test_makers_of_the_same_pictures_are_held_against_the_cropped_script(found) 
 
 @pytest.mark.campaign
 def test_what_is_fixed_in_a_picture_is_the_sum_of_its_parts(found) -> None:
-    (case,) = found["cycles"]["cases"]
+    (case,) = found["render_parts"]["cases"]
     taken = case["milliseconds"]
     assert (case["stage"], case["width"], case["pictures"], case["light_groups"]) == ("sunlamp", 120, 2, 1)
     assert taken["scene"] + taken["bands"] + taken["call"] == pytest.approx(taken["fixed"], abs=0.02)

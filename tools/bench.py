@@ -14,7 +14,6 @@ from pathlib import Path
 from benchmarks import (
     agreement,
     calibrate,
-    cycles,
     debug,
     equal_error,
     frames,
@@ -24,6 +23,7 @@ from benchmarks import (
     labels,
     plan,
     predict,
+    render_parts,
     sensor,
     stages,
     startup,
@@ -34,7 +34,7 @@ from benchmarks import (
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.processors import machine
 
-PICTURES = (frames, cycles, equal_error, glints, labels, sensor, stages, agreement, debug)
+PICTURES = (frames, render_parts, equal_error, glints, labels, sensor, stages, agreement, debug)
 RUNS = (growth, variants, plan, predict, calibrate, gallery, watch, startup)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 

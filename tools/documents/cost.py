@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmarks import cycles as cycles_bench
 from benchmarks import predict
+from benchmarks import render_parts as render_parts_bench
 from benchmarks.frames import CROPPED_SCRIPT, EQUAL
 from benchmarks.peers import CROPS
 from benchmarks.spread import shown
@@ -122,19 +122,19 @@ def label_costs(folder: Path) -> str:
     return f"{prose(intro)}\n\n{in_markdown(('', 'seconds'), rows)}"
 
 
-def cycles(folder: Path) -> str:
+def render_parts(folder: Path) -> str:
     """Return where the time of a picture by Blender goes."""
-    found = figures_of(folder, "cycles")
+    found = figures_of(folder, "render_parts")
     poses = found["cases"][0]["pictures"]
     intro = (
         f"Where a picture's processor time goes, milliseconds, means over {poses} poses made by one worker at efforts "
-        f"that differ in one thing (`tools/bench cycles`, on {found['machine']['cores']} cores of a machine that had "
-        "much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. The "
+        f"that differ in one thing (`tools/bench render_parts`, on {found['machine']['cores']} cores of a machine that "
+        "had much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. The "
         "three rows below what is fixed are its parts; mesh and BVH are those of the pose before, as Cycles keeps "
         "them in the body's axes. Each row from the light groups on is what a picture takes "
         "more with it than without."
     )
-    return f"{prose(intro)}\n\n{cycles_bench.table(found)}"
+    return f"{prose(intro)}\n\n{render_parts_bench.table(found)}"
 
 
 def growth(folder: Path) -> str:
