@@ -129,8 +129,8 @@ def render_parts(folder: Path) -> str:
     intro = (
         f"Where a picture's processor time goes, milliseconds, means over {poses} poses made by one worker at efforts "
         f"that differ in one thing (`tools/bench render_parts`, on {found['machine']['cores']} cores of a machine that "
-        "had much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. The "
-        "three rows below what is fixed are its parts; mesh and BVH are those of the pose before, as Cycles keeps "
+        "had much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. "
+        "The three rows below what is fixed are its parts; mesh and BVH are those of the pose before, as Cycles keeps "
         "them in the body's axes. Each row from the light groups on is what a picture takes "
         "more with it than without."
     )
