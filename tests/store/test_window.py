@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.batch import collate
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.window import Window
 
@@ -137,11 +136,11 @@ def test_a_dataset_of_crops_is_a_dataset(dataset) -> None:
     again = pickle.loads(pickle.dumps(crops))
     assert np.array_equal(again[1].image, crops[1].image)
     assert crops[1:].resize(24)[0].image.shape[:2] == (24, 24)
-    batch = collate(list(crops), labels=("image", "depth"))
+    batch = Dataset.collate(list(crops), labels=("image", "depth"))
     assert batch["image"].shape[:3] == batch["depth"].shape == (len(crops), 48, 48)
     assert np.array_equal(batch["keypoints"][1], crops[1].targets[0].keypoints)
-    with pytest.raises(InputError, match=r"cannot be stacked: image is .* make the pictures of one size"):
-        collate([dataset[0], crops[0]])
+    with pytest.raises(InputError, match=r"cannot be stacked: image is .* try dataset.resize"):
+        Dataset.collate([dataset[0], crops[0]])
 
 
 @pytest.mark.parametrize("size", [0, -3, 2.5, (10,), (10, 0), 10**6])
