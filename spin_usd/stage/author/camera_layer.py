@@ -96,7 +96,7 @@ def set_resolution(layer: Sdf.Layer, resolution: str) -> tuple[str, ...]:
     author_lens(prim, scaled, read(UsdGeom.Camera(prim).GetFocalLengthAttr()))
     for field in IN_PIXELS:
         if (attribute := prim.GetAttribute(schema.OPTICS[field])) and attribute.HasAuthoredValue():
-            attribute.Set(attribute.Get() * math.sqrt(x * y))
+            attribute.Set(read(attribute) * math.sqrt(x * y))
     if abs(x / y - 1) * max(width, height) > 1:
         return (f"{width} x {height} is of another form than the camera's {lens.width} x {lens.height}: it squeezes",)
     return ()
