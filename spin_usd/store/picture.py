@@ -28,6 +28,7 @@ from spin_usd.store.window import Window, size_of
 
 SCHEMA = "record-1"
 INSTANCE = "instance"
+LEAST_MARGIN, MOST_MARGIN = -0.9, 100.0  # of a crop: beyond them there is next to nothing of the target in it
 CHECK = "run spin-usd check on the dataset"
 
 

@@ -37,8 +37,9 @@ class PicturedTarget:
         keypoint_states: (N,) "visible", "self-occluded", "occluded" by another body, "outside" the frame, or "behind"
             the camera.
 
-    In a part of a picture, by `crop` or `resize`, boxes and keypoints are in the part's pixels, box_visible and the
-    states by its frame; how many pixels there are is of the whole picture.
+    In a part of a picture, by `crop` or `resize`, boxes and keypoints are in the part's pixels; truncated and the
+    states are by its frame, box_visible is what that leaves of the whole picture's, and numbers of pixels are the
+    whole picture's.
     """
 
     id: int
@@ -89,10 +90,12 @@ class PicturedTarget:
         states = zip(self.keypoint_states, inside, np.isnan(keypoints).any(-1), strict=True)
         visible = np.clip(_moved(self.box_visible, window), 0, (width, height, width, height))
         empty = not (visible[2] > visible[0] and visible[3] > visible[1])
+        amodal = _moved(self.box_amodal, window)
         return replace(
             self,
             box_visible=frozen(np.full(4, np.nan) if empty else visible),
-            box_amodal=frozen(_moved(self.box_amodal, window)),
+            box_amodal=frozen(amodal),
+            truncated=self.truncated or bool((amodal < 0).any() or (amodal > (width, height, width, height)).any()),
             box_3d=frozen(window.pixels(self.box_3d)),
             keypoints=frozen(keypoints),
             keypoint_states=tuple(state if there or unseen else "outside" for state, there, unseen in states),

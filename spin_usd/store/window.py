@@ -116,9 +116,9 @@ class Window:
 
 def size_of(size: int | tuple[int, int]) -> tuple[int, int]:
     """Return width and height of a `size`, which one number says for a square. Raises InputError."""
-    width, height = size if isinstance(size, tuple | list) else (size, size)
-    if not all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in (width, height)):
+    sides = tuple(size) if isinstance(size, tuple | list) else (size, size)
+    if len(sides) != 2 or not all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in sides):
         raise InputError(
             f"pictures cannot be of size {size!r}", do=f"give one side, or (width, height), 1 to {MAX_SIDE}"
         )
-    return int(width), int(height)
+    return int(sides[0]), int(sides[1])

@@ -143,9 +143,9 @@ def test_a_dataset_of_crops_is_a_dataset(dataset) -> None:
         Dataset.collate([dataset[0], crops[0]])
 
 
-@pytest.mark.parametrize("size", [0, -3, 2.5, (10,), (10, 0), 10**6])
+@pytest.mark.parametrize("size", [0, -3, 2.5, (10,), (10, 0), (1, 2, 3), 10**6])
 def test_no_size_is_refused(dataset, size) -> None:
-    with pytest.raises((InputError, ValueError), match=r"of size|unpack"):
+    with pytest.raises(InputError, match="of size"):
         dataset[0].resize(size)
 
 

@@ -211,6 +211,8 @@ def _kind(name: str) -> str:
 def background_files(given: str | Path) -> list[Path]:
     """Return the pictures in a folder, or the picture that is the file. Raises InputError for a folder without any, and
     for a file that is none."""
+    if not Path(given).exists():
+        raise InputError("does not exist", where=given, do="check the path")
     files = _images(Path(given), "picture")
     for file in files:
         open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.errors import StageError
@@ -125,12 +125,18 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
         raise StageError(f"goes from {low:g} down to {high:g}", where=where, do="give the smaller angle first")
     return BackPlate(
         path=str(prim.GetPath()),
-        images=tuple(images.read(file, "auto", prim, one_of_many=True).image for file in files),
+        images=tuple(images.read(file, _colours_of(file), prim, one_of_many=True).image for file in files),
         radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, time),
         probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
         roll=(radians(low), radians(high)),
         mirror=value_in(prim, schema.BACK_PLATE_MIRROR, SHARE, time),
     )
+
+
+def _colours_of(file: Sdf.AssetPath) -> str:
+    """Return the colour space of a picture: photographs are sRGB's, grey ones and those of 16 bits too, which "auto"
+    takes for data."""
+    return "sRGB" if file.path.lower().endswith((".png", ".jpg", ".jpeg")) else "auto"
 
 
 def read_stars(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform) -> Stars:

@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Usd
 
 from spin_usd.commands.author.choices import earth_maps
@@ -182,6 +183,16 @@ def test_pictures_of_a_folder_are_behind_the_target_upright_one_in_each_picture(
     shutil.rmtree(folder)  # the stage has its own
     plate = scene(tmp_path / "stage" / "dataset.usda").environment.back_plate
     assert plate.images[0].pixels[0, 0, 0] < plate.images[2].pixels[0, 0, 0] < plate.images[1].pixels[0, 0, 0]
+
+
+def test_grey_photographs_are_as_bright_as_coloured_ones(tmp_path) -> None:
+    """USD's "auto" would take them for linear numbers."""
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    write_image_file(folder / "colour.png", np.full((6, 9, 3), 90))
+    Image.fromarray(np.full((6, 9), 90, np.uint8)).save(folder / "grey.png")
+    colour, grey = scene(authored(tmp_path / "stage", background=folder)).environment.back_plate.images
+    assert np.array_equal(colour.pixels, grey.pixels)
 
 
 def test_a_back_plate_that_is_chosen_keeps_its_chances(tmp_path) -> None:
