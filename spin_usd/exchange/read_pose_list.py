@@ -13,12 +13,11 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
 from spin_usd.exchange.table import POSE_FORMATS
 from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
-from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
+from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
-ROUNDED = 1e-3  # off a norm of 1, as four decimals leave a quaternion at most, and some that are worse
 
 
 def read_pose_list(path: str | Path) -> PoseList:
@@ -118,8 +117,8 @@ def _normalised(q: Float, entries: Sequence[NamedPose], of: PoseFormat) -> tuple
     InputError for one that is further off, or zero."""
     norm = np.linalg.norm(q, axis=1)
     off = np.abs(norm - 1)
-    if (off > ROUNDED).any():
-        i = int(np.argmax(off > ROUNDED))
+    if (off > QUATERNION_NORM_ROUNDED).any():
+        i = int(np.argmax(off > QUATERNION_NORM_ROUNDED))
         found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
         raise InputError(f"the quaternion {found}", where=entries[i].where, do=f"give {of.rotation}")
     rounded = np.flatnonzero(off > QUATERNION_NORM_TOLERANCE)

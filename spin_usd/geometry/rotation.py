@@ -16,6 +16,7 @@ Real = TypeVar("Real", np.float32, np.float64)
 # Six-decimal label files (SPEED+ synthetic) hold quaternions whose norm is off by at most 1e-6 (half a unit in
 # the last place, four components); a norm further off is another rotation, not a rounded one.
 QUATERNION_NORM_TOLERANCE = 1e-5
+QUATERNION_NORM_ROUNDED = 1e-3  # off a norm of 1, as three decimals leave a quaternion: one that people write
 ORTHONORMAL_TOLERANCE = 1e-9
 FEW = 9  # coordinates, up to which plain numbers are faster than arrays
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from spin_usd.arrays import Float, digest
 from spin_usd.errors import InputError
+from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
 from spin_usd.sampling.distribution import (
     DIGITS,
     Choice,
@@ -22,7 +23,6 @@ from spin_usd.sampling.distribution import (
     rounded,
 )
 
-UNIT = 1e-3  # off a norm of 1, as three decimals leave a quaternion
 STEPS = 60  # of bisection: a double has 53 bits
 
 UnitQuaternion = tuple[float, float, float, float]
@@ -46,7 +46,7 @@ class AttitudesAround:
     most: float
 
     def __post_init__(self) -> None:
-        if len(self.around) != 4 or not abs(np.linalg.norm(self.around) - 1) <= UNIT:
+        if len(self.around) != 4 or not abs(np.linalg.norm(self.around) - 1) <= QUATERNION_NORM_ROUNDED:
             raise InputError(f"around is {list(self.around)}, no rotation", do="give a unit quaternion w, x, y, z")
         if not 0 <= self.most <= 180:
             raise InputError(f"most is {self.most:g} degrees", do="give 0 to 180")

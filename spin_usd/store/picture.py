@@ -226,8 +226,7 @@ class Picture:
 
     @property
     def _whole_camera(self) -> Camera:
-        camera = self.record["camera"]
-        return Camera(**{**camera, "distortion": tuple(camera["distortion"])})
+        return _camera(self.record)
 
     def target_of(self, target: int | str) -> PicturedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""
@@ -358,7 +357,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
         if record["schema"] != SCHEMA:
             found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
             raise InputError(found, where=path, do="read it with the spin_usd that made it")
-        pose, camera = record["pose"], record["camera"]
+        pose = record["pose"]
         return Picture(
             root=root,
             frame=record["frame"],
@@ -366,7 +365,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
             index=record["index"],
             files={kind: _file(entry) for kind, entry in record["files"].items()},
             record=record,
-            camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
+            camera=_camera(record),
             T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
             description=description,
         )
@@ -387,6 +386,12 @@ def _reading_record(path: Path) -> Iterator[None]:
 
 def _named(targets: Iterable[Named]) -> str:
     return ", ".join(f"{target.id} {target.name!r}" for target in targets) or "none"
+
+
+def _camera(record: Mapping[str, Any]) -> Camera:
+    """Return the camera of the whole picture."""
+    camera = record["camera"]
+    return Camera(**{**camera, "distortion": tuple(camera["distortion"])})
 
 
 def _file(entry: dict[str, Any]) -> PictureFile:

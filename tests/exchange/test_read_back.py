@@ -110,3 +110,14 @@ def test_a_datasets_folder_is_a_pose_list(dataset) -> None:
     assert poses.names == tuple(sorted(wanted))
     for frame, t in zip(poses.names, poses.t_cam_body, strict=True):
         np.testing.assert_allclose(t, wanted[frame][1], rtol=0, atol=EXACT)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dataset_is_split_as_its_export_is(two_variants, tmp_path, seed) -> None:
+    """All variants of a pose are in one part."""
+    write_export(two_variants, "coco", tmp_path / "out", split="train=0.5,test=0.5", seed=seed)
+    with (tmp_path / "out" / "pictures.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for name, part in zip(("train", "test"), Dataset(two_variants).split(0.5, 0.5, seed=seed), strict=True):
+        assert set(part.names) == {(row["frame"], row["variant"]) for row in rows if row["split"] == name}
+        assert len(part) == 6

@@ -12,11 +12,18 @@ def dataset(rendered):
     return Dataset(rendered)
 
 
+def fraction(picture) -> float:
+    return picture.targets[0].visible_fraction
+
+
 @pytest.mark.parametrize(
     ("text", "same"),
     [
         ("range < 8", lambda p: p.targets[0].range < 8),
-        ("5 < range <= 8 or not visible > 0.5", lambda p: 5 < p.targets[0].range <= 8 or p.record["targets"] == []),
+        (
+            "5 < range <= 8 or not visible > 0.5",
+            lambda p: 5 < p.targets[0].range <= 8 or not p.targets[0].visible_fraction > 0.5,
+        ),
         ("tango.range * 2 - 1 > index + 12", lambda p: 2 * p.targets["tango"].range - 1 > p.index + 12),
         ("-record.targets[0].box.visible[0] / 2 < -20", lambda p: p.targets[0].box_visible[0] > 40),
         ("variant in ['nominal', 'noisy'] and frame != 'img000001'", lambda p: p.frame != "img000001"),

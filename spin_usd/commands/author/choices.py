@@ -92,7 +92,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     target_file = model_file(str(choices.target))
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
     maps = earth_maps(choices.earth) if choices.earth is not None else {}
-    behind = background_files(choices.background) if choices.background is not None else []
+    behind = images_in(Path(choices.background), "picture") if choices.background is not None else []
     layers = _layer_files(choices, maps)
     others = (
         *(other_body(each, occluder=False) for each in choices.also),
@@ -194,12 +194,11 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
     """
     path = Path(given)
     maps: dict[str, Path] = {}
-    for file in _images(path, "map of the Earth"):
+    for file in images_in(path, "map of the Earth"):
         kind = _kind(file.stem.lower())
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
             raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
-        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
         maps[kind] = file
     return maps
 
@@ -208,24 +207,17 @@ def _kind(name: str) -> str:
     return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
 
 
-def background_files(given: str | Path) -> list[Path]:
-    """Return the pictures in a folder, or the picture that is the file. Raises InputError for a folder without any, and
-    for a file that is none."""
-    if not Path(given).exists():
-        raise InputError("does not exist", where=given, do="check the path")
-    files = _images(Path(given), "picture")
-    for file in files:
-        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
-    return files
-
-
-def _images(path: Path, what: str) -> list[Path]:
+def images_in(path: Path, what: str) -> list[Path]:
+    """Return the images in the folder `path`, in order, or the image that it is. Raises InputError, which calls them
+    `what`, for a folder without any, and for what is none, or cannot be opened."""
+    files = [path]
     if path.is_dir():
         files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
         if not files:
             raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(SUFFIXES)} files there")
-        return files
-    if path.suffix.lower() not in SUFFIXES:
+    elif path.exists() and path.suffix.lower() not in SUFFIXES:
         do = f"give a folder, or one of {', '.join(SUFFIXES)}"
         raise InputError(f"is no {what} that is read", where=path, do=do)
-    return [path]
+    for file in files:
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+    return files
