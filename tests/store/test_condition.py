@@ -13,7 +13,7 @@ def dataset(rendered):
 
 
 def fraction(picture) -> float:
-    return picture.targets[0].visible_fraction
+    return float(picture.targets[0].visible_fraction)
 
 
 @pytest.mark.parametrize(
