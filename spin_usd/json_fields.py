@@ -15,11 +15,11 @@ Span = Annotated[list[float], Meta(min_length=2, max_length=2)]
 Vector = Annotated[list[float], Meta(min_length=3, max_length=3)]
 Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
 FrameName = Annotated[str, Meta(pattern="^[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
-VariantName = Annotated[str, Meta(pattern="^[a-z0-9_]+$")]
+VariantName = Annotated[str, Meta(pattern="^[a-z0-9_]+(-[a-z0-9_]+)?$")]
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]*$")]
 Number = Annotated[str, Meta(pattern="^[1-9][0-9]*$")]
 TagName = Annotated[str, Meta(pattern=r"^[^\s,]([^,\u0000-\u001f]{0,38}[^\s,])?$")]
-PictureName = Annotated[str, Meta(pattern="^[a-z0-9_]+/[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
+PictureName = Annotated[str, Meta(pattern="^[a-z0-9_]+(-[a-z0-9_]+)?/[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
 FileName = Annotated[str, Meta(pattern=r"^(?!\.{0,2}(/|$))(?![\s\S]*/\.{0,2}(/|$))[^\u0000]{1,4000}$")]
 """Of a file below a folder: parts with slashes between them, none of them empty, . or .., so that it never leads
 out."""

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Label(LabelFile):
     suffix: ".exr" for float32, ".png" for uint8 and uint16
     usd_type: of a pixel in USD; authored stages list the default labels as UsdRender variables
     decided_by: what decides it beyond what the geometry key covers, which decides all others
-    takes_next_frame: whether `make` and `decided_by` take `scene.next_frame`
+    takes: another view that `make` and `decided_by` take: scene.next_frame or scene.paired, by its name
     max_targets: how many targets it can hold; any number if not given
     of_several: whether `render` writes it beside any other label where a stage has several bodies: without it nobody
     could tell which of them another label is of
@@ -67,11 +67,13 @@ class Label(LabelFile):
     make: Callable[[Scene, Surface], NDArray[Any]]
     usd_type: str
     decided_by: Callable[[Scene], Any] | None = None
-    takes_next_frame: bool = False
+    takes: Literal["next_frame", "paired"] | None = None
     max_targets: int | None = None
     of_several: bool = False
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
+        if self.takes == "paired" and scene.paired is None:
+            return ""
         return digest(geometry, content(self.decided_by(scene))) if self.decided_by else geometry
 
 

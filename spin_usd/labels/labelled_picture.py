@@ -1,7 +1,7 @@
 """A picture's labels side by side, as `check` compares them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +23,14 @@ class LabelFault:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class OtherView:
+    """Another view of what a picture shows: its camera, and T_cam_body of each target, by id."""
+
+    camera: Camera
+    poses: Mapping[int, Transform]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LabelledPicture:
     """The labels of one picture, and what its record says of camera, poses and parts.
 
@@ -30,8 +38,8 @@ class LabelledPicture:
     that the dataset lists, 0 of occluders and of the part 0, which is nothing · arrays: each label that the picture
     has, by name, (H, W) or (H, W, C), or (N,) of a LiDAR's points · class_of_part (P + 1,): class ids likewise ·
     boxes: of each target (2, 3), body axes, metres · towards_sun (3,): unit, camera axes, None where the record says
-    nothing of a Sun · next_camera, next_poses: of the next frame, None and empty where the record says nothing of it ·
-    lidar: the LiDAR, where the picture has its points.
+    nothing of a Sun · next_frame, paired: these views, None where the record says nothing of them · lidar: the LiDAR,
+    where the picture has its points.
     """
 
     camera: Camera
@@ -41,8 +49,8 @@ class LabelledPicture:
     class_of_part: NDArray[np.uint16]
     boxes: Mapping[int, Float]
     towards_sun: Float | None = None
-    next_camera: Camera | None = None
-    next_poses: Mapping[int, Transform] = field(default_factory=dict)
+    next_frame: OtherView | None = None
+    paired: OtherView | None = None
     lidar: Lidar | None = None
 
     @property

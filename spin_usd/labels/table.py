@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from spin_usd.labels.classes import CLASSES
 from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
+from spin_usd.labels.disparity import DISPARITY
 from spin_usd.labels.flow import FLOW
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.label import CloudLabel, Label
@@ -33,6 +34,7 @@ _ALL: tuple[Label | CloudLabel, ...] = (
     LIDAR_PLY,
     NOCS,
     FLOW,
+    DISPARITY,
 )
 LABELS: dict[str, Label | CloudLabel] = {label.name: label for label in _ALL}
 """By name, in the order in which they are made."""
@@ -42,6 +44,11 @@ PIXEL_LABELS = {label.name: label for label in _ALL if isinstance(label, Label)}
 
 CLOUD_LABELS = {label.name: label for label in _ALL if isinstance(label, CloudLabel)}
 """Those of a LiDAR, which not every stage has."""
+
+NEEDS = dict.fromkeys(CLOUD_LABELS, "lidar") | {
+    name: label.takes for name, label in PIXEL_LABELS.items() if label.takes == "paired"
+}
+"""What of a scene those need, by the names of their labels, that not every stage can have."""
 
 DEFAULT_LABELS = tuple(name for name, label in PIXEL_LABELS.items() if label.default)
 """Names of those that `render` writes when none are named."""
@@ -57,6 +64,8 @@ def own_keys(names: Iterable[str], scene: Scene, geometry: str, seed: int) -> di
     return {name: key for name, key in keys.items() if key not in ("", geometry)}
 
 
-def needs_next_frame(names: Iterable[str]) -> bool:
-    """Return whether one of the labels is made of the next frame too. Other names than those of labels do not count."""
-    return any(PIXEL_LABELS[name].takes_next_frame for name in names if name in PIXEL_LABELS)
+def other_views(names: Iterable[str]) -> frozenset[str]:
+    """Return the other views of the scene that the labels are made of too, as `Label.takes` names them. Other names
+    than those of labels do not count."""
+    taken = (PIXEL_LABELS[name].takes for name in names if name in PIXEL_LABELS)
+    return frozenset(view for view in taken if view)

@@ -26,7 +26,7 @@ from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import LabelPass, Renderer
 from spin_usd.scene.channels import Channels
-from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed, render_seed
 from spin_usd.scene.derived.echoes import FirstFaces, echoes
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.shadows import RayCaster
@@ -115,11 +115,10 @@ def make_image(
     `notes` takes what the picture's record must say of how it was made.
     """
     if IMAGE in kinds:
-        seed = picture_seed(scene, settings)
         with watch("background"):
-            behind = sky(scene, seed=seed, hidden=_hidden(scene, radiance))
+            behind = sky(scene, seed=background_seed(scene, settings), hidden=_hidden(scene, radiance))
         with watch("sensor"):
-            image = develop(scene, radiance, behind, seed=seed)
+            image = develop(scene, radiance, behind, seed=picture_seed(scene, settings))
             if scene.sensor.auto_exposure is not None:
                 notes["auto_exposure"] = metered(scene.sensor, radiance)
         yield IMAGE, image, image_channels(scene.sensor)

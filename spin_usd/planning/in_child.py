@@ -27,7 +27,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
 from spin_usd.identity_memo import IdentityMemo
-from spin_usd.labels.table import needs_next_frame, own_keys
+from spin_usd.labels.table import other_views, own_keys
 from spin_usd.planning.columns import COLUMNS, PLANNING
 from spin_usd.planning.skipped_work import SkippedWorkCounter
 from spin_usd.planning.speed_trial import trial_seconds
@@ -41,7 +41,7 @@ from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import NOMINAL, Scene, augmentation_and_camera
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part
 from spin_usd.stage.author.target_root import origin_of
@@ -212,7 +212,8 @@ def stage_provenance(reader: StageReader) -> dict[str, Any]:
 
 
 def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return the `known` variants that the names and patterns `asked` choose, each once; nominal for none asked.
+    """Return the `known` variants that the names and patterns `asked` choose, each once; for none asked the nominal
+    one, as all cameras see it.
 
     Raises InputError for a name or pattern that chooses none.
     """
@@ -224,7 +225,8 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
         if not matched:
             raise InputError(f"the stage has no variant {pattern!r}", do=f"choose among {', '.join(known)}, or all")
         found += matched
-    return list(dict.fromkeys(found)) or [known[0]]
+    nominal = [variant for variant in known if augmentation_and_camera(variant)[0] == NOMINAL]
+    return list(dict.fromkeys(found)) or nominal
 
 
 class _Planner:
@@ -250,10 +252,10 @@ class _Planner:
         self, reader: StageReader, chosen: Sequence[int], views: ViewCollector, progress: Callable[[int], None]
     ) -> dict[str, list[Any]]:
         """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
-        with_next = needs_next_frame(self._labels)
+        views_taken = other_views(self._labels)
         columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
         for done, frame in enumerate((reader.frames[place] for place in chosen), 1):
-            scene = reader.scene(frame, with_next=with_next)
+            scene = reader.scene(frame, views=views_taken)
             if self._image_suffix and scene.sensor is not self._checked:
                 self._checked = scene.sensor
                 _check_bit_depth(reader, scene, self._image_suffix)
@@ -310,6 +312,7 @@ def _description(reader: StageReader) -> dict[str, Any]:
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
         "lidar": scene.lidar is not None,
+        "paired": scene.rig is not None,
     }
 
 

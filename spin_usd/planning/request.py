@@ -5,7 +5,7 @@ from functools import cached_property
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, PIXEL_LABELS
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS, NEEDS
 from spin_usd.options import PictureOptions, names_in
 from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Chosen, setting_of
@@ -85,13 +85,13 @@ class RenderRequest:
     def labels(self) -> tuple[str, ...]:
         """The labels that are named; "default", "all", which leaves out those that not every stage has, and "none" may
         stand among the names."""
-        groups = {"default": DEFAULT_LABELS, "all": tuple(PIXEL_LABELS), "none": ()}
+        groups = {"default": DEFAULT_LABELS, "all": tuple(name for name in LABELS if name not in NEEDS), "none": ()}
         return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
 
     @property
-    def if_lidar(self) -> tuple[str, ...]:
-        """Labels that are made too where the stage has what they are made of."""
-        return tuple(CLOUD_LABELS) if "all" in names_in(self.options.labels) else ()
+    def where_possible(self) -> tuple[str, ...]:
+        """Labels that are made too where the stage has what they need."""
+        return tuple(NEEDS) if "all" in names_in(self.options.labels) else ()
 
     @property
     def image(self) -> bool:

@@ -146,11 +146,34 @@ class RecordedSun(JsonStruct, frozen=True, kw_only=True):
     obscured: Annotated[Share, Meta(description="Share of it that planets hide from the target.")]
 
 
-class NextTarget(JsonStruct, frozen=True, kw_only=True):
-    """A target in the next frame."""
+class PosedTarget(JsonStruct, frozen=True, kw_only=True):
+    """A target in another view."""
 
     id: Id
     pose: RecordedPose
+
+
+class PairedCamera(JsonStruct, frozen=True, kw_only=True):
+    """The camera that is paired with this picture's, to which disparity leads: the second camera with the first, the
+    first with every other."""
+
+    variant: Annotated[VariantName, Meta(description="Of its picture of the same frame.")]
+    camera: RecordedCamera
+    targets: Annotated[list[PosedTarget], Meta(description="Where the targets are in its axes.")]
+
+
+class RecordedRig(JsonStruct, frozen=True, kw_only=True):
+    """Which of the stage's several cameras took the picture."""
+
+    camera: Annotated[Name, Meta(description="Its name.")]
+    q_first_cam: Annotated[
+        Quaternion,
+        Meta(
+            description="How it stands in the axes of the first camera: p_first = R(q_first_cam) p_cam + t_first_cam: "
+            "scalar-first unit quaternion, metres, OpenCV camera axes of both."
+        ),
+    ]
+    t_first_cam: Vector
 
 
 class NextFrame(JsonStruct, frozen=True, kw_only=True):
@@ -158,7 +181,7 @@ class NextFrame(JsonStruct, frozen=True, kw_only=True):
 
     frame: Annotated[str, Meta(description="Its name.")]
     camera: RecordedCamera
-    targets: list[NextTarget]
+    targets: list[PosedTarget]
 
 
 class RecordedTones(JsonStruct, frozen=True, kw_only=True):
@@ -220,7 +243,7 @@ class RecordedFile(JsonStruct, frozen=True, kw_only=True):
     path: Annotated[
         str,
         Meta(
-            pattern="^[a-z][a-z0-9_]*/[a-z0-9_]+/[A-Za-z0-9][A-Za-z0-9._-]*$",
+            pattern="^[a-z][a-z0-9_]*/[a-z0-9_]+(-[a-z0-9_]+)?/[A-Za-z0-9][A-Za-z0-9._-]*$",
             description="KIND/VARIANT/FRAME.SUFFIX, relative to the dataset.",
         ),
     ]
@@ -382,6 +405,8 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
         NextFrame | UnsetType,
         Meta(description="Absent of the last frame, and of pictures without flow."),
     ] = UNSET
+    rig: Annotated[RecordedRig | UnsetType, Meta(description="Absent where the stage has one camera.")] = UNSET
+    paired: Annotated[PairedCamera | UnsetType, Meta(description="Absent of pictures without disparity.")] = UNSET
     tones: Annotated[RecordedTones | UnsetType, Meta(description="Absent without an image or such pixels.")] = UNSET
     lidar: Annotated[RecordedLidar | UnsetType, Meta(description="Absent without those files.")] = UNSET
     files: Annotated[

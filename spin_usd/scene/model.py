@@ -29,10 +29,21 @@ NOMINAL = "nominal"
 """The variant that is the stage without any augmentation."""
 
 
+def variant_of(augmentation: str, camera: str) -> str:
+    """Return the name of the variant that shows an augmentation as a further camera, or "" for the first, sees it."""
+    return f"{augmentation}-{camera}" if camera else augmentation
+
+
+def augmentation_and_camera(variant: str) -> tuple[str, str]:
+    """Return the names that `variant_of` put together; neither has a "-"."""
+    augmentation, _, camera = variant.partition("-")
+    return augmentation, camera
+
+
 @dataclass(frozen=True, kw_only=True)
 class FrameId:
     """The identity of a picture: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's,
-    `variant` the augmentation's name, `source_file` the file that its pose was given for, "" where there is none."""
+    `variant` that of `variant_of`, `source_file` the file that its pose was given for, "" where there is none."""
 
     index: int
     name: str
@@ -71,14 +82,25 @@ class Shutter:
             raise GeometryError(f"shutter readout is {self.readout}, expected a share from 0 to 1")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """Which of a stage's several cameras takes a picture: its name, and how it stands to the first, in the axes of the
+    first camera."""
+
+    camera: str
+    T_first_cam: Transform
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
     """Camera, bodies and their poses, lights, the background, optics and sensor at one time code, and the LiDAR,
     where there is one.
 
     bodies: targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
-    `one_body_scenes` · next_frame: the scene of the stage's next frame, where a label asks for it · classes: the class
-    names of all parts of the stage, by their ids in labels from 1; none where only the parts of these bodies are known.
+    `one_body_scenes` · next_frame: the scene of the stage's next frame, where a label asks for it · paired: the same
+    moment as another camera of the stage sees it, likewise: the second for the first, the first for all others · rig:
+    which camera it is, None where the stage has one alone · classes: the class names of all parts of the stage, by
+    their ids in labels from 1; none where only the parts of these bodies are known.
     """
 
     frame: FrameId
@@ -91,6 +113,8 @@ class Scene:
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
     next_frame: "Scene | None" = None
+    paired: "Scene | None" = None
+    rig: Rig | None = None
     lidar: Lidar | None = None
     classes: tuple[str, ...] = ()
 

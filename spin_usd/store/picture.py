@@ -1,7 +1,7 @@
 """One picture of a dataset, as those who train and test with it read it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,10 +16,10 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.labels.flow import FLOW
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.nesting import finite_json
 from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.model import augmentation_and_camera, variant_of
 from spin_usd.store.description import DescribedPart, Description, Named, Targets
 from spin_usd.store.names import record_of
 from spin_usd.store.picture_file import read_picture_file
@@ -278,6 +278,17 @@ class Picture:
         frame = (self.camera.width, self.camera.height)
         return heatmaps_of(self.keypoint_pixels, frame, size=size, sigma=sigma)
 
+    def seen_by(self, camera: str) -> "Picture":
+        """Return the whole picture that the camera of that name took of the same frame, as `record["rig"]` names them,
+        in the same augmentation. Raises InputError where the dataset has none."""
+        augmentation, _ = augmentation_and_camera(self.variant)
+        for variant in (variant_of(augmentation, camera), augmentation):
+            with suppress(InputError):
+                found = read_picture(self.root, record_of(variant, self.frame), self.description)
+                if found.record.get("rig", {}).get("camera") == camera:
+                    return found
+        raise InputError(f"{self.frame} has no picture by the camera {camera!r}", where=self.root, do="render it too")
+
     def relative_pose(self, other: "Picture") -> Float:
         """Return (4, 4) float64, from this picture's camera axes to those of the `other`, along with the target: where
         a point of the target here, (x, y, z, 1) in the camera's axes, is there. `dataset[i + 1]` is the next frame."""
@@ -328,7 +339,7 @@ class Picture:
             return self._read(kind, rows)
         needed = self.window.rows(self._whole_camera.height)
         array = self.window.cut(self._read(kind, needed), needed.start, smooth=kind not in LABELS)
-        if kind == FLOW.name:
+        if kind in LABELS and LABELS[kind].channels.unit == "px":
             array[..., :2] *= self.window.scale
         return array if rows is None else array[rows.start : rows.stop : rows.step]
 

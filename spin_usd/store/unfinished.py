@@ -9,7 +9,7 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.labels.table import NEEDS
 from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import IMAGE, KINDS, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
@@ -146,8 +146,8 @@ def _same_channels(record: Mapping[str, Any]) -> bool:
 
 
 def _can_have(picture: PlannedPicture, kind: str) -> bool:
-    """Return whether the picture has what files of that kind are made of: not every stage has a LiDAR."""
-    return kind not in CLOUD_LABELS or kind in picture.label_keys
+    """Return whether the picture has what files of that kind are made of."""
+    return kind not in NEEDS or kind in picture.label_keys
 
 
 def _complete(store: Store, picture: PlannedPicture, had: Mapping[str, str], wanted: WantedFiles) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.labels.labelled_picture import LabelledPicture
+from spin_usd.labels.labelled_picture import LabelledPicture, OtherView
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.part_classes import class_of_parts
@@ -37,10 +37,14 @@ def labels_of(scene, label_pass=CASTER):
     return {name: label.make(scene, surface) for name, label in PIXEL_LABELS.items()}
 
 
+def _other_view(scene):
+    return OtherView(camera=scene.camera, poses={b.id: b.T_cam_body for b in scene.targets}) if scene else None
+
+
 def picture_of(scene, labels, **changed):
     """What `check` sees of the labels, some of them `changed`; those changed to None are not there."""
     arrays = {name: array for name, array in {**labels, **changed}.items() if array is not None}
-    light, following = sunlight(scene.lights, scene.T_cam_body), scene.next_frame
+    light = sunlight(scene.lights, scene.T_cam_body)
     parts = [body.id for body in scene.bodies for _ in body.target.parts]
     return LabelledPicture(
         camera=scene.camera,
@@ -51,6 +55,6 @@ def picture_of(scene, labels, **changed):
         boxes={body.id: body.target.mesh.box for body in scene.targets},
         towards_sun=light.towards_cam if light else None,
         lidar=scene.lidar,
-        next_camera=following.camera if following else None,
-        next_poses={body.id: body.T_cam_body for body in following.targets} if following else {},
+        next_frame=_other_view(scene.next_frame),
+        paired=_other_view(scene.paired),
     )

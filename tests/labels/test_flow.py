@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.labels.flow import NextState, faults
+from spin_usd.labels.displacement import PointState
+from spin_usd.labels.flow import faults
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.derived.surface import surface_points
 from tests.cases.labelled import CASTER, followed, labels_of, picture_of
@@ -46,15 +47,15 @@ def test_seen_points_are_what_the_next_frames_rays_meet_and_hidden_ones_are_not(
     made, labels = labelled
     there, body, state = ends(labels)
     counts = np.bincount(state.astype(int), minlength=5)
-    assert (counts[[NextState.SEEN, NextState.HIDDEN, NextState.OUTSIDE]] > 200).all()
+    assert (counts[[PointState.SEEN, PointState.HIDDEN, PointState.OUTSIDE]] > 200).all()
     later = with_first(replace(made, camera=PINCUSHION, next_frame=None), T_cam_body=NEXT)
-    inside = (state == NextState.SEEN) | (state == NextState.HIDDEN)
+    inside = (state == PointState.SEEN) | (state == PointState.HIDDEN)
     xy = PINCUSHION.normalised(there[inside])
     face = CASTER.cast(later, xy)
     met = face >= 0
     _, found = surface_points(later, face[met], xy[met])
     apart = np.linalg.norm(found - body[inside][met], axis=1)
-    seen = state[inside][met] == NextState.SEEN
+    seen = state[inside][met] == PointState.SEEN
     assert met.mean() > 0.999  # at its very edge a ray may miss
     assert (apart[seen] < SAME_M).mean() > 0.999
     assert (apart[~seen] > SAME_M).mean() > 0.999
@@ -65,9 +66,9 @@ def test_warped_labels_of_the_next_frame_are_those_of_this_one(labelled) -> None
     made, labels = labelled
     there, body, state = ends(labels)
     later = labels_of(with_first(replace(made, camera=PINCUSHION, next_frame=None), T_cam_body=NEXT))
-    columns, rows = np.floor(there[state == NextState.SEEN]).astype(int).T
+    columns, rows = np.floor(there[state == PointState.SEEN]).astype(int).T
     shown = later["depth"][rows, columns] > 0
-    found, wanted = (points.astype(np.float64)[shown] for points in (later["dense_pose"][rows, columns], body[state == NextState.SEEN]))  # fmt: skip  # noqa: E501
+    found, wanted = (points.astype(np.float64)[shown] for points in (later["dense_pose"][rows, columns], body[state == PointState.SEEN]))  # fmt: skip  # noqa: E501
     pixels = PINCUSHION.project(NEXT.points(found)) - PINCUSHION.project(NEXT.points(wanted))
     assert np.abs(pixels).max() < 0.5 + OFF_PX
     assert np.quantile(np.linalg.norm(found - wanted, axis=1), 0.9) < 3 * 2.5 / PINCUSHION.fx
@@ -77,15 +78,15 @@ def test_nothing_moves_where_nothing_moves() -> None:
     made = scene(target(*boxes()), camera=BARREL, T_cam_body=NOW)
     flow = labels_of(followed(made, NOW))["flow"]
     assert np.abs(flow[..., :2]).max() < 1e-6
-    assert (flow[..., 2] == NextState.SEEN).sum() > 10_000
-    assert (flow[..., 2] > NextState.SEEN).sum() <= 2  # within float32 of an edge
+    assert (flow[..., 2] == PointState.SEEN).sum() > 10_000
+    assert (flow[..., 2] > PointState.SEEN).sum() <= 2  # within float32 of an edge
 
 
 def test_points_behind_the_next_camera_have_no_flow() -> None:
     made = scene(target(*boxes()), camera=BARREL, T_cam_body=NOW)
     flow = labels_of(followed(made, pose(t=(0, 0, -3))))["flow"]
     assert not flow[..., :2].any()
-    assert set(np.unique(flow[..., 2])) == {0, NextState.UNSEEABLE}
+    assert set(np.unique(flow[..., 2])) == {0, PointState.UNSEEABLE}
 
 
 def test_points_go_with_their_faces_where_the_target_changes_its_shape() -> None:

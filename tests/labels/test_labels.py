@@ -56,7 +56,7 @@ def test_all_cover_the_same_pixels(labelled) -> None:
     seen = labels["segmentation"] > 0
     for name, array in labels.items():
         there = array > 0 if array.ndim == 2 else array.any(-1)
-        np.testing.assert_array_equal(there, seen & (name != "flow"), err_msg=name)  # there is no next frame
+        np.testing.assert_array_equal(there, seen & (PIXEL_LABELS[name].takes is None), err_msg=name)  # no other view
 
 
 def rays(camera):

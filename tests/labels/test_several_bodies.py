@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.labels.flow import NextState
+from spin_usd.labels.displacement import PointState
 from spin_usd.labels.lit import SunState
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
@@ -96,7 +96,7 @@ def test_flow_of_each_body_is_its_own_pose(made, labels) -> None:
     there = made.next_frame.bodies[1].T_cam_body.points(labels["dense_pose"][rows, columns])
     ends = np.stack([columns + 0.5, rows + 0.5], -1) + flow[:, :2]
     assert np.abs(ends - BARREL.project(there)).max() < 1e-3
-    assert (flow[:, 2] == NextState.HIDDEN).sum() > 50
+    assert (flow[:, 2] == PointState.HIDDEN).sum() > 50
 
 
 def test_flow_of_a_body_that_is_gone_is_nothing(made) -> None:

@@ -49,7 +49,7 @@ def rendered(stage, dataset):
     """The arrays by path: labels as they are made, not as they lie in files; images and radiance as we read them."""
     reader, caster, found = StageReader(stage), EmbreeCaster(), {}
     for frame in reader.frames:
-        scene = reader.scene(frame, with_next=True)
+        scene = reader.scene(frame, views={"next_frame"})
         for kind, array, _ in make_labels(scene, caster, tuple(PIXEL_LABELS), Stopwatch(), caster):
             found[f"{kind}/nominal/{frame.name}"] = array
         for path in (dataset / "image" / "nominal" / f"{frame.name}.png", dataset / "radiance" / "nominal" / f"{frame.name}.exr"):  # fmt: skip  # noqa: E501

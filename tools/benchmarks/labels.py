@@ -46,7 +46,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         dataset = Path(name) / "dataset"
         asked("render", stage, "--out", dataset, "--renderer", "raycast", "--labels", "depth", "--labels-only")
         reader, caster = StageReader(stage), EmbreeCaster()
-        scenes = [reader.scene(frame, with_next=True) for frame in reader.frames]
+        scenes = [reader.scene(frame, views={"next_frame"}) for frame in reader.frames]
         caster.visibility(scenes[0])  # builds what all share
         taken = [
             {**of_labels(scene, caster, options.rounds), HEATMAPS: seconds(picture.heatmaps, options.rounds)}

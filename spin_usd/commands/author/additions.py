@@ -19,7 +19,7 @@ from spin_usd.scene.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
 from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.added_layer import add_keypoints, add_lidar
-from spin_usd.stage.author.camera_layer import set_channels
+from spin_usd.stage.author.camera_layer import layer_name, set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.read.target.keypoints import read_keypoints_layer
 
@@ -45,14 +45,15 @@ class Additions:
     sun_from_target: tuple[float, float, float] | None = None
     keep_transparent: bool = False
 
-    def write(self, root: Path) -> tuple[str, ...]:
-        """Write all but the Sun overlaid the stage at `root`; returns notes on what was made. Raises InputError for
-        rules that do not fit the model, OutputError."""
+    def write(self, root: Path, further: Sequence[str] = ()) -> tuple[str, ...]:
+        """Write all but the Sun over the stage at `root`, whose `further` cameras have these names; returns notes on
+        what was made. Raises InputError for rules that do not fit the model, OutputError."""
         notes: tuple[str, ...] = ()
         if self.keep_transparent:
             keep_transparent(root)
         if self.channels is not None:
-            set_channels(root.parent / "layers" / "camera.usda", self.channels)
+            for camera in ("", *further):
+                set_channels(root.parent / "layers" / layer_name(camera), self.channels)
         if self.lidar is not None:
             add_lidar(root, self.lidar, f"The LiDAR in {self.files['lidar'].name}.")
         if self.keypoints is not None:

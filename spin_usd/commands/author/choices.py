@@ -6,15 +6,14 @@ from pathlib import Path
 
 from spin_usd.arrays import digest
 from spin_usd.commands.author.additions import Additions
-from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, open_camera, other_body
+from spin_usd.commands.author.cameras import ChosenCameras, open_cameras
+from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, other_body
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
-from spin_usd.faults import reading
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
-from spin_usd.stage.author.camera_layer import set_resolution
 from spin_usd.stage.author.lights_and_environment import open_surroundings, set_back_plate, set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
@@ -34,8 +33,9 @@ Maps of lights by night are called after NASA's Black Marble, and the day/night 
 class Choices:
     """The choices that a user makes for a new stage, beside its pictures.
 
-    target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
-    the environment replace the preset's · resolution: the camera's pixels, "W" or "WxH", instead of its own · earth: a
+    target, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and the
+    environment replace the preset's · camera: one name or file, or several, each after the first with its pose ·
+    resolution: the cameras' pixels, "W" or "WxH", instead of their own · earth: a
     map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
     chosen · background: a picture behind everything, or a folder of them, likewise for its back plate · augment: a
     specification to write over the stage · prim: the path of the prim that is taken of a USD target
@@ -46,7 +46,7 @@ class Choices:
     """
 
     target: str | Path
-    camera: str | Path
+    camera: str | Path | Sequence[str]
     resolution: str | int | None = None
     units_per_metre: float | None = None
     prim: str | None = None
@@ -67,12 +67,10 @@ class Choices:
 
 @dataclass(frozen=True, kw_only=True)
 class Sources:
-    """The files that a stage is made of, opened: its camera with notes on it, its target and preset, its surroundings
+    """The files that a stage is made of, opened: its cameras, its target and preset, its surroundings
     with notes on the maps of their planet, and its other bodies."""
 
-    camera: Layer
-    camera_file: Path
-    camera_notes: tuple[str, ...]
+    cameras: ChosenCameras
     map_notes: tuple[str, ...]
     target_file: Path
     preset: Preset | None
@@ -85,10 +83,8 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     """Open what the choices name; `pictures`: the files that the poses come from. Raises InputError."""
     if not -(2**63) <= choices.seed < 2**63:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
-    with reading(choices.camera):
-        camera, camera_file, camera_notes = open_camera(str(choices.camera))
-    if choices.resolution is not None:
-        camera_notes += set_resolution(camera, str(choices.resolution))
+    given = [str(choices.camera)] if isinstance(choices.camera, str | Path) else choices.camera
+    cameras = open_cameras(given, None if choices.resolution is None else str(choices.resolution))
     target_file = model_file(str(choices.target))
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
     maps = earth_maps(choices.earth) if choices.earth is not None else {}
@@ -104,7 +100,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     files = {
         **pictures,
         "target": target_file,
-        "camera": camera_file,
+        **cameras.files,
         **({"preset": preset.file} if preset else {}),
         **{f"earth_{kind}": file for kind, file in maps.items()},
         **{f"background_{number}": file for number, file in enumerate(behind, 1)},
@@ -114,9 +110,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     }
     inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
     return Sources(
-        camera=camera,
-        camera_file=camera_file,
-        camera_notes=camera_notes,
+        cameras=cameras,
         map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
         target_file=target_file,
         preset=preset,

@@ -137,7 +137,7 @@ def _author(
         if sources.target_file.suffix.lower() in GLTF:
             notes += ("body axes are the file's own x, y and z, of which glTF calls y up: poses are meant in these",)
         notes += _unused(sources.preset, asset)
-        corners, lens = box_corners(asset), lens_of(sources.camera)
+        corners, lens = box_corners(asset), lens_of(sources.cameras.layer)
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)
         if light is not None and not choices.any_size:
             refuse_size(corners, unit)  # poses are sampled for it, and would never have all of it in the picture
@@ -147,7 +147,9 @@ def _author(
             folder,
             poses=poses,
             target=asset,
-            camera=sources.camera,
+            camera=sources.cameras.layer,
+            camera_name=sources.cameras.name,
+            further=sources.cameras.further,
             origin=sources.origin,
             seed=choices.seed,
             outputs=OUTPUTS,
@@ -157,13 +159,14 @@ def _author(
         for body in sources.others:
             notes += _write_other(body, folder, poses, frames, whole, choices.units_per_metre)
         notes += target_notes(open_stage(folder / ROOT))
-        notes += choices.additions.write(folder / ROOT)
+        notes += choices.additions.write(folder / ROOT, [each.name for each in sources.cameras.further])
         _write_light(folder / ROOT, len(poses), light, choices.additions)
         composed, remarks = _composed_target(folder, poses, sources, asset, choices.units_per_metre)
         hull = composed.mesh.hull
         if not choices.any_size:
             refuse_implausible(hull, unit, lens, poses)
-        camera_notes = (*sources.camera_notes, *_colour_notes(sources.camera_file, composed, choices.additions))
+        camera_file = sources.cameras.files["camera"]
+        camera_notes = (*sources.cameras.notes, *_colour_notes(camera_file, composed, choices.additions))
         notes += notes_on_far_keypoints(choices.additions.keypoints, hull)
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment, progress=progress)
@@ -172,7 +175,7 @@ def _author(
         frames=len(poses),
         target=asset.name,
         meshes=asset.gprims,
-        camera=sources.camera_file.name,
+        camera=camera_file.name,
         views=composed.views,
         notes=(*camera_notes, *sources.map_notes, *notes, *remarks),
     )

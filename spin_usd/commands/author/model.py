@@ -9,18 +9,15 @@ from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
-from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.formats.mesh.dae_document import unit_of
 from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_mesh_file
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.resources import bundled
 from spin_usd.scene.asset import MeshAsset
-from spin_usd.stage.author.camera_layer import camera_layer_of, open_camera_layer
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import TargetAsset, describe
-from spin_usd.stage.usd.layer_file import Layer
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
@@ -99,16 +96,3 @@ def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -
     if file.suffix.lower() in MESHES and units_per_metre is None:
         per_metre = 1 / unit_of(file) if file.suffix.lower() == DAE else 1.0
     return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)
-
-
-def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
-    """Open the layer of the camera of that name or in that file, the file it comes from, and notes on that. Raises
-    InputError."""
-    suffix = Path(given).suffix.lower()
-    if suffix == ".json":
-        found = read_camera_file(given)
-        documentation = f"The calibration in {Path(given).name}."
-        layer = camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation)
-        return layer, Path(given), found.notes
-    path = Path(given) if suffix in USD_SUFFIXES else bundled("camera", given)
-    return open_camera_layer(path), path, ()

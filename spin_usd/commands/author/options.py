@@ -48,19 +48,22 @@ class AuthorOptions(Listening):
         ),
     ] = None
     camera: Annotated[
-        str | Path | None,
+        str | Path | Sequence[str],
         Option(
-            f"{named('camera')}; a SPEED+ camera.json, or a camera layer.",
-            NAME_OR_FILE,
+            f"{named('camera')}; a SPEED+ camera.json, or a camera layer. Again for each further camera, which takes a "
+            "picture of each frame too, with its place in the first one's axes: X,Y,Z, QW,QX,QY,QZ,X,Y,Z or a pose "
+            "list of one pose. Its name is its file's, or NAME=FILE gives one.",
+            "NAME_OR_FILE[:POSE]",
             words=bundled("camera"),
             name_or_path=True,
+            repeated=True,
         ),
-    ] = None
+    ] = ()
     resolution: Annotated[
         str | int | None,
         Option(
-            "The camera's pixels, instead of its own, W or WxH: it sees the same by larger or smaller pixels, its K "
-            "and lens with them.",
+            "The cameras' pixels, instead of their own, W or WxH: they see the same by larger or smaller pixels, "
+            "their K and lens with them.",
             "W[xH]",
         ),
     ] = None

@@ -28,6 +28,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     given = options.as_json()
     given |= {name: _numbers(name, getattr(options, name)) for name in ("sun_direction", "sun_from_target")}
     given |= {"also": _texts(options.also), "occluders": _texts(options.occluder)}
+    given["camera"] = _texts(options.camera) or None
     given["units_per_metre"] = None if options.units_per_metre is None else float(options.units_per_metre)
     call, sources = _source(options)
     left_out = {*ADDITIONS, *SOURCES, "occluder"} - set(sources)
@@ -52,13 +53,13 @@ def _source(options: AuthorOptions) -> tuple[str, tuple[str, ...]]:
     if options.count is not None:
         raise InputError("count is given without sample", do="choose poses with frames")
     for name in ("target", "camera"):
-        if getattr(options, name) is None:
+        if not getattr(options, name):
             raise InputError(f"poses is given without {name}", do=f"give {name} too")
     return "author", ("poses",)
 
 
-def _texts(given: str | Sequence[str]) -> list[str]:
-    return [given] if isinstance(given, str) else list(given)
+def _texts(given: str | Path | Sequence[str]) -> list[str]:
+    return [str(given)] if isinstance(given, str | Path) else [str(each) for each in given]
 
 
 def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:

@@ -202,6 +202,7 @@ DATASET = {
     "nocs": Rule(meaning="NOCS is not the dense pose as shares of the target's box."),
     "lit": Rule(meaning="Lit and normals disagree about what is turned away from the Sun."),
     "flow": Rule(meaning="Flow does not end at the dense pose's points in the next frame."),
+    "disparity": Rule(meaning="Disparity does not end where the paired camera sees the dense pose's points."),
     "pose": Rule(meaning="The pose that OpenCV finds from the dense pose, or the range, is not the record's pose."),
     "box": Rule(meaning="A box is not around what mask, pose and dense pose show."),
     "pixels": Rule(meaning="Counts of pixels are not those of the labels."),

@@ -12,7 +12,13 @@ from spin_usd.progress import Progress
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.renderers.renderer import OpenableScene
-from spin_usd.scene.derived.content_keys import KeyMaker, Keys, RenderSettings, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import (
+    KeyMaker,
+    Keys,
+    RenderSettings,
+    background_seed,
+    render_seed,
+)
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import in_sentences
@@ -66,7 +72,7 @@ def write_blend(
         scene=rendered,
         effort=_in_own_light(settings.effort, scene),
         seed=render_seed(scene, settings),
-        behind=sky(rendered, seed=picture_seed(scene, settings)),
+        behind=sky(rendered, seed=background_seed(scene, settings)),
         camera_path=reader.camera_path,
         exposure=_exposure(scene, settings),
         readme=readme(scene, settings, KeyMaker(settings).keys(scene), stage, stage_provenance(reader)),

@@ -12,7 +12,7 @@ from spin_usd.progress import Progress
 from spin_usd.records.difference import PRIM, ComparedPictures, Difference, DiffReport, TriedDifference
 from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import NOMINAL, FrameId
+from spin_usd.scene.model import NOMINAL, FrameId, augmentation_and_camera
 from spin_usd.stage.composition.apply_difference import Stage, add_schemas, apply_difference, can_apply
 from spin_usd.stage.composition.differences import differences
 from spin_usd.stage.composition.open_stage import open_stage
@@ -106,7 +106,7 @@ class Selection:
 
     def open(self, stage: str) -> StageReader:
         """Return a reader of the stage so composed. Raises StageError for a set or a variant that it does not have."""
-        opened = open_stage(stage, variant=self.variant, selections=self.others)
+        opened = open_stage(stage, variant=augmentation_and_camera(self.variant)[0], selections=self.others)
         return StageReader(stage, variant=self.variant, stage=opened)
 
 

@@ -22,7 +22,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
 from spin_usd.scene.model import NOMINAL
-from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.scene.target import MAX_PARTS
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
@@ -226,8 +226,7 @@ def selected(
 
     Raises InputError where there is none, and for a picture that is not what its name says.
 
-    A picture is called after its frame; where several variants are exported FRAME-VARIANT. No variant has a "-" in its
-    name, so no two pictures have the same.
+    A picture is called after its frame; where several variants are exported FRAME-VARIANT.
     """
     chosen = _variants(dataset, variants)
     names = [name for name in dataset.names if name[1] in chosen]
@@ -238,6 +237,9 @@ def selected(
         found = [each for each in found if each.place in kept]
     if not found:
         raise InputError("has no picture to export", where=dataset.root, do="render it first, or choose other frames")
+    if pair := repeated_name([each.name for each in found]):
+        do = "export one variant at a time"
+        raise InputError(f"has two pictures that would be called {found[pair[1]].name}", where=dataset.root, do=do)
     return tuple(found)
 
 

@@ -19,7 +19,8 @@ from spin_usd.picture.shown_bodies import ShownBodies
 from spin_usd.picture.target_facts import TargetFacts
 from spin_usd.records.record import (
     NextFrame,
-    NextTarget,
+    PairedCamera,
+    PosedTarget,
     Provenance,
     Record,
     RecordedBox,
@@ -30,6 +31,7 @@ from spin_usd.records.record import (
     RecordedPixels,
     RecordedPose,
     RecordedRender,
+    RecordedRig,
     RecordedSeeds,
     RecordedSun,
     RecordedTarget,
@@ -41,7 +43,7 @@ from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.lidar import Lidar
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import Rig, Scene
 
 OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on where the Sun is."""
@@ -91,6 +93,8 @@ def make_record(
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         sun=recorded_sun(sun) if sun else UNSET,
         next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,
+        rig=recorded_rig(scene.rig) if scene.rig else UNSET,
+        paired=recorded_pair(scene.paired) if scene.paired else UNSET,
         tones=picture.tones or UNSET,
         lidar=recorded_lidar(measured) if measured else UNSET,
         files={kind: RecordedFile(**entry) for kind, entry in files.items()},
@@ -175,8 +179,26 @@ def recorded_next(following: Scene) -> NextFrame:
     return NextFrame(
         frame=following.frame.name,
         camera=recorded_camera(following.camera),
-        targets=[NextTarget(id=body.id, pose=recorded_pose(body.T_cam_body)) for body in following.targets],
+        targets=posed_targets(following),
     )
+
+
+def recorded_pair(paired: Scene) -> PairedCamera:
+    """Return what the record says of the camera that is paired with the picture's."""
+    return PairedCamera(
+        variant=paired.frame.variant, camera=recorded_camera(paired.camera), targets=posed_targets(paired)
+    )
+
+
+def posed_targets(scene: Scene) -> list[PosedTarget]:
+    """Return where the targets of another view are, as the record says it."""
+    return [PosedTarget(id=body.id, pose=recorded_pose(body.T_cam_body)) for body in scene.targets]
+
+
+def recorded_rig(rig: Rig) -> RecordedRig:
+    """Return what the record says of the camera among several."""
+    pose = rig.T_first_cam
+    return RecordedRig(camera=rig.camera, q_first_cam=pose.quaternion.tolist(), t_first_cam=pose.translation.tolist())
 
 
 def recorded_sun(sun: Sunlight) -> RecordedSun:

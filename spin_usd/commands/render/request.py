@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.labels.table import CLOUD_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
+from spin_usd.labels.table import LABELS, LABELS_OF_SEVERAL, NEEDS, PIXEL_LABELS
 from spin_usd.picture.kinds import KINDS
 from spin_usd.planning.machine_speed import keep_trial, kept_trial
 from spin_usd.planning.make_plan import Plan, make_plan
@@ -14,6 +14,12 @@ from spin_usd.planning.shard import Shard
 from spin_usd.planning.work import CommonWork
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Progress
+
+LACKING = {
+    "lidar": ("LiDAR", "author it with --lidar, for example --lidar flash, or leave that label out"),
+    "paired": ("second camera", "author it with --camera twice, or leave that label out"),
+}
+"""What a stage lacks, by what labels need, and what to do about it."""
 
 
 def plan(
@@ -37,7 +43,7 @@ def plan(
     question = PlanRequest(
         request=request,
         devices=request.devices(),
-        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.if_lidar, *had)),
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.where_possible, *had)),
         copy_to=copy_to,
         explain=explain,
         shard=shard,
@@ -52,17 +58,18 @@ def plan(
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
-    what is if_lidar where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none, and for one
-    that cannot hold so many targets."""
+    of what is made where_possible what the stage can have. Raises InputError for another label that it cannot have, and
+    for one that cannot hold so many targets."""
     _refuse_targets(request, len(plan.description["targets"]))
-    has_lidar, clouds = plan.description["lidar"], [kind for kind in request.kinds if kind in CLOUD_LABELS]
-    if clouds and not has_lidar:
-        do = "author it with --lidar, for example --lidar flash, or leave that label out"
-        raise InputError(f"has no LiDAR, which the label {clouds[0]} needs", where=request.stage, do=do)
+    missing = {name for name, needed in NEEDS.items() if not plan.description[needed]}
+    for kind in request.kinds:
+        if kind in missing:
+            what, do = LACKING[NEEDS[kind]]
+            raise InputError(f"has no {what}, which the label {kind} needs", where=request.stage, do=do)
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
     more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
-    if_lidar = request.if_lidar if has_lidar else ()
-    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *if_lidar))
+    possible = set(request.where_possible) - missing
+    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *possible))
 
 
 def _refuse_targets(request: RenderRequest, count: int) -> None:

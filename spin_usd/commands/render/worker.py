@@ -16,7 +16,7 @@ from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.formats.array_file import encoded_array, read_array
-from spin_usd.labels.table import CLOUD_LABELS, LABELS, needs_next_frame, own_keys
+from spin_usd.labels.table import CLOUD_LABELS, LABELS, other_views, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.kinds import IMAGE, RADIANCE, RENDERED
 from spin_usd.picture.make_picture import Made, Stopwatch, image_tones, make_clouds, make_image, make_labels, render_in
@@ -95,7 +95,7 @@ class Worker:
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
-            scene = reader.scene(reader.frames[index], with_next=needs_next_frame(kinds))
+            scene = reader.scene(reader.frames[index], views=other_views(kinds))
         self._on_open()
         keys = self._keys.keys(scene)
         seed = render_seed(scene, self.options.settings)

@@ -27,7 +27,7 @@ from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.content import key_of
-from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed
+from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import REDUCTIONS, Effort
 from spin_usd.scene.finding import in_sentences
@@ -110,8 +110,8 @@ class Viewer:
         light = in_unit_light(scene)
         settings = RenderSettings(renderer=self._renderer.name, effort=self._effort, seed=seed)
         radiance = render_in(light, self._renderer, settings, Stopwatch()).relit(light.gains)
-        sampled = picture_seed(scene, settings)
-        return develop(scene, radiance, self._sky(scene, sampled), seed=sampled)
+        behind = self._sky(scene, background_seed(scene, settings))
+        return develop(scene, radiance, behind, seed=picture_seed(scene, settings))
 
     def _sky(self, scene: Scene, seed: int) -> NDArray[Any] | None:
         """Return the background; that of the view before where lights, surroundings and camera are the same."""

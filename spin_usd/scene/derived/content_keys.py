@@ -17,7 +17,7 @@ from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import AreaLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import Scene, augmentation_and_camera
 from spin_usd.scene.target import Target
 
 VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise
@@ -88,7 +88,8 @@ class KeyMaker:
         if scene.several or not self._keep_poses:
             return geometry_key(scene), self._targets(scene)
         target = scene.target
-        of = (scene.T_cam_body, target.mesh.key, target.cut_out_key, self._keypoints(target), scene.camera.key)
+        own = target.mesh.key, target.cut_out_key, self._keypoints(target)
+        of = (scene.T_cam_body, *own, scene.camera.key, scene.rig)
         if of not in self._posed:
             self._posed[of] = geometry_key(scene), self._targets(scene)
         return self._posed[of]
@@ -110,7 +111,8 @@ class KeyMaker:
             [body.id, *_pose(body.T_cam_body), body.target.mesh.key, self._keypoints(body.target)]
             for body in scene.targets
         ]
-        return digest(scene.camera.key, shown)
+        rig = [content(scene.rig)] if scene.rig else []
+        return digest(scene.camera.key, shown, *rig)
 
     def _unit_light(self, scene: Scene) -> str:
         """Return the key of the lights as they are rendered, and of the planets, which light the target too."""
@@ -153,8 +155,14 @@ def render_seed(scene: Scene, settings: RenderSettings) -> int:
 
 
 def picture_seed(scene: Scene, settings: RenderSettings) -> int:
-    """Return a 31-bit seed of all that is sampled for this picture alone: the detector's noise, its back plate."""
+    """Return a 31-bit seed of all that is sampled for this picture alone: the detector's noise."""
     return _seed(settings.seed, scene.frame.name, scene.frame.variant)
+
+
+def background_seed(scene: Scene, settings: RenderSettings) -> int:
+    """Return a 31-bit seed of what is sampled for the background, such as which back plate: all cameras see the
+    same."""
+    return _seed(settings.seed, scene.frame.name, augmentation_and_camera(scene.frame.variant)[0])
 
 
 def _seed(*of: int | str) -> int:

@@ -6,6 +6,8 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
 
+from spin_usd.stage.read.camera import find_camera
+
 ParameterValues = Mapping[str, Any]
 """The sampled value of each parameter, by its name."""
 
@@ -46,12 +48,18 @@ class AttributeChange:
 class BaseStage:
     """A stage with its variants selected, over which sampled values are written.
 
-    times: time codes at which the pictures are taken · metres: the length of a stage unit.
+    times: time codes at which the pictures are taken · metres: the length of a stage unit · chosen_camera: whose
+    attributes are changed, of several; None for the first.
     """
 
     stage: Usd.Stage
     times: tuple[float, ...]
     metres: float = 1.0
+    chosen_camera: Usd.Prim | None = None
+
+    @property
+    def camera(self) -> Usd.Prim:
+        return self.chosen_camera or find_camera(self.stage)
 
     @property
     def first(self) -> Usd.TimeCode:

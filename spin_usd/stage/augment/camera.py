@@ -1,4 +1,4 @@
-"""Parameters of the camera: exposure, optics, detector, focus, lens."""
+"""Parameters of the camera: exposure, optics, detector, focus, lens. Of several cameras all take the same values."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,7 +16,8 @@ from spin_usd.stage.augment.attribute_change import (
     fallback_of,
     in_schema,
 )
-from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.augment.parameter import Maker
+from spin_usd.stage.read.camera import find_cameras
 from spin_usd.stage.read.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
@@ -30,15 +31,34 @@ EXPOSURE = {
 LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 
+def of_each_camera(make: Maker) -> Maker:
+    """Return what makes the change of all cameras of a stage from what makes that of `base.camera`."""
+
+    def of_all(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+        cameras = find_cameras(base.stage).values()
+        made = [make(replace(base, chosen_camera=prim), names) for prim in cameras]
+        return AttributeChange(
+            parameters=names,
+            attributes=tuple(each for change in made for each in change.attributes),
+            values=lambda sampled, time: tuple(each for change in made for each in change.values(sampled, time)),
+            varies=any(change.varies for change in made),
+            apis=tuple(each for change in made for each in change.apis),
+        )
+
+    return of_all
+
+
+@of_each_camera
 def exposure(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     (name,) = names
-    at = attribute_of(find_camera(base.stage).GetAttribute(EXPOSURE[name]))
+    at = attribute_of(base.camera.GetAttribute(EXPOSURE[name]))
     return AttributeChange(parameters=names, attributes=(at,), values=lambda sampled, _: (float(sampled[name]),))
 
 
+@of_each_camera
 def exposure_stops(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Add stops to the camera's own `exposure`."""
-    attribute = find_camera(base.stage).GetAttribute("exposure")
+    attribute = base.camera.GetAttribute("exposure")
     varies, own = attribute.ValueMightBeTimeVarying(), float(read(attribute, base.first))
 
     def values(sampled: ParameterValues, time: float) -> tuple[float]:
@@ -51,7 +71,7 @@ def exposure_stops(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 def of_schema(base: BaseStage, names: tuple[str, ...], api: str, attribute: str) -> AttributeChange:
     """Set an attribute of one of our schemas, and apply the schema where it is not applied yet."""
     (name,) = names
-    path, kind = str(find_camera(base.stage).GetPath()), in_schema(api, attribute)
+    path, kind = str(base.camera.GetPath()), in_schema(api, attribute)
     whole = kind in ("int", "int64")
     return AttributeChange(
         parameters=names,
@@ -61,13 +81,15 @@ def of_schema(base: BaseStage, names: tuple[str, ...], api: str, attribute: str)
     )
 
 
+@of_each_camera
 def optics(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.OPTICS_API, schema.OPTICS[names[0].removeprefix("optics.")])
 
 
+@of_each_camera
 def vignetting(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Set the first of the three coefficients; the others stay."""
-    camera, name = find_camera(base.stage), schema.OPTICS["vignetting"]
+    camera, name = base.camera, schema.OPTICS["vignetting"]
     attribute = camera.GetAttribute(name)
     own = read(attribute, base.first) if attribute else fallback_of(schema.OPTICS_API, name)
     return AttributeChange(
@@ -78,16 +100,18 @@ def vignetting(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     )
 
 
+@of_each_camera
 def sensor(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.SENSOR_API, schema.SENSOR[names[0].removeprefix("sensor.")])
 
 
+@of_each_camera
 def metering(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.SENSOR_API, schema.AUTO_EXPOSURE_LEVEL)
 
 
 def _missing(base: BaseStage, api: str) -> tuple[tuple[str, str], ...]:
-    camera = find_camera(base.stage)
+    camera = base.camera
     return () if camera.HasAPI(api) else ((str(camera.GetPath()), api),)
 
 
@@ -99,18 +123,20 @@ def _number(value: Any, whole: bool, name: str) -> float | int:
     return int(value)
 
 
+@of_each_camera
 def focus(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Set the distance in metres, or the aperture's f-number."""
     (name,) = names
     attribute = {"focus.distance": "focusDistance", "focus.fstop": "fStop"}[name]
     unit = base.metres if name == "focus.distance" else 1.0
-    at = attribute_of(find_camera(base.stage).GetAttribute(attribute))
+    at = attribute_of(base.camera.GetAttribute(attribute))
     return AttributeChange(parameters=names, attributes=(at,), values=lambda sampled, _: (float(sampled[name]) / unit,))
 
 
+@of_each_camera
 def lens(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Add errors of the calibration to the lens's numbers; derived attributes follow."""
-    prim = find_camera(base.stage)
+    prim = base.camera
     if not prim.HasAPI(schema.LENS_API):
         found = f"has no {schema.LENS_API}, so {names[0]} has nothing to be added to"
         raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or remove the parameter")

@@ -29,7 +29,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
-from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.camera import find_cameras, read_camera
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
@@ -185,11 +185,12 @@ def _check_first_picture(root: Path, variant: str) -> None:
     try:
         stage = open_stage(root, variant=variant)
         frame = read_frames(stage, variant)[0]
-        camera, time = find_camera(stage), Usd.TimeCode(frame.time_code)
-        lens = read_camera(camera, time)
-        read_sensor(camera, time)
-        read_optics(camera, lens, time)
-        read_thin_lens(camera, time, 1.0)
+        time = Usd.TimeCode(frame.time_code)
+        for camera in find_cameras(stage).values():
+            lens = read_camera(camera, time)
+            read_sensor(camera, time)
+            read_optics(camera, lens, time)
+            read_thin_lens(camera, time, 1.0)
         LightReader(stage, Images())
     except SpinError as error:
         where = f"augmentation {variant}: {error.where}"

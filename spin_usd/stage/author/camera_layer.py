@@ -2,13 +2,14 @@
 
 import math
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
@@ -19,6 +20,21 @@ SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower 
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
 IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FurtherCamera:
+    """A camera beside the stage's first: its name, its layer as those here make it, and how it stands in the axes of
+    the first."""
+
+    name: str
+    layer: Sdf.Layer
+    T_first_cam: Transform
+
+
+def layer_name(camera: str) -> str:
+    """Return the file of the layer of a further camera, or of the first, which is called ""."""
+    return f"camera_{camera}.usda" if camera else "camera.usda"
 
 
 def responsivity() -> float:

@@ -5,15 +5,17 @@ themselves are local (sublayers). The target is in its own axes:
 T_world_body = T_world_cam @ T_cam_body.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.frames import T_CAM_USDCAM, T_USDCAM_CAM
+from spin_usd.geometry.transform import Transform
 from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
+from spin_usd.stage.author.camera_layer import FurtherCamera, layer_name
 from spin_usd.stage.author.diffuse_materials import find_diffuse_overrides
 from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
@@ -34,6 +36,7 @@ from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 ROOT = "dataset.usda"
 MODEL_LAYER = "layers/model.usda"
 SETTINGS = Sdf.Path("/Render/Settings")
+PRODUCTS, VARIABLES = Sdf.Path("/Render/Products"), Sdf.Path("/Render/Vars")
 
 
 def write_stage(
@@ -47,16 +50,20 @@ def write_stage(
     outputs: Mapping[str, str],
     preset: Preset | None = None,
     surroundings: Mapping[str, Sdf.Layer] | None = None,
+    camera_name: str = "",
+    further: Sequence[FurtherCamera] = (),
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
     `camera` is a layer as `author.camera_layer` makes it; it is changed. `outputs`: the files of a picture, each with
-    the USD type of its pixels. `surroundings`: layers by their kind, instead of the preset's and the usual ones. Raises
-    OutputError, InputError for a file that one of them names and that is not there.
+    the USD type of its pixels. `surroundings`: layers by their kind, instead of the preset's and the usual ones.
+    `camera_name`: what the camera is called, if not as its prim · `further`: cameras mounted on it, whose layers are
+    changed too. Raises OutputError, InputError for a file that one of them names and that is not there.
     """
     if preset:
-        preset.set_camera(camera)
-    own = _write_layers(folder / "layers", poses, camera, outputs, preset, surroundings or {})
+        for layer in (camera, *(each.layer for each in further)):
+            preset.set_camera(layer)
+    own = _write_layers(folder / "layers", poses, camera, outputs, preset, surroundings or {}, further)
     write_variant_sets(folder / "layers", own, target.variants, find_diffuse_overrides(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
@@ -71,6 +78,10 @@ def write_stage(
     _author_target(stage, target, folder, preset.chosen(target.variants) if preset else {})
     stage.DefinePrim("/Render").GetReferences().AddReference("./layers/render.usda")
     UsdRender.Settings(stage.OverridePrim(SETTINGS)).CreateCameraRel().SetTargets([CAMERA])
+    if camera_name:
+        stage.GetPrimAtPath(CAMERA).SetDisplayName(camera_name)
+    for each in further:
+        _author_further(stage, each, outputs)
     export(root, folder / ROOT)
     return folder / ROOT
 
@@ -82,12 +93,16 @@ def _write_layers(
     outputs: Mapping[str, str],
     preset: Preset | None,
     surroundings: Mapping[str, Sdf.Layer],
+    further: Sequence[FurtherCamera],
 ) -> dict[Sdf.Path, Sdf.Layer]:
     """Write the layers that the root layer references. Returns those of lights and environment, by the prims' paths."""
-    lens = _place_camera(camera)
+    lens = _place_camera(camera, T_WORLD_CAM @ T_CAM_USDCAM)
+    lenses = {each.name: _place_camera(each.layer, _below_first(each.T_first_cam)) for each in further}
     export(poses_layer(poses), folder / "poses.usdc")
-    export(camera, folder / "camera.usda")
-    export(render_layer(lens, outputs), folder / "render.usda")
+    export(camera, folder / layer_name(""))
+    for each in further:
+        export(each.layer, folder / layer_name(each.name))
+    export(render_layer(lens, outputs, lenses), folder / "render.usda")
     chosen: dict[Sdf.Path, Sdf.Layer] = {}
     for kind, place in KINDS.items():
         own = surroundings.get(kind) or (preset.layer(place) if preset else None)
@@ -98,11 +113,16 @@ def _write_layers(
     return chosen
 
 
-def _place_camera(layer: Sdf.Layer) -> Camera:
-    """Place the layer's camera at the origin, looking along +Y with +Z up. Returns its intrinsics."""
+def _below_first(T_first_cam: Transform) -> Transform:
+    """Return the pose of a further camera's prim below that of the first."""
+    return T_USDCAM_CAM @ T_first_cam @ T_CAM_USDCAM
+
+
+def _place_camera(layer: Sdf.Layer, pose: Transform) -> Camera:
+    """Place the layer's camera in the axes of its parent: the first at the origin, looking along +Y with +Z up. Returns
+    its intrinsics."""
     stage = stage_on(layer)
     prim = stage.GetDefaultPrim()
-    pose = T_WORLD_CAM @ T_CAM_USDCAM
     xformable = UsdGeom.Xformable(prim)
     xformable.ClearXformOpOrder()
     xformable.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation))
@@ -116,6 +136,16 @@ def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
     world.ApplyAPI(schema.CAPTURE_API)
     world.GetAttribute(schema.CAPTURE_SEED).Set(seed)
     author_origin(stage.GetRootLayer(), world, origin)
+
+
+def _author_further(stage: Usd.Stage, camera: FurtherCamera, outputs: Mapping[str, str]) -> None:
+    """Mount a further camera on the first, and let its products name it."""
+    prim = stage.DefinePrim(CAMERA.AppendChild(f"Camera_{camera.name}"))
+    prim.GetReferences().AddReference(f"./layers/{layer_name(camera.name)}")
+    prim.SetDisplayName(camera.name)
+    for output in outputs:
+        product = UsdRender.Product(stage.OverridePrim(PRODUCTS.AppendChild(_product_name(output, camera.name))))
+        product.CreateCameraRel().SetTargets([prim.GetPath()])
 
 
 def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
@@ -150,31 +180,47 @@ def _documentation(poses: PoseList, target: TargetAsset) -> str:
     )
 
 
-def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
-    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name.
-    Its camera is set by the layer that references it, since it lies outside."""
+def render_layer(camera: Camera, outputs: Mapping[str, str], further: Mapping[str, Camera]) -> Sdf.Layer:
+    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name, of
+    the first camera and of each of the `further` ones, by their names. Cameras are set by the layer that references it,
+    since they lie outside."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
     stage = stage_on(layer)
     UsdGeom.Scope.Define(stage, "/Render")
-    UsdGeom.Scope.Define(stage, "/Render/Products")
-    UsdGeom.Scope.Define(stage, "/Render/Vars")
+    UsdGeom.Scope.Define(stage, PRODUCTS)
+    UsdGeom.Scope.Define(stage, VARIABLES)
     settings = UsdRender.Settings.Define(stage, SETTINGS)
     settings.CreateResolutionAttr(Gf.Vec2i(camera.width, camera.height))
     settings.CreatePixelAspectRatioAttr(camera.fy / camera.fx)
     settings.CreateIncludedPurposesAttr([UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
-    settings.CreateProductsRel().SetTargets([_product(stage, name, kind) for name, kind in outputs.items()])
+    products = [_product(stage, name, _variable(stage, name, kind)) for name, kind in outputs.items()]
+    for name, lens in further.items():
+        for output in outputs:
+            products.append(_product(stage, _product_name(output, name), VARIABLES.AppendChild(output)))
+            product = UsdRender.Product(stage.GetPrimAtPath(products[-1]))
+            product.CreateResolutionAttr(Gf.Vec2i(lens.width, lens.height))
+            product.CreatePixelAspectRatioAttr(lens.fy / lens.fx)
+    settings.CreateProductsRel().SetTargets(products)
     return layer
 
 
-def _product(stage: Usd.Stage, name: str, kind: str) -> Sdf.Path:
-    """Define a product of one variable: each label is a file of its own."""
-    variable = UsdRender.Var.Define(stage, f"/Render/Vars/{name}")
+def _product_name(output: str, camera: str) -> str:
+    return f"{camera}_{output}"
+
+
+def _variable(stage: Usd.Stage, name: str, kind: str) -> Sdf.Path:
+    variable = UsdRender.Var.Define(stage, VARIABLES.AppendChild(name))
     variable.CreateDataTypeAttr(kind)
     variable.CreateSourceNameAttr(name)
     variable.CreateSourceTypeAttr(UsdRender.Tokens.raw)
-    product = UsdRender.Product.Define(stage, f"/Render/Products/{name}")
+    return variable.GetPath()
+
+
+def _product(stage: Usd.Stage, name: str, variable: Sdf.Path) -> Sdf.Path:
+    """Define a product of one variable: each label is a file of its own."""
+    product = UsdRender.Product.Define(stage, PRODUCTS.AppendChild(name))
     product.CreateProductTypeAttr(UsdRender.Tokens.raster)
     product.CreateProductNameAttr(name)
-    product.CreateOrderedVarsRel().SetTargets([variable.GetPath()])
+    product.CreateOrderedVarsRel().SetTargets([variable])
     return product.GetPath()

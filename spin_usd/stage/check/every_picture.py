@@ -25,14 +25,14 @@ from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, si
 from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.scene.model import NOMINAL, FrameId, Scene
+from spin_usd.scene.model import NOMINAL, FrameId, Scene, augmentation_and_camera
 from spin_usd.scene.plausible import SIZES, is_plausible
 from spin_usd.scene.target import Target
 from spin_usd.stage.check.refusals import refusals
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.read.body_reader import BodyReader
-from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.camera import picture_variants
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shutter import Opening, read_opening
 from spin_usd.stage.read.stage_reader import StageReader
@@ -67,7 +67,8 @@ CODES = {
 
 @dataclass(eq=False)
 class IdenticalVariants:
-    """Compares the variants of the stage at `path`: by some pictures each, and by all where those are equal."""
+    """Compares the variants of the stage at `path`, as its first camera sees them: by some pictures each, and by all
+    where those are equal."""
 
     path: str | Path
     _probes: dict[str, dict[int, str]] = field(default_factory=dict)
@@ -75,15 +76,15 @@ class IdenticalVariants:
 
     def add(self, scene: Scene, pictures: int) -> None:
         """Note one picture of the `pictures` of its variant, if it is a probe."""
-        if scene.frame.index in _probes(pictures):
+        if scene.frame.index in _probes(pictures) and not augmentation_and_camera(scene.frame.variant)[1]:
             self._probes.setdefault(scene.frame.variant, {})[scene.frame.index] = _content(scene, self._keys)
 
     def findings(self, variant: str) -> Iterator[Finding]:
         """Compare a variant, all of whose pictures were added, to those before it."""
         for other, probes in self._probes.items():
-            if other == variant:
+            if other == variant or variant not in self._probes:
                 return
-            if probes == self._probes.get(variant) and self._equal(other, variant):
+            if probes == self._probes[variant] and self._equal(other, variant):
                 message = f"the pictures of variant {variant} are those of {other}, apart from random noise; remove it"
                 yield Finding(code="variant-same", where=str(self.path), message=message, severity=WARNING)
                 return
@@ -122,7 +123,7 @@ def scene_findings(
     """
     if composition_errors(stage):
         return
-    names = variants(stage)
+    names = _variants(stage)
     if len(names) > MAX_VARIANTS:
         message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
@@ -135,6 +136,14 @@ def scene_findings(
         numbering = check.numbering
         if index == 0 and check.views:
             on_views(check.views)
+
+
+def _variants(stage: Usd.Stage) -> tuple[str, ...]:
+    """List the variants of the stage's pictures; of one whose cameras cannot be told apart its augmentations, each of
+    which says why."""
+    with suppress(SpinError):
+        return picture_variants(stage)
+    return variants(stage)
 
 
 class Shapes:
@@ -215,7 +224,7 @@ class _VariantCheck:
     def _others(self) -> Iterator[SpinError]:
         """Yield all other errors of the variant's readers; reading a picture ended at the first of them."""
         with suppress(SpinError), parser_faults(self.path):  # a variant that cannot be opened was reported already
-            yield from refusals(open_stage(self.path, variant=self.variant))
+            yield from refusals(open_stage(self.path, variant=augmentation_and_camera(self.variant)[0]))
 
     def _once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
         if (str(where), found) not in self.reported:
@@ -236,7 +245,7 @@ class BlendedPoses:
 
     def __init__(self, reader: StageReader) -> None:
         self.pictures: list[str] = []
-        self._camera, self._bodies = find_camera(reader.stage), reader.bodies
+        self._camera, self._bodies = reader.camera_prim, reader.bodies
         self.where = str(reader.bodies[0].prim.GetPath())
         self._times = [self._moving_times(body.prim) for body in reader.bodies]
 

@@ -13,7 +13,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.camera import find_camera, find_cameras, read_camera
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lens import derived_values, read_lens
@@ -69,16 +69,18 @@ def _attempts(stage: Usd.Stage) -> Iterator[Attempt]:
 
 
 def _of_camera(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
-    yield partial(find_camera, stage)
+    yield partial(find_cameras, stage)
+    prims: tuple[Usd.Prim, ...] = ()
     with suppress(SpinError):
-        prim = find_camera(stage)
+        prims = tuple(find_cameras(stage).values())
+    for prim in prims:
         yield partial(check_chain, prim)
         yield partial(read_camera, prim, time)
         yield partial(read_sensor, prim, time)
         yield partial(read_thin_lens, prim, time, 1.0)
         yield partial(read_opening, prim, 0.0, rows=1)
-        lens = read_camera(prim, time)
-        yield partial(read_optics, prim, lens, time)
+        with suppress(SpinError):
+            yield partial(read_optics, prim, read_camera(prim, time), time)
 
 
 def _of_bodies(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
@@ -92,9 +94,9 @@ def _of_bodies(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
             yield partial(check_chain, target)
             yield partial(read_keypoints, target, time)
         roots = [*targets]
-        camera = find_camera(stage)
-        yield partial(find_occluders, targets, camera)
-        roots += occluder_roots(targets, camera)
+        cameras = find_cameras(stage).values()
+        yield partial(find_occluders, targets, cameras)
+        roots += occluder_roots(targets, cameras)
     images = Images()
     for prim in (each for root in roots for each in _to_render(root, time)):
         yield partial(_read_geometry, prim, time, images)

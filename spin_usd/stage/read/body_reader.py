@@ -57,7 +57,7 @@ class BodyReader:
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
         self.id, self.part_offset = numbering.id_of(self.prim), numbering.part_offset(self.prim)
         check_chain(self.prim)
-        self._above = _common_frame(camera, self.prim)
+        self._above = common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))
         self.shared = None if shared is None else shared.of(camera, self.prim)
         self._last: Target | None = None
@@ -123,7 +123,7 @@ class BodyReader:
         return target_variation(self.prim, reader.visited)
 
 
-def _common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
+def common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
     """Find the prim below which the poses of both are compared: what is fixed to the camera, in the camera's own axes,
     so that its pose is the same in all pictures."""
     below = prim.GetPath().HasPrefix(camera.GetPath())

@@ -1,14 +1,45 @@
-"""The stage's camera: which prim it is, and its intrinsics."""
+"""The stage's cameras: which prims they are, and their intrinsics."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from itertools import islice
 
-from pxr import Usd, UsdGeom, UsdRender
+from pxr import Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
+from spin_usd.scene.model import variant_of
+from spin_usd.stage.composition.open_stage import VARIANT_NAME, variants
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
+
+
+def find_cameras(stage: Usd.Stage) -> dict[str, Usd.Prim]:
+    """Find the cameras that take the stage's pictures, by their names: that of `find_camera`, then those that products
+    of the RenderSettings name instead, in the products' order. A camera's name is its display name, or its prim's, in
+    small letters. Raises StageError for a name that cannot name a folder, or is another's."""
+    first, settings = find_camera(stage), render_settings(stage)
+    prims = {first.GetPath(): first}
+    for product in _products(settings) if settings else ():
+        for path in product.GetCameraRel().GetTargets():
+            prims[path] = _as_camera(stage, path, product)
+    found: dict[str, Usd.Prim] = {}
+    for prim in prims.values():
+        name = (prim.GetDisplayName() or prim.GetName()).lower()
+        if len(prims) > 1 and not VARIANT_NAME.fullmatch(name):
+            found_there = f"is called {name!r}, which cannot name a folder"
+            raise StageError(found_there, where=prim.GetPath(), do="use letters, digits and '_'")
+        if name in found:
+            found_there = f"is called {name!r}, as {found[name].GetPath()} is"
+            raise StageError(found_there, where=prim.GetPath(), do="give each camera its own displayName")
+        found[name] = prim
+    return found
+
+
+def picture_variants(stage: Usd.Stage) -> tuple[str, ...]:
+    """List the variants of the stage's pictures: each augmentation as the first camera sees it, then as the others
+    do."""
+    _, *others = find_cameras(stage)
+    return tuple(variant_of(each, camera) for each in variants(stage) for camera in ("", *others))
 
 
 def find_camera(stage: Usd.Stage) -> Usd.Prim:
@@ -16,11 +47,7 @@ def find_camera(stage: Usd.Stage) -> Usd.Prim:
     settings = render_settings(stage)
     named = settings.GetCameraRel().GetTargets() if settings else []
     if settings and named:
-        prim = stage.GetPrimAtPath(named[0])
-        if not prim or not prim.IsA(UsdGeom.Camera):
-            found = f"its camera {named[0]} is not a Camera prim"
-            raise StageError(found, where=settings.GetPath(), do="point it at a Camera")
-        return prim
+        return _as_camera(stage, named[0], settings)
     cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
     if len(cameras) == 1:
         return cameras[0]
@@ -29,6 +56,13 @@ def find_camera(stage: Usd.Stage) -> Usd.Prim:
         names = ", ".join(str(prim.GetPath()) for prim in cameras[:5])
         raise StageError(f"the stage has {len(cameras)} cameras ({names})", where=_name(stage), do=do)
     raise StageError("the stage has no camera", where=_name(stage), do="add a Camera prim")
+
+
+def _as_camera(stage: Usd.Stage, path: Sdf.Path, named_by: UsdRender.SettingsBase) -> Usd.Prim:
+    prim = stage.GetPrimAtPath(path)
+    if not prim or not prim.IsA(UsdGeom.Camera):
+        raise StageError(f"its camera {path} is not a Camera prim", where=named_by.GetPath(), do="point it at a Camera")
+    return prim
 
 
 def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
@@ -41,10 +75,41 @@ def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
     if not settings:
         found = f"renderSettingsPrimPath {path} is not a RenderSettings prim"
         raise StageError(found, where=_name(stage), do="fix the path")
+    _refuse_window(settings)
+    return settings
+
+
+def _products(settings: UsdRender.Settings) -> Iterator[UsdRender.Product]:
+    """Yield the products of the RenderSettings that there are."""
+    for path in settings.GetProductsRel().GetTargets():
+        if product := UsdRender.Product(settings.GetPrim().GetStage().GetPrimAtPath(path)):
+            yield product
+
+
+def _settings_of(camera: Usd.Prim) -> tuple[UsdRender.SettingsBase, ...]:
+    """Return what says how the camera's pictures are laid out, the strongest first: the first product that names it,
+    and the RenderSettings."""
+    settings = render_settings(camera.GetStage())
+    if not settings:
+        return ()
+    named = (each for each in _products(settings) if camera.GetPath() in each.GetCameraRel().GetTargets())
+    own = tuple(islice(named, 1))
+    for product in own:
+        _refuse_window(product)
+    return (*own, settings)
+
+
+def _setting(camera: Usd.Prim, name: str) -> Usd.Attribute:
+    """Return the attribute of that name of the first of `_settings_of` the camera that authors it, else of the
+    RenderSettings; one that is not valid without any."""
+    found = [each.GetPrim().GetAttribute(name) for each in _settings_of(camera)]
+    return next((each for each in found if each.HasAuthoredValue()), found[-1] if found else Usd.Attribute())
+
+
+def _refuse_window(settings: UsdRender.SettingsBase) -> None:
     window = read(settings.GetDataWindowNDCAttr())
     if tuple(window) != (0, 0, 1, 1):
-        raise UnsupportedError(f"its dataWindowNDC is {window}", where=path, do="use the whole frame")
-    return settings
+        raise UnsupportedError(f"its dataWindowNDC is {window}", where=settings.GetPath(), do="use the whole frame")
 
 
 def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
@@ -71,9 +136,9 @@ def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     ]
     if missing:
         raise StageError(f"lacks {', '.join(missing)}", where=prim.GetPath(), do="author them")
-    resolution = _resolution(prim.GetStage())
+    resolution = _resolution(prim)
     if resolution and resolution != tuple(size):
-        found = f"has {size[0]}x{size[1]} pixels, but the RenderSettings' resolution is {resolution}"
+        found = f"has {size[0]}x{size[1]} pixels, but the resolution of its pictures is {resolution}"
         raise StageError(found, where=prim.GetPath(), do="make them equal")
     fx, fy, cx, cy, *distortion = (float(n) for n in numbers)
     k1, k2, p1, p2, k3 = distortion
@@ -82,8 +147,7 @@ def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     """Derive intrinsics from apertures, offsets and focal length, which share one unit: only their ratios count."""
-    stage, camera = prim.GetStage(), UsdGeom.Camera(prim)
-    resolution = _resolution(stage)
+    camera, resolution = UsdGeom.Camera(prim), _resolution(prim)
     if not resolution:
         do = "apply SpinLensAPI to it, or author a resolution in the RenderSettings"
         raise StageError("has no size in pixels", where=prim.GetPath(), do=do)
@@ -98,7 +162,7 @@ def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     if min(across, down, focal) <= 0:
         found = f"its apertures and focal length are {across:g}, {down:g}, {focal:g}"
         raise StageError(found, where=prim.GetPath(), do="make them positive")
-    across, down = _conformed(across, down, width, height, render_settings(stage))
+    across, down = _conformed(across, down, width, height, prim)
     return Camera(
         width=width,
         height=height,
@@ -109,10 +173,10 @@ def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     )
 
 
-def _conformed(across: float, down: float, width: int, height: int, settings: Any) -> tuple[float, float]:
+def _conformed(across: float, down: float, width: int, height: int, camera: Usd.Prim) -> tuple[float, float]:
     """Return the apertures after UsdRender's aspectRatioConformPolicy made their ratio the image's."""
-    ratio = width * float(read(settings.GetPixelAspectRatioAttr())) / height
-    policy = str(read(settings.GetAspectRatioConformPolicyAttr()))
+    ratio = width * float(read(_setting(camera, "pixelAspectRatio"))) / height
+    policy = str(read(_setting(camera, "aspectRatioConformPolicy")))
     wider, taller = (down * ratio, down), (across, across / ratio)
     choices: dict[str, Callable[[], tuple[float, float]]] = {
         "expandAperture": lambda: taller if across / down > ratio else wider,
@@ -122,15 +186,17 @@ def _conformed(across: float, down: float, width: int, height: int, settings: An
         "adjustPixelAspectRatio": lambda: (across, down),
     }
     if policy not in choices:
-        raise StageError(f"its aspectRatioConformPolicy is '{policy}'", where=settings.GetPath(), do="use USD's names")
+        raise StageError(
+            f"its aspectRatioConformPolicy is '{policy}'", where=_settings_of(camera)[0].GetPath(), do="use USD's names"
+        )
     return choices[policy]()
 
 
-def _resolution(stage: Usd.Stage) -> tuple[int, int] | None:
-    settings = render_settings(stage)
-    if not settings or not settings.GetResolutionAttr().HasAuthoredValue():
+def _resolution(camera: Usd.Prim) -> tuple[int, int] | None:
+    attribute = _setting(camera, "resolution")
+    if not attribute or not attribute.HasAuthoredValue():
         return None
-    width, height = read(settings.GetResolutionAttr())
+    width, height = read(attribute)
     return int(width), int(height)
 
 

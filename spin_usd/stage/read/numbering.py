@@ -15,7 +15,7 @@ from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.target import MAX_PARTS, Part
 from spin_usd.stage.composition.open_stage import compositions
-from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.camera import find_cameras
 from spin_usd.stage.read.target.bodies import OccluderPrims, find_occluders, find_targets, prim_of, target_name
 from spin_usd.stage.read.target.body_parts import BodyParts
 
@@ -50,7 +50,7 @@ class Numbering:
             found = "is no target of this variant" if path in self.targets else "is a target of this variant alone"
             do = "give all variants the same targets: their ids hold in all of them"
             raise StageError(found, where=path, do=do)
-        bodies = [*targets, *find_occluders(targets, find_camera(stage))]
+        bodies = [*targets, *find_occluders(targets, find_cameras(stage).values())]
         names = [target_name(prim) for prim in targets]
         for prim, name in zip(targets, names, strict=True):
             if names.count(name) > 1:
@@ -110,7 +110,7 @@ class Numbering:
 
     def _add(self, stage: Usd.Stage) -> None:
         targets = find_targets(stage)
-        occluders = find_occluders(targets, find_camera(stage))
+        occluders = find_occluders(targets, find_cameras(stage).values())
         self.targets = self.targets or tuple(str(prim.GetPath()) for prim in targets)
         for prim in targets:
             self._names.setdefault(str(prim.GetPath()), target_name(prim))

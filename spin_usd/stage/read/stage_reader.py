@@ -1,6 +1,6 @@
 """A composed stage at a time code, as a Scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -10,30 +10,30 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
-from spin_usd.errors import GeometryError, StageError
+from spin_usd.arrays import Float, digest
+from spin_usd.errors import GeometryError, StageError, UnknownPictureError
 from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.ellipsoid import rays_meet
-from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.finding import Finding
 from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.light import DistantLight, Light
-from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
+from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter, augmentation_and_camera, variant_of
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Decoded, Images
-from spin_usd.stage.composition.open_stage import open_stage, variants
+from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
-from spin_usd.stage.read.camera import find_camera, read_camera
+from spin_usd.stage.read.camera import find_cameras, picture_variants, read_camera
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.planet import refuse_hidden_target
+from spin_usd.stage.read.rig import mounted, rig_in_time
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.shutter import Opening, read_opening, read_poses
@@ -42,7 +42,7 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, Notes, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
-from spin_usd.stage.usd.transforms import Placement, between, check_chain, nearest_ancestor, placement, placement_below
+from spin_usd.stage.usd.transforms import Placement, check_chain, placement
 from spin_usd.stage.usd.values import typed_value
 from spin_usd.stage.usd.visibility import PROXIES
 
@@ -59,8 +59,9 @@ ROUNDING_RAD = 1e-7  # of an arc cosine near 0, with room
 class StageReader:
     """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
 
-    frames: the stage's frames · seed: the dataset's · variants: all that the stage has · variant: the selected one ·
-    bodies: the targets in order of their ids, then the occluders · numbering: the ids of both, of all variants.
+    frames: the stage's frames · seed: the dataset's · variants: all of its pictures' · variant: the selected one ·
+    camera_prim: the camera that takes its pictures · bodies: the targets in order of their ids, then the occluders ·
+    numbering: the ids of both, of all variants.
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for features not supported yet.
     """
 
@@ -76,33 +77,35 @@ class StageReader:
         keep_poses: bool = False,
         numbering: Numbering | None = None,
     ):
-        """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
-        sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used again.
-        `images`: decoded ones of another reader, of files that have not changed since. `check_images`: refuse
+        """Open the stage at `path`. `stage`: the same stage in that augmentation if it is open already, perhaps with
+        other sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used
+        again. `images`: decoded ones of another reader, of files that have not changed since. `check_images`: refuse
         damaged ones, which takes all their bytes to be decoded once; labels need none. `keep_poses`: keep the poses of
         all pictures for readers after this one, which take them where their variants do not change them. `numbering`:
         that of another reader of the same files; that of `after` unless given."""
-        self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
+        augmentation, self._camera_name = augmentation_and_camera(variant)
+        self.stage: Usd.Stage = stage or open_stage(path, variant=augmentation)
         self.variant = variant
-        self.variants = variants(self.stage)
+        self.variants = picture_variants(self.stage)
         self.metres = metres_per_unit(self.stage)
-        self._camera_prim = find_camera(self.stage)
+        self._cameras = find_cameras(self.stage)
+        self.camera_prim: Usd.Prim = self._chosen_camera()
         self._notes = Notes()
         self._images: Images = Images(before=after._images.decoded if after else images, check=check_images)
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
-        check_chain(self._camera_prim)
+        check_chain(self.camera_prim)
         known = numbering or (after.numbering if after else None)
-        self.numbering: Numbering = known or Numbering.of(self.stage, variant)
+        self.numbering: Numbering = known or Numbering.of(self.stage, augmentation)
         self.bodies: tuple[BodyReader, ...] = self._find_bodies(after.bodies if after else (), keep_poses)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._read_camera_parts()
-        self._lidar = lidar_in_time(self.stage, self._camera_prim, self.metres)
+        self._lidar = lidar_in_time(self.stage, self.camera_prim, self.metres)
 
     @property
     def stage_hash(self) -> str:
-        """Digest of the composed content with its variant, wherever the stage lies."""
+        """Digest of the composed content with its variant, its camera's name included, wherever the stage lies."""
         return self._hash_and_files[0]
 
     @property
@@ -112,7 +115,8 @@ class StageReader:
 
     @cached_property
     def _hash_and_files(self) -> tuple[str, dict[str, str]]:
-        return hash_and_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+        found, files = hash_and_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+        return digest([found, self._camera_name]) if self._camera_name else found, files
 
     @property
     def notes(self) -> tuple[Finding, ...]:
@@ -127,7 +131,7 @@ class StageReader:
     @property
     def camera_path(self) -> str:
         """The path of the camera's prim."""
-        return str(self._camera_prim.GetPath())
+        return str(self.camera_prim.GetPath())
 
     @property
     def light_is_still(self) -> bool:
@@ -145,9 +149,10 @@ class StageReader:
                     selections[name if prim == default else f"{prim.GetPath()}{{{name}}}"] = variant
         return selections
 
-    def scene(self, frame: FrameId, *, with_next: bool = False) -> Scene:
-        """Read everything that a picture of `frame` needs, at the middle of its exposure, and `with_next` the next
-        frame, which some labels need. The target is the same object as long as it does not change."""
+    def scene(self, frame: FrameId, *, views: Collection[str] = ()) -> Scene:
+        """Read everything that a picture of `frame` needs, at the middle of its exposure, and of the other `views` that
+        some labels need those named, "next_frame" and "paired". The target is the same object as long as it does not
+        change."""
         opening = self._opening_at(frame.time_code)
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
@@ -160,7 +165,7 @@ class StageReader:
             centre = T_cam_body.points(target.mesh.centre)
             refuse_hidden_target(environment.planets, centre, target.mesh.radius)
             lights = eclipsed(lights, environment.planets, centre)
-        return Scene(
+        scene = Scene(
             frame=frame,
             camera=self._camera.at(time),
             bodies=bodies,
@@ -170,15 +175,26 @@ class StageReader:
             optics=self._optics.at(time),
             thin_lens=self._thin_lens.at(time),
             shutter=Shutter(readout=opening.readout) if bodies[0].poses else None,
-            next_frame=self._next_frame(frame) if with_next else None,
+            next_frame=self._next_frame(frame) if "next_frame" in views else None,
+            rig=self._rig.at(time),
             lidar=self._lidar.at(time),
             classes=self.numbering.classes,
         )
+        return replace(scene, paired=self._paired_view(scene, time)) if "paired" in views and scene.rig else scene
 
     def _next_frame(self, frame: FrameId) -> Scene | None:
         """Read the frame after `frame`; None of the last."""
         after = self.frames[frame.index + 1 : frame.index + 2]
         return self.scene(after[0]) if after else None
+
+    def _paired_view(self, scene: Scene, time: Usd.TimeCode) -> Scene:
+        """Return `scene`, which is of one of several cameras, as the camera that is paired with it sees it."""
+        camera, T_pair_cam = self._pair.at(time)
+        bodies = (replace(body.still, T_cam_body=T_pair_cam @ body.T_cam_body) for body in scene.bodies)
+        augmentation, _ = augmentation_and_camera(self.variant)
+        other = "" if self._camera_name else list(self._cameras)[1]
+        frame = replace(scene.frame, variant=variant_of(augmentation, other))
+        return replace(scene, frame=frame, camera=camera, bodies=tuple(bodies), shutter=None)
 
     def target_at(self, time_code: float) -> Target:
         """Read the first target alone at a time code, metres."""
@@ -214,7 +230,7 @@ class StageReader:
     def _find_bodies(self, before: Sequence[BodyReader], keep_poses: bool) -> tuple[BodyReader, ...]:
         """Find the targets and the occluders. `before`: those of a variant before, whose poses may be the same; with
         `keep_poses` they are kept for variants after this one. Raises as Numbering.in_order."""
-        camera, numbering = self._camera_prim, self.numbering
+        camera, numbering = self.camera_prim, self.numbering
         links, images, notes = self._lights.links, self._images, self._notes
 
         def open_reader(prim: Usd.Prim, time: Usd.TimeCode) -> TargetReader:
@@ -235,18 +251,28 @@ class StageReader:
         placed = [(reader, *reader.placed(time, world)) for reader in self.bodies]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
         shown = [(reader, pose, target) for reader, pose, target in shapes if target]
-        poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self._camera_prim.GetPath())
+        poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self.camera_prim.GetPath())
         return tuple(
             Body(id=reader.id, target=target, T_cam_body=pose, poses=own, part_offset=reader.part_offset)
             for (reader, pose, target), own in zip(shown, poses, strict=True)
         )
+
+    def _chosen_camera(self) -> Usd.Prim:
+        """Find the camera that the variant names, else the first. Raises UnknownPictureError."""
+        names = list(self._cameras)
+        name = self._camera_name or names[0]
+        if name not in names or self._camera_name == names[0]:
+            do = f"choose among the variants {', '.join(self.variants)}"
+            where = self.stage.GetRootLayer().realPath
+            raise UnknownPictureError(f"has no variant '{self.variant}'", where=where, do=do)
+        return self._cameras[name]
 
     def _read_camera_parts(self) -> None:
         """Set up how each part of the camera is read, and which of them can change in time.
 
         The readers refer to the prim, not to this object: a reference cycle would keep the stage open for a while.
         """
-        prim, metres, names = self._camera_prim, self.metres, varying(self._camera_prim)
+        prim, metres, names = self.camera_prim, self.metres, varying(self.camera_prim)
         lens = any(not name.startswith((*SENSOR, *OPTICS, *SHUTTER, *FOCUS)) for name in names)
 
         def varies(*prefixes: str) -> bool:
@@ -263,14 +289,15 @@ class StageReader:
         self._optics = CachedIfConstant(varies(*OPTICS), lambda time: read_optics(prim, camera.at(time), time))
         self._thin_lens = CachedIfConstant(varies(*FOCUS), lambda time: read_thin_lens(prim, time, metres))
         self._opening: Opening | None = None
+        self._rig, self._pair = rig_in_time(self._cameras, prim, metres)
 
     def _opening_at(self, time_code: float) -> Opening:
         """Return the exposure of the frame at `time_code`."""
         rows = self._camera.at(Usd.TimeCode(time_code)).height
         if self._shutter_varies:
-            return read_opening(self._camera_prim, time_code, rows=rows)
+            return read_opening(self.camera_prim, time_code, rows=rows)
         if self._opening is None:
-            self._opening = read_opening(self._camera_prim, 0.0, rows=rows)
+            self._opening = read_opening(self.camera_prim, 0.0, rows=rows)
         return replace(self._opening, middle=time_code + self._opening.middle)
 
 
@@ -312,22 +339,11 @@ def read_lidar(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCo
     """Read the LiDAR `prim` at `time`. Raises StageError that names it and the number that is wrong."""
     values = {field: typed_value(prim, name, time) for field, name in schema.LIDAR.items()}
     try:
-        return Lidar(T_cam_lidar=_mounting(prim, camera, metres, time), **{k: _plain(v) for k, v in values.items()})
+        return Lidar(
+            T_cam_lidar=mounted(prim, camera, metres, time, frame="lidar"), **{k: _plain(v) for k, v in values.items()}
+        )
     except GeometryError as error:
         raise StageError(error.found, where=prim.GetPath(), do="correct its spin:lidar:* attributes") from None
-
-
-def _mounting(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCode) -> Transform:
-    """Compute T_cam_lidar, metres; units are applied last, as to the target's pose."""
-    above, world = nearest_ancestor(camera, prim), UsdGeom.XformCache(time)
-    unit = placement(world.GetLocalToWorldTransform(above), frame="above", metres=1.0, where=above.GetPath()).scale
-    usdcam, lidar = (
-        placement_below(above, each, world, frame=frame).transform
-        for each, frame in ((camera, "usdcam"), (prim, "lidar"))
-    )
-    near = between(usdcam, lidar)
-    translation = near.translation * (unit * metres)
-    return T_CAM_USDCAM @ Transform.unchecked(to=near.to, of=near.of, rotation=near.rotation, translation=translation)
 
 
 def _plain(value: Any) -> Any:

@@ -46,7 +46,7 @@ def main(isa: str, stage: str) -> None:
     vars(caster_module)["EmbreeScene"], avx = opener(isa)
     reader, caster, found = StageReader(stage), EmbreeCaster(), {}
     for frame in reader.frames:
-        scene = reader.scene(frame, with_next=True)
+        scene = reader.scene(frame, views={"next_frame"})
         surface = visible_surface(scene, caster.visibility(scene), caster)
         labels = {
             name: digest(np.ascontiguousarray(label.make(scene, surface))) for name, label in PIXEL_LABELS.items()

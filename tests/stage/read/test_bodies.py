@@ -125,7 +125,7 @@ def test_bodies_move_while_the_shutter_is_open(make_stage, open_time) -> None:
 def test_geometry_that_holds_a_target_or_the_camera_is_refused(make_stage) -> None:
     path = make_stage()
     path.write_text(path.read_text().replace('def Xform "World"', 'def Cube "World"'))
-    with pytest.raises(UnsupportedError, match="/World: is geometry that holds a target or the camera"):
+    with pytest.raises(UnsupportedError, match="/World: is geometry that holds a target or a camera"):
         StageReader(path)
     assert "/World" in {finding.where for finding in check_stage(path) if finding.code == "scene"}
 

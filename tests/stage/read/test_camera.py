@@ -85,7 +85,7 @@ def test_render_settings_choose_among_cameras(make_stage) -> None:
         (
             {"metadata": NAMED, "world": settings("int2 resolution = (20, 20)")},
             StageError,
-            "has 200x120 pixels, but the RenderSettings' resolution is",
+            "has 200x120 pixels, but the resolution of its pictures is",
         ),
         (
             {"metadata": NAMED, "world": settings("float4 dataWindowNDC = (0, 0, 0.5, 1)")},

@@ -11,7 +11,7 @@ from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.labels.labelled_picture import LabelledPicture
+from spin_usd.labels.labelled_picture import LabelledPicture, OtherView
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.finding import Finding
@@ -38,7 +38,7 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
     record, description = picture.record, picture.description
-    parts, following, lidar = description["parts"], record.get("next"), record.get("lidar")
+    parts, lidar = description["parts"], record.get("lidar")
     ids = class_ids(part["class"] for part in parts.values())
     return LabelledPicture(
         camera=_camera(record["camera"]),
@@ -48,10 +48,16 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
         class_of_part=_by_part({number: ids[part["class"]] for number, part in parts.items()}),
         boxes={target["id"]: np.array(target["box_3d"]["box"]) for target in record["targets"]},
         towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
-        next_camera=_camera(following["camera"]) if following else None,
-        next_poses=_poses(following["targets"]) if following else {},
+        next_frame=_other_view(record.get("next")),
+        paired=_other_view(record.get("paired")),
         lidar=lidar_of_record(lidar) if lidar else None,
     )
+
+
+def _other_view(recorded: Mapping[str, Any] | None) -> OtherView | None:
+    if recorded is None:
+        return None
+    return OtherView(camera=_camera(recorded["camera"]), poses=_poses(recorded["targets"]))
 
 
 def _camera(recorded: Mapping[str, Any]) -> Camera:

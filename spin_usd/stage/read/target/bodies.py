@@ -1,7 +1,7 @@
 """Find the bodies of a stage: its targets, and the geometry that is no target's, which occludes, shades and is seen in
 reflections."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from pxr import Usd, UsdGeom
@@ -54,24 +54,24 @@ def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
     return found
 
 
-def find_occluders(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> tuple[OccluderPrims, ...]:
-    """Find the occluders of the stage of `targets` and `camera`: what keeps its place below its parent belongs to that
-    parent's occluder, such as the camera's; what moves below it is one of its own. Raises UnsupportedError for geometry
-    that holds a target or the camera."""
+def find_occluders(targets: Sequence[Usd.Prim], cameras: Collection[Usd.Prim]) -> tuple[OccluderPrims, ...]:
+    """Find the occluders of the stage of `targets` and `cameras`: what keeps its place below its parent belongs to
+    that parent's occluder, such as the camera's; what moves below it is one of its own. Raises UnsupportedError for
+    geometry that holds a target or a camera."""
     frames: dict[str, tuple[Usd.Prim, list[Usd.Prim]]] = {}
-    for root in occluder_roots(targets, camera):
+    for root in occluder_roots(targets, cameras):
         parent = root.GetParent()
         frame = root if parent.IsPseudoRoot() or _moves_below_parent(root) else parent
         frames.setdefault(str(frame.GetPath()), (frame, []))[1].append(root)
     return tuple(OccluderPrims(frame=frame, roots=tuple(roots)) for frame, roots in frames.values())
 
 
-def occluder_roots(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> Iterator[Usd.Prim]:
-    """Yield the topmost prims that hold geometry, rendered at any time, and neither a target nor the camera. Raises
+def occluder_roots(targets: Sequence[Usd.Prim], cameras: Collection[Usd.Prim]) -> Iterator[Usd.Prim]:
+    """Yield the topmost prims that hold geometry, rendered at any time, and neither a target nor a camera. Raises
     UnsupportedError for geometry that holds one of these."""
-    kept = [prim.GetPath() for prim in (*targets, camera)]
+    kept = [prim.GetPath() for prim in (*targets, *cameras)]
     above = {ancestor for path in kept for ancestor in path.GetPrefixes()} - {target.GetPath() for target in targets}
-    waiting = [(prim, "default") for prim in _children(camera.GetStage().GetPseudoRoot())]
+    waiting = [(prim, "default") for prim in _children(targets[0].GetStage().GetPseudoRoot())]
     while waiting:
         prim, inherited = waiting.pop()
         if prim in targets or is_always_invisible(prim):
@@ -80,7 +80,7 @@ def occluder_roots(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> Iterator[Us
         if prim.GetPath() in above:
             if purpose in RENDERED_PURPOSES and is_geometry(prim):
                 do = "move them beside each other"
-                raise UnsupportedError("is geometry that holds a target or the camera", where=prim.GetPath(), do=do)
+                raise UnsupportedError("is geometry that holds a target or a camera", where=prim.GetPath(), do=do)
             waiting += [(child, purpose) for child in _children(prim)]
         elif _holds_geometry(prim, purpose):
             yield prim
