@@ -45,7 +45,7 @@ def _why(fault: str, record: Mapping[str, Any]) -> str:
         few = f"only {1 - tones['dark']:.0%} of the target's pixels are brighter than 1/64 of full scale and the noise"
         return f"{few}; {_more_sun(record) or more}"
     if fault == WHITE:
-        return f"{tones['saturated']:.0%} of the target's pixels are at full scale; {less}"
+        return f"{tones['saturated']:.0%} of the target's pixels are saturated; {less}"
     end = tones["exposure_end"]
     do = more if end == LONGEST else less
     return (

@@ -34,10 +34,10 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
-from spin_usd.sensor.detector import in_the_dark
+from spin_usd.sensor.detector import in_the_dark, when_full
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposed, exposure_end, metered
-from spin_usd.sensor.tone import encode
+from spin_usd.sensor.tone import written
 
 STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
 DEVIATIONS = 3  # ... and where it does, at least so many standard deviations of what it adds in the dark
@@ -160,7 +160,8 @@ def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float3
 @dataclass(frozen=True, kw_only=True)
 class Tones:
     """Brightness of the target's `pixels` in an image: their `mean`, as a share of the highest number; the shares of
-    them that are `dark`, too near to black to show in every channel, and `saturated`, at full scale in every one."""
+    them that are `dark`, too near to black to show in every channel, and `saturated`, in every one as bright
+    as a full detector is written. Both are of the detector: contrast and filter only change the numbers for them."""
 
     pixels: int
     mean: float
@@ -175,17 +176,18 @@ def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Ton
     if not covered.any():
         return None
     numbers = image[radiance.region.slices][covered].reshape(int(covered.sum()), -1)
-    highest = 2**sensor.bit_depth - 1
+    full, noise = when_full(sensor)
+    signals = (_least_shown(exposed(sensor, radiance)), full - DEVIATIONS * noise)
+    dark, saturated = (written(np.full(numbers.shape[1], signal), sensor) for signal in signals)
     return Tones(
         pixels=len(numbers),
-        mean=float(numbers.mean(dtype=np.float64)) / highest,
-        dark=float((numbers.max(-1) < _least_shown(exposed(sensor, radiance)) * highest).mean()),
-        saturated=float((numbers.min(-1) == highest).mean()),
+        mean=float(numbers.mean(dtype=np.float64)) / (2**sensor.bit_depth - 1),
+        dark=float((numbers <= dark).all(-1).mean()),
+        saturated=float((numbers >= saturated).all(-1).mean()),
     )
 
 
 def _least_shown(sensor: Sensor) -> float:
-    """Return the number written for the least light that shows, as a share of the highest number."""
+    """Return the least signal that shows, in the unit range."""
     black, noise = in_the_dark(sensor)
-    signal = black + max((1 - black) / 2**STOPS, DEVIATIONS * noise)
-    return float(encode(np.clip(signal, 0, 1), sensor.encoding, sensor.gamma))
+    return min(black + max((1 - black) / 2**STOPS, DEVIATIONS * noise), 1.0)

@@ -192,14 +192,17 @@ class RecordedTones(JsonStruct, frozen=True, kw_only=True):
     dark: Annotated[
         Share,
         Meta(
-            description="Share of them that does not show: in every channel no further above black than 1/64 of full "
-            "scale, or than three standard deviations of the noise in the dark; above 0.75 the picture is nearly black."
+            description="Share of them that does not show: in every channel no further above black than 1/64 of the "
+            "detector's full scale, or than three standard deviations of the noise in the dark; above 0.75 the picture "
+            "is nearly black."
         ),
     ]
     saturated: Annotated[
         Share,
         Meta(
-            description="Share of them that is at full scale in every channel; above 0.75 the picture is nearly white."
+            description="Share of them that is saturated: in every channel as bright as the image shows a detector "
+            "whose wells or ADC are full, whatever number contrast and filter make of that; above 0.75 the picture is "
+            "nearly white."
         ),
     ]
     exposure_end: Annotated[

@@ -95,6 +95,16 @@ def in_the_dark(sensor: Sensor) -> tuple[float, float]:
     return (electrons / per_step + sensor.black_level) / full_scale, noise / per_step / full_scale
 
 
+def when_full(sensor: Sensor) -> tuple[float, float]:
+    """Mean and standard deviation of the signal, in the unit range, that any more light leaves as it is: of full wells,
+    or of the ADC's highest step where that is reached first."""
+    if sensor.gain == 0 or sensor.full_well == 0:
+        return 1.0, 0.0
+    per_step, full_scale = sensor.gain * 100 / sensor.iso, 2**sensor.adc_bits - 1
+    signal = (sensor.full_well / per_step + sensor.black_level) / full_scale
+    return (signal, sensor.read_noise / per_step / full_scale) if signal < 1 else (1.0, 0.0)
+
+
 def without_noise(light: NDArray[np.float32], sensor: Sensor) -> Float:
     """Numbers (H, W), or (H, W, 3) for an rgb sensor, before any rounding, of `light` (H, W, C): what `detect` would
     give were each pixel to hold exactly the electrons that are expected of a perfect one. Raises as it does."""

@@ -60,3 +60,23 @@ def test_noise_does_not_pass_for_light() -> None:
     dark = detect(np.zeros((50, 100, 1), np.float32), sensor, seed=1)
     assert dark.mean() > 65535 / 2**6
     assert target_tones(dark, target, sensor).dark > 0.99
+
+
+WELLS = {"gain": 10.0, "read_noise": 60.0, "full_well": 30_000.0}  # full at 73 % of the ADC's range
+
+
+@pytest.mark.parametrize("detector", [{}, {"gain": 10.0}, WELLS])
+@pytest.mark.parametrize("taste", [{}, {"contrast": 0.91}, {"contrast": 0.8, "filter": (0.5, 0.4, 0.0)}])
+@pytest.mark.parametrize("channels", ["mono", "rgb"])
+def test_what_fills_the_detector_is_saturated_and_what_its_noise_hides_dark(detector, taste, channels) -> None:
+    """Whatever contrast and filter make of it."""
+    sensor = Sensor(channels=channels, **detector, **taste)
+    region = Region(x0=0, y0=0, x1=100, y1=50)
+    light = np.full((50, 100, 3), 0.5, np.float32)
+    light[:, :20], light[:, 20:50] = 5.0, 0.01
+    found = target_tones(
+        detect(light[..., :1] if channels == "mono" else light, sensor, seed=1),
+        Radiance.of(region, np.ones((50, 100, 4), np.float32)),
+        sensor,
+    )
+    assert (found.saturated, found.dark) == (pytest.approx(0.2, abs=0.001), pytest.approx(0.3, abs=0.001))
