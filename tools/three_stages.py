@@ -1,8 +1,8 @@
 """Author the three stages that speed and accuracy are measured on, into OUT/NAME/dataset.usda.
 
-matt: matt materials, one Sun, black sky · sunlamp: reflective, the preset sunlamp · earth: the preset
-speedplus_synthetic with Earth behind, which lights the target too. Tango through the lens of SPEED+; all three with the
-detector of speedplus_synthetic, for the published sunlamp has one without noise, to which no picture is good enough.
+matt: matt materials, one Sun, black sky · sunlamp: reflective, the preset spin_sunlamp · earth: the preset
+spin_synthetic with Earth behind, which lights the target too. Tango through the lens of SPEED+; all three with the
+detector of spin_synthetic, for the published spin_sunlamp has one without noise, to which no picture is good enough.
 Run with the project's environment: .venv/bin/python tools/three_stages.py OUT [--poses FILE] [--frames A:B:STEP]
 """
 
@@ -17,9 +17,9 @@ from spin_usd import resources
 POSES = resources.stages() / "examples" / "tango_speedplus_poses.json"
 PRESETS = resources.stages() / "presets"
 STAGES = {
-    "matt": ("--preset", "speedplus_synthetic", "--lights", "sun"),
+    "matt": ("--preset", "spin_synthetic", "--lights", "sun"),
     "sunlamp": ("--preset", "noisy_sunlamp.usda"),
-    "earth": ("--preset", "speedplus_synthetic", "--environment", "earth_full"),
+    "earth": ("--preset", "spin_synthetic", "--environment", "earth_full"),
 }
 LAST = "double spin:sensor:contrast = 0.91\n"  # of what both presets say of the detector
 NOISE = ("gain", "readNoise")
@@ -53,12 +53,12 @@ def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = No
 
 
 def noisy_sunlamp() -> str:
-    """The preset sunlamp with the detector's noise of speedplus_synthetic."""
-    noisy = (PRESETS / "speedplus_synthetic.usda").read_text().splitlines(keepends=True)
+    """The preset spin_sunlamp with the detector's noise of spin_synthetic."""
+    noisy = (PRESETS / "spin_synthetic.usda").read_text().splitlines(keepends=True)
     lines = [line for line in noisy if any(f"spin:sensor:{name} =" in line for name in NOISE)]
     assert len(lines) == len(NOISE), "the preset says no more how noisy its detector is"
-    before, last, after = (PRESETS / "sunlamp.usda").read_text().partition(LAST)
-    assert last, "the preset sunlamp says something else of its detector"
+    before, last, after = (PRESETS / "spin_sunlamp.usda").read_text().partition(LAST)
+    assert last, "the preset spin_sunlamp says something else of its detector"
     return "".join((before, last, *lines, after))
 
 

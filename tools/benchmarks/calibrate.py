@@ -49,8 +49,8 @@ EFFORTS = (
 )
 HELD = 0.03  # how much a constant that is twice the file's counts, beside a picture whose seconds are off by as much
 MORE_STAGES = {  # besides the three: what tells their features apart
-    "fills": ("--preset", "speedplus_synthetic"),
-    "starry": ("--preset", "lightbox", "--lights", "sun", "--environment", "stars"),
+    "fills": ("--preset", "spin_synthetic"),
+    "starry": ("--preset", "spin_lightbox", "--lights", "sun", "--environment", "stars"),
 }
 
 

@@ -2,8 +2,8 @@
 
 One worker, as a run has it, makes the same pictures in one process at efforts that differ in one thing, one effort
 after another, each after a picture that does not count; the parts are differences of the medians. The stages are
-`sunlamp` and `earth` of three_stages, and `obj`, the Tango mesh of 23,360 faces in --data under the preset sunlamp,
-which is left out where that folder has none.
+`sunlamp` and `earth` of three_stages, and `obj`, the Tango mesh of 23,360 faces in --data under the preset
+spin_sunlamp, which is left out where that folder has none.
 """
 
 import argparse
@@ -80,7 +80,7 @@ def author(name: str, width: int, folder: Path, options: argparse.Namespace) -> 
     camera, out = own_camera(folder / "camera.json", width), folder / f"{name}{width}"
     if name in three_stages.STAGES:
         return three_stages.author(name, out, frames=options.frames, camera=camera)
-    target = ["--target", (options.data / MESH).absolute(), "--units-per-metre", 100, "--preset", "sunlamp"]
+    target = ["--target", (options.data / MESH).absolute(), "--units-per-metre", 100, "--preset", "spin_sunlamp"]
     of = ["--poses", POSES, "--frames", options.frames, "--camera", camera]
     return Path(asked("author", *target, *of, "--out", out)["root"])
 

@@ -61,7 +61,7 @@ def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name) -> Non
 
 
 def test_they_stand_instead_of_the_presets_own(tmp_path) -> None:
-    root = authored(tmp_path / "stage", preset="speedplus_synthetic", lights="sunlamp", environment="earth")
+    root = authored(tmp_path / "stage", preset="spin_synthetic", lights="sunlamp", environment="earth")
     assert [type(light) for light in scene(root).lights] == [DiskLight]
     assert len(scene(root).environment.planets) == 1
     assert scene(root).sensor.auto_exposure is not None

@@ -9,12 +9,14 @@ from pxr import Sdf, Usd, UsdValidation
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled, bundled_names, stages
+from spin_usd.scene.light import DiskLight, RectLight
 from spin_usd.stage.author.presets import open_preset
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.png import png
 
-NAMES = ("lightbox", "speedplus_synthetic", "sunlamp")
+NAMES = ("spin_lightbox", "spin_sunlamp", "spin_synthetic")
+TEST_BEDS = ("lightbox", "sunlamp")
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 EFFICACY = 124_261 / 1361  # lm/W: the published illuminance of the Sun over its irradiance
 FILTER = 0.4717  # the published colour filter, a factor on everything before the picture is cut off at white
@@ -24,9 +26,9 @@ LUX = 1e-4  # relative: the layers give irradiances with five digits
 # SPIN's own settings, from its preset files: lux of the Sun, lux of each fill light (or None), shadows, look, bloom
 # (intensity, scatter, threshold in the gamma of 2.2 that its interface has), whether there is grain.
 PUBLISHED = {
-    "speedplus_synthetic": (3_500, 150, False, "matt", (0.0, 0.936, 1.4), True),
-    "lightbox": (124_261, None, True, "reflective", (1.0, 0.936, 1.46), True),
-    "sunlamp": (124_261, None, True, "reflective", (0.358, 1.0, 2.97), False),
+    "spin_synthetic": (3_500, 150, False, "matt", (0.0, 0.936, 1.4), True),
+    "spin_lightbox": (124_261, None, True, "reflective", (1.0, 0.936, 1.46), True),
+    "spin_sunlamp": (124_261, None, True, "reflective", (0.358, 1.0, 2.97), False),
 }
 EMPTY = """#usda 1.0
 (
@@ -43,7 +45,7 @@ def Xform "World"
 def authored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The root layer of a stage for each preset, and one without."""
     folder = tmp_path_factory.mktemp("presets")
-    return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, "none")}
+    return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, *TEST_BEDS, "none")}
 
 
 def made(out: Path, preset: str | Path | None, target: str | Path = "tango") -> Path:
@@ -58,10 +60,10 @@ def written(tmp_path: Path, below_world: str) -> Path:
 
 
 def test_the_published_presets_are_there() -> None:
-    assert bundled_names("preset") == NAMES == tuple(sorted(PUBLISHED))
+    assert sorted(bundled_names("preset")) == sorted((*PUBLISHED, *TEST_BEDS))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *TEST_BEDS])
 def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: str) -> None:
     registry = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     for path in (authored[name], bundled("preset", name)):
@@ -69,7 +71,7 @@ def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: st
         assert [e.GetMessage() for e in UsdValidation.ValidationContext(registry).Validate(stage)] == []
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *TEST_BEDS])
 def test_our_own_check_finds_nothing(authored: dict[str, Path], name: str) -> None:
     assert check_stage(authored[name]) == ()
 
@@ -114,9 +116,18 @@ def test_a_scene_has_the_published_settings(authored: dict[str, Path], name: str
     assert look_of(authored[name]) == look
 
 
+@pytest.mark.parametrize(("name", "kinds"), [("lightbox", [RectLight] * 6), ("sunlamp", [DiskLight])])
+def test_a_test_bed_has_its_own_lamps_and_no_glow(authored: dict[str, Path], name: str, kinds: list[type]) -> None:
+    reader = StageReader(authored[name])
+    scene = reader.scene(reader.frames[0])
+    assert [type(light) for light in scene.lights] == kinds
+    assert scene.optics.bloom_intensity == 0
+    assert look_of(authored[name]) == "reflective"
+
+
 def test_auto_exposure_reaches_the_published_limits(authored: dict[str, Path]) -> None:
     """EV 15 to 9.28 with a compensation of +1: full scale is 1.2 x 2^EV cd/m2 (Lagarde and de Rousiers, 2014)."""
-    reader = StageReader(authored["lightbox"])
+    reader = StageReader(authored["spin_lightbox"])
     sensor = reader.scene(reader.frames[0]).sensor
     assert sensor.auto_exposure is not None
     full_scale = [EFFICACY * FILTER / (sensor.exposure * 2**stops) for stops in sensor.auto_exposure.stops]
@@ -124,7 +135,7 @@ def test_auto_exposure_reaches_the_published_limits(authored: dict[str, Path]) -
 
 
 def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) -> None:
-    readers = [StageReader(authored[name]) for name in ("speedplus_synthetic", "lightbox")]
+    readers = [StageReader(authored[name]) for name in ("spin_synthetic", "spin_lightbox")]
     matt, reflective = (reader.scene(reader.frames[0]).target for reader in readers)
     assert matt.mesh.key == reflective.mesh.key
     assert matt.parts == reflective.parts
@@ -135,7 +146,7 @@ def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) ->
 
 
 def test_a_preset_leaves_the_lens_alone(authored: dict[str, Path]) -> None:
-    without, lightbox = (StageReader(authored[name]) for name in ("none", "lightbox"))
+    without, lightbox = (StageReader(authored[name]) for name in ("none", "spin_lightbox"))
     assert without.scene(without.frames[0]).camera == lightbox.scene(lightbox.frames[0]).camera
 
 
@@ -147,7 +158,7 @@ def test_without_a_preset_nothing_of_it_is_there(authored: dict[str, Path]) -> N
 
 def test_an_augmentation_overrides_every_choice_of_a_preset(authored: dict[str, Path]) -> None:
     """What comes from a preset stays behind references, so that a variant on /World is stronger."""
-    stage = Usd.Stage.Open(str(authored["lightbox"]))
+    stage = Usd.Stage.Open(str(authored["spin_lightbox"]))
     world = stage.GetDefaultPrim()
     variants = world.GetVariantSets().AddVariantSet("augmentation")
     variants.AddVariant("other")
@@ -181,7 +192,7 @@ def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) ->
         f'def DomeLight "{name}"\n{{\nasset inputs:texture:file = @./{name}/sky.png@\n}}\n' for name in ("a", "b")
     )
     path = written(tmp_path, f'over "Lights"\n{{\n{domes}}}')
-    over = path.read_text().replace("(\n", f"(\n    subLayers = [@{bundled('preset', 'sunlamp')}@]\n", 1)
+    over = path.read_text().replace("(\n", f"(\n    subLayers = [@{bundled('preset', 'spin_sunlamp')}@]\n", 1)
     path.write_text(over)
     root = made(tmp_path / "out", path)
     stage = Usd.Stage.Open(str(root))
@@ -217,7 +228,7 @@ def test_what_a_preset_cannot_say_is_refused_by_name(tmp_path: Path, below_world
 
 
 def test_an_unknown_preset_lists_those_there_are(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="lightbox, speedplus_synthetic, sunlamp"):
+    with pytest.raises(InputError, match="lightbox, spin_lightbox, spin_sunlamp, spin_synthetic, sunlamp"):
         made(tmp_path / "out", "moonlamp")
 
 
@@ -229,7 +240,7 @@ def test_a_file_that_is_no_preset_is_refused(tmp_path: Path) -> None:
 def test_a_target_without_looks_keeps_its_own_and_says_so(tmp_path: Path) -> None:
     box = tmp_path / "box.usda"
     box.write_text('#usda 1.0\n(\ndefaultPrim = "Box"\nmetersPerUnit = 1\nupAxis = "Z"\n)\ndef Cube "Box"\n{\n}\n')
-    report = author_stage(poses=POSES, target=box, camera="speedplus", out=tmp_path / "out", preset="lightbox")
+    report = author_stage(poses=POSES, target=box, camera="speedplus", out=tmp_path / "out", preset="spin_lightbox")
     assert [note for note in report.notes if "look" in note]
     assert not (tmp_path / "out" / "layers" / "model.usda").exists()
 
