@@ -2,10 +2,13 @@
 
 Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
 are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
+
+Where bodies beside the target are is such a line too: "distance=1..5 count=3".
 """
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -21,10 +24,22 @@ NEAR = re.compile(rf"({NUMBER}(?:,{NUMBER})*)(?::({NUMBER}))?")
 UNIFORM = "uniform"
 NAMES = "img{picture:06d}"
 MAX_PICTURES = 1_000_000
+MAX_BODIES = 100  # of one line; each has a layer of poses of its own
 LOWER = "give the lower number first"
 HALF_TURN = 180.0  # degrees
 
 Words = Mapping[str, Any]
+DISTANCE = "distance"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyText:
+    """What a line says of bodies beside the target. count: of them · poses: the table that it is short for, and
+    `distance`, metres between a body's origin and the target's; empty where nothing is said."""
+
+    text: str
+    count: int
+    poses: Words
 
 
 def is_sampling_text(given: str) -> bool:
@@ -45,6 +60,23 @@ def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
     return {"schema": "sample-1", "part": [part], "constraints": constraints}
 
 
+def body_text(text: str) -> BodyText:
+    """Return what `text` says of bodies beside the target. Raises InputError that names the word."""
+    words = _words(text)
+    count = _whole(_within("count", _number("count", words.pop("count", "1")), 1, MAX_BODIES))
+    poses: dict[str, Any] = {}
+    for key, value in words.items():
+        if key == DISTANCE:
+            poses[key] = _range(key, value)
+        elif not _add_pose_word(poses, key, value):
+            do = f"use count, {DISTANCE}, {', '.join(POSE_WORDS)}"
+            raise InputError("says not where a body is", where=f"sample {key!r}", do=do)
+    places = ("range", "u_share", "v_share")
+    if DISTANCE in poses and (other := next((name for name in places if name in poses), None)):
+        raise InputError(f"is given beside {DISTANCE}", where=f"sample {other!r}", do="keep one of them")
+    return BodyText(text=text, count=count, poses=poses)
+
+
 def _words(text: str) -> dict[str, str]:
     words: dict[str, str] = {}
     for word in text.split():
@@ -63,18 +95,26 @@ def _sorted(words: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, Any], d
     sample: dict[str, Any] = {}
     constraints: dict[str, Any] = {}
     for key, value in words.items():
-        if key in POSE_WORDS:
-            name, read = POSE_WORDS[key]
-            if name in poses:
-                raise InputError("is given beside attitude", where=f"sample {key!r}", do="keep one of them")
-            poses[name] = read(key, value)
-        elif key.endswith("_deg"):
+        if _add_pose_word(poses, key, value):
+            continue
+        if key.endswith("_deg"):
             constraints[key] = _within(key, _number(key, value), 0, HALF_TURN)
         elif "." in key:
             sample[key] = {**_sampled(key, value), "per": "frame"}
         else:
             raise InputError("is not known", where=f"sample {key!r}", do=f"use {', '.join(POSE_WORDS)}, {OTHERS}")
     return {"attitude": {"distribution": "attitudes"}, **poses}, sample, constraints
+
+
+def _add_pose_word(poses: dict[str, Any], key: str, value: str) -> bool:
+    """Add the word to the table of `poses`; return whether it is one of those."""
+    if key not in POSE_WORDS:
+        return False
+    name, read = POSE_WORDS[key]
+    if name in poses:
+        raise InputError("is given beside attitude", where=f"sample {key!r}", do="keep one of them")
+    poses[name] = read(key, value)
+    return True
 
 
 OTHERS = "count, a parameter such as sun.direction, or a constraint such as target_lit_deg"
@@ -98,8 +138,7 @@ def _range(key: str, value: str) -> Words:
     words = _numbers(key, value)
     least = words.get("low", words.get("value"))
     if least <= 0:
-        do = "give metres above 0, from the camera to the target"
-        raise InputError(f"{value!r} holds {least:g}", where=f"sample {key!r}", do=do)
+        raise InputError(f"{value!r} holds {least:g}", where=f"sample {key!r}", do="give metres above 0")
     return words
 
 

@@ -1,10 +1,11 @@
-"""Poses sampled one by one: range, attitude, and place in the frame."""
+"""Poses sampled one by one: range, attitude, and place in the frame or beside another body; bodies keep apart."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
@@ -15,6 +16,7 @@ from spin_usd.sampling.distribution import Distribution
 
 PLACES = (1, 4, 16, 64, 256)  # tried at once for one range and attitude, one after another
 MAX_POSES = 30  # ranges and attitudes tried for one picture
+GAP = 0.05  # of the radii of two balls: the least gap between them
 
 
 class PlaceLaw(Protocol):
@@ -63,10 +65,51 @@ class PositionLaw:
     range: Distribution
     place: PlaceLaw
 
+    def places(self, rng: np.random.Generator, camera: Camera, away: float, count: int) -> Float:
+        """Return sampled positions (count, 3), metres, camera frame, that are `away` metres off."""
+        return at_range(away, self.place.rays(rng, camera, count))
+
     def sample(self, rng: np.random.Generator, camera: Camera) -> Float:
         """Sample a position (3,), metres, camera frame."""
-        place: Float = at_range(number(self.range, rng), self.place.rays(rng, camera, 1))[0]
+        place: Float = self.places(rng, camera, number(self.range, rng), 1)[0]
         return place
+
+
+@dataclass(frozen=True, kw_only=True)
+class BesideLaw:
+    """The distribution of the origin of a body beside another: `range` metres from the other's, which is at `other`,
+    metres, camera frame, every direction alike."""
+
+    range: Distribution
+    other: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def places(self, rng: np.random.Generator, camera: Camera, away: float, count: int) -> Float:
+        """Return sampled positions (count, 3), as those of PositionLaw, `away` metres from the other."""
+        return np.asarray(self.other + at_range(away, rng.normal(size=(count, 3))))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Balls:
+    """Balls around what a body must keep apart from: `middles` (N, 3), metres, camera frame · `radii` (N,), metres."""
+
+    middles: Float
+    radii: Float
+
+    def apart(self, hull: Float, rotation: Float, translations: Float) -> NDArray[np.bool_]:
+        """Return (M,) whether the ball of the body with the corners `hull` (N, 3), body frame, is GAP and more from all
+        of these, at the poses T_cam_body of one `rotation` (3, 3) and the `translations` (M, 3), metres."""
+        middle, radius = ball_of(hull)
+        between = np.linalg.norm((translations + rotation @ middle)[:, None] - self.middles, axis=-1)
+        return np.asarray((between > (1 + GAP) * (self.radii + radius)).all(1))
+
+
+NOTHING = Balls(middles=np.zeros((0, 3)), radii=np.zeros(0))
+
+
+def ball_of(hull: Float) -> tuple[Float, float]:
+    """Return middle (3,) and radius of a ball around the corners (N, 3): about the middle of their box."""
+    middle: Float = (hull.min(0) + hull.max(0)) / 2
+    return middle, float(np.linalg.norm(hull - middle, axis=1).max())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,31 +132,44 @@ class Inside:
 @dataclass(frozen=True, kw_only=True)
 class PoseLaw:
     """The distribution of a pose. `attitude` gives q_cam_body. Range and attitude keep their distributions with
-    `inside`, which has the place in the picture sampled again."""
+    `inside` and other bodies, which have the place sampled again."""
 
-    position: PositionLaw
+    position: PositionLaw | BesideLaw
     attitude: Distribution
     inside: Inside | None = None
 
-    def sample(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
-        """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame.
+    def sample(
+        self, rng: np.random.Generator, camera: Camera, hull: Float, others: Balls = NOTHING
+    ) -> tuple[Float, Float]:
+        """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame,
+        and which keeps apart from the `others`.
 
-        Raises InputError when for none of MAX_POSES ranges and attitudes a place is inside.
+        Raises InputError when for none of MAX_POSES ranges and attitudes a place is apart and inside.
         """
         for _ in range(MAX_POSES):
             q, away = quaternion(self.attitude, rng), number(self.position.range, rng)
             rotation = matrix_from_quaternion(q)
             for count in PLACES:
-                t = at_range(away, self.position.place.rays(rng, camera, count))
-                if self.inside is None:
-                    return q, t[0]
-                holds = self.inside.holds(camera, hull, np.broadcast_to(rotation, (count, 3, 3)), t)
-                if (good := next((i for i, held in enumerate(holds) if held), None)) is not None:
-                    return q, t[good]
-        raise InputError(
-            f"none of {MAX_POSES * sum(PLACES)} poses has as much of the target in the picture as 'inside' asks for",
-            do="put it farther away or nearer to the middle, or change 'inside'",
+                t = self.position.places(rng, camera, away, count)
+                apart = t[others.apart(hull, rotation, t)]
+                if len(apart) and (good := self._first_inside(camera, hull, rotation, apart)) is not None:
+                    return q, good
+        asked = ["keeps apart from the other bodies"] if len(others.radii) else []
+        if self.inside is not None:
+            asked.append("has as much of the target in the picture as 'inside' asks for")
+        do = (
+            "give it a larger range or distance" if len(others.radii) else "put it farther away or nearer to the middle"
         )
+        found = f"none of {MAX_POSES * sum(PLACES)} poses {' and '.join(asked)}"
+        raise InputError(found, do=f"{do}, or change 'inside'" if self.inside else do)
+
+    def _first_inside(self, camera: Camera, hull: Float, rotation: Float, places: Float) -> Float | None:
+        """Return the first of the places (M, 3) where the body is inside, as far as that is asked for."""
+        if self.inside is None:
+            first: Float = places[0]
+            return first
+        holds = self.inside.holds(camera, hull, np.broadcast_to(rotation, (len(places), 3, 3)), places)
+        return next((place for place, held in zip(places, holds, strict=True) if held), None)
 
 
 def at_range(away: float, rays: Float) -> Float:

@@ -12,7 +12,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import framed_shares
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.sampling.distribution import Choice, Fixed, Normal, Uniform
-from spin_usd.sampling.poses import Inside, OffsetLaw, PoseLaw, PositionLaw, ShareLaw
+from spin_usd.sampling.poses import Balls, BesideLaw, Inside, OffsetLaw, PoseLaw, PositionLaw, ShareLaw
 from spin_usd.sampling.sample import Attitudes, stream
 
 CAMERA = Camera(width=1920, height=1200, fx=2988, fy=2989, cx=950, cy=610)
@@ -126,3 +126,16 @@ def test_what_is_no_pose_is_said(changes, word) -> None:
     law = PoseLaw(**{"position": PLACE, "attitude": Attitudes()} | changes)
     with pytest.raises(InputError, match=word):
         law.sample(stream(1, "a"), CAMERA, HULL)
+
+
+def test_beside_another_every_direction_is_alike_but_where_something_is() -> None:
+    other, away = (1.0, 2.0, 30.0), Uniform(low=3, high=5)
+    law = PoseLaw(position=BesideLaw(range=away, other=other), attitude=Attitudes())
+    _, t = sampled(law, count=1000)
+    towards = (t - other) / np.linalg.norm(t - other, axis=1, keepdims=True)
+    for axis in range(3):  # of a sphere each coordinate is uniform (Archimedes)
+        assert kstest(towards[:, axis], uniform(-1, 2).cdf).pvalue > SURE
+    wall = Balls(middles=np.array([[10.0, 2, 30]]), radii=np.array([9.0]))  # all of one side of it
+    apart = np.array([law.sample(stream(5, "pose", str(i)), CAMERA, HULL, wall)[1] for i in range(400)])
+    assert np.linalg.norm(apart - wall.middles, axis=1).min() > 9.5  # a body that is half a metre wide, and more
+    assert kstest(np.linalg.norm(apart - other, axis=1), uniform(3, 2).cdf).pvalue > SURE

@@ -41,7 +41,7 @@ class Choices:
     specification to write over the stage · prim: the path of the prim that is taken of a USD target
     · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
     that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
-    further targets, and what is fixed to the camera, each "MODEL" or "MODEL:POSES" · root: the folder below which
+    further targets, and what is fixed to the camera, each as `other_body` reads it · root: the folder below which
     models may name files; that around each one's own where it is None.
     """
 
@@ -116,7 +116,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         preset=preset,
         surroundings=surroundings,
         others=others,
-        origin=Origin(inputs=inputs, options=_options(choices)),
+        origin=Origin(inputs=inputs, options=_options(choices, others)),
     )
 
 
@@ -148,8 +148,9 @@ def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
     return files
 
 
-def _options(choices: Choices) -> dict[str, Option]:
-    """Return what was given that decides pictures beside the files, by the names of `author`'s options."""
+def _options(choices: Choices, others: Sequence[OtherBody]) -> dict[str, Option]:
+    """Return what was given that decides pictures beside the files, by the names of `author`'s options and the roles of
+    the `others`, of which targets come first."""
     options = {
         "seed": choices.seed,
         "sample": choices.sample,
@@ -160,6 +161,7 @@ def _options(choices: Choices) -> dict[str, Option]:
         "sun_direction": choices.additions.sun_from_camera,
         "sun_from_target": choices.additions.sun_from_target,
         "keep_transparent": choices.additions.keep_transparent or None,
+        **{f"also_{number}_poses": body.said.text or None for number, body in enumerate(others, 1)},
     }
     return {name: value for name, value in options.items() if value is not None}
 

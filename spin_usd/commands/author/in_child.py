@@ -1,6 +1,6 @@
 """`spin-usd author`: pose list or sampling specification + model + camera -> a layered stage."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -9,7 +9,8 @@ from spin_usd.arrays import Float
 from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.choices import Choices, Sources, open_sources
-from spin_usd.commands.author.model import OtherBody, model_unit, write_model
+from spin_usd.commands.author.model import model_unit, write_model
+from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
 from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.commands.author.reports import AuthorReport
@@ -21,10 +22,12 @@ from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh.mesh_file import GLTF, MESHES, says_unit
+from spin_usd.formats.mesh.mesh_file import GLTF, MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
+from spin_usd.sampling.poses import PoseLaw
+from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.poses import PoseList
@@ -32,7 +35,6 @@ from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.augment.sun_and_planet import write_sampled
 from spin_usd.stage.author.camera_layer import lens_of
-from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners, target_notes, usd_bounds
 from spin_usd.stage.author.target_asset import TargetAsset
@@ -104,7 +106,8 @@ def author_sample(
         seed=seed, sample=None if found.file else str(sample), **given, additions=read_additions(**additions)
     )
     files = {"sample": found.file} if found.file else {}
-    return _author(wanted, Path(out), files, frames, len(made), pictures, light, progress=progress)
+    laws = [picture.part.law for picture in chosen]
+    return _author(wanted, Path(out), files, frames, len(made), pictures, light, laws, progress=progress)
 
 
 def _chosen(made: tuple[PartPicture, ...], frames: str | None) -> tuple[PartPicture, ...]:
@@ -122,13 +125,15 @@ def _author(
     whole: int,
     pictures: Callable[[Camera, TargetAsset], PoseList],
     light: Callable[[Any], SampledValues] | None = None,
+    laws: Sequence[PoseLaw | TrajectoryLaw] | None = None,
     *,
     progress: Progress,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
     `files` are those that the pictures come from, and `frames` is what it chooses of the `whole` number; `pictures`
-    gives the poses for a lens and a target; `light` gives what is sampled for the opened stage.
+    gives the poses for a lens and a target; `light` gives what is sampled for the opened stage; `laws` are those that
+    each of the poses was sampled from.
     """
     sources = open_sources(choices, files)
     models = (sources.target_file, *(body.file for body in sources.others))
@@ -156,8 +161,11 @@ def _author(
             preset=sources.preset,
             surroundings=sources.surroundings,
         )
-        for body in sources.others:
-            notes += _write_other(body, folder, poses, frames, whole, choices.units_per_metre)
+        authored = AuthoredPictures(
+            target=asset, poses=poses, camera=lens, laws=laws, frames=frames, whole=whole, seed=choices.seed
+        )
+        units, any_size = choices.units_per_metre, choices.any_size
+        notes += write_others(sources.others, folder, authored, units, any_size=any_size, progress=progress)
         notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT, [each.name for each in sources.cameras.further])
         _write_light(folder / ROOT, len(poses), light, choices.additions)
@@ -179,38 +187,6 @@ def _author(
         views=composed.views,
         notes=(*camera_notes, *sources.map_notes, *notes, *remarks),
     )
-
-
-def _write_other(
-    body: OtherBody, folder: Path, poses: PoseList, frames: str | None, whole: int, units_per_metre: float | None
-) -> tuple[str, ...]:
-    """Write another body over the stage in `folder`, whose first target has the `poses`; return notes on it. Without
-    poses of its own a target moves with the first, and an occluder stands in the camera's axes. `whole`: how many
-    pictures `frames` chooses from · `units_per_metre` holds for a model whose file does not say its unit."""
-    own = None
-    if body.poses:
-        with reading(body.poses):
-            own = read_pose_list(body.poses)
-        if len(own) > 1 or not body.occluder:
-            _refuse_other_length(own, frames, whole)
-            own = chosen_frames(own, frames)
-    own_unit = body.file.suffix.lower() not in MESHES or says_unit(body.file)
-    asset, notes = write_model(body.file, folder, None if own_unit else units_per_metre, None)
-    if body.occluder:
-        add_occluder(folder / ROOT, asset, own)
-    else:
-        add_target(folder / ROOT, asset, own or poses)
-    return (*notes, *own.notes) if own else notes
-
-
-def _refuse_other_length(own: PoseList, frames: str | None, whole: int) -> None:
-    """Raise InputError unless the list has as many poses as there are pictures, before `frames` chooses some."""
-    if len(own) == whole:
-        return
-    pictures = f"{whole} picture{'s' * (whole > 1)}"
-    wanted = pictures if frames is None else f"the {pictures} that frames {frames!r} chooses from"
-    found = f"has {len(own)} pose{'s' * (len(own) > 1)} for {wanted}"
-    raise InputError(found, where=own.source, do="give a pose for each picture, in their order")
 
 
 def _write_light(root: Path, frames: int, light: Callable[[Any], SampledValues] | None, additions: Additions) -> None:

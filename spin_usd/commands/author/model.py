@@ -1,5 +1,6 @@
 """The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
+import re
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
 from spin_usd.formats.mesh.dae_document import unit_of
 from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_mesh_file
+from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.resources import bundled
@@ -36,24 +38,41 @@ def model_file(given: str) -> Path:
     return Path(given)
 
 
+ATTACHED = "attached"
+NOTHING_SAID = BodyText(text="", count=1, poses={})
+WITH_TEXT = re.compile(r"(.+?):([a-z_]+=.*)")
+
+
 @dataclass(frozen=True, kw_only=True)
 class OtherBody:
-    """A body beside the first target. file: its model's · poses: the pose list that it follows, or a folder of
-    such, None for none · occluder: whether it is fixed to the camera and no target."""
+    """A body beside the first target. file: its model's · occluder: whether it is fixed to the camera and no target ·
+    poses: the pose list that it follows, or a folder of such, None for none · said: what its poses are sampled from,
+    or ATTACHED where it moves with the first target, in whose axes it is modelled."""
 
     file: Path
-    poses: Path | None
     occluder: bool
+    poses: Path | None = None
+    said: BodyText = NOTHING_SAID
+
+    @property
+    def attached(self) -> bool:
+        return self.said.text == ATTACHED
 
 
 def other_body(given: str, *, occluder: bool) -> OtherBody:
-    """Return the body that "MODEL" or "MODEL:POSES" names, MODEL being a target's name or a file. Raises InputError."""
+    """Return the body that "MODEL" or "MODEL:POSES" names, MODEL being a target's name or a file, and POSES for a
+    target also "attached" or a line such as "distance=1..5". Raises InputError."""
     model, colon, poses = given.rpartition(":")
     if not colon or Path(given).is_file():
-        return OtherBody(file=model_file(given), poses=None, occluder=occluder)
+        return OtherBody(file=model_file(given), occluder=occluder)
+    if not occluder and (found := WITH_TEXT.fullmatch(given)):
+        return OtherBody(file=model_file(found[1]), occluder=False, said=body_text(found[2]))
+    if not occluder and poses == ATTACHED:
+        return OtherBody(file=model_file(model), occluder=False, said=replace(NOTHING_SAID, text=ATTACHED))
     if not (poses and Path(poses).exists()):
-        raise InputError("is not there", where=poses or given, do="write MODEL or MODEL:POSES")
-    return OtherBody(file=model_file(model), poses=Path(poses), occluder=occluder)
+        do = "write MODEL or MODEL:POSES" if occluder else "write MODEL, MODEL:POSES or MODEL:distance=1..5"
+        raise InputError("is not there", where=poses or given, do=do)
+    return OtherBody(file=model_file(model), occluder=occluder, poses=Path(poses))
 
 
 def write_model(

@@ -124,8 +124,11 @@ class AuthorOptions(Listening):
     also: Annotated[
         str | Sequence[str],
         Option(
-            "One more target, again for each: a name or a model file, and a pose list with a pose for each picture, "
-            "before --frames chooses; without one it moves with the first target, in whose axes it is modelled.",
+            "One more target, again for each: a name or a model file. POSES: a list with a pose for each picture, "
+            "before --frames chooses; or text to sample them from, such as 'distance=1..5 count=3' (metres from the "
+            "first target) or 'range=3..9 inside=1', where no two collide; or attached, which moves with the first "
+            "target, in whose axes it is modelled. Without POSES it is sampled like the target of --sample, and is "
+            "attached to that of --poses.",
             "MODEL[:POSES]",
             repeated=True,
         ),

@@ -144,9 +144,9 @@ def pose_law(table: Mapping[str, Any], frame: Frame | None, where: str) -> PoseL
     Raises InputError that says `where`, for a distribution without a possible value.
     """
     return PoseLaw(
-        position=_position(table, frame, where),
+        position=position_law(table, frame, where),
         attitude=_distribution(table["attitude"], f"{where}, attitude"),
-        inside=_inside(table, where),
+        inside=inside_law(table, where),
     )
 
 
@@ -163,19 +163,21 @@ def trajectory_law(table: Mapping[str, Any], frame: Frame | None, where: str) ->
         tilt=(radians(pitch), radians(yaw)),
         centre_of_mass=_vector(table.get("centre_of_mass_m", (0.0, 0.0, 0.0))),
         range=(least, most),
-        inside=_inside(table, where),
+        inside=inside_law(table, where),
         sun=_distribution(table["sun"], f"{where}, sun") if "sun" in table else None,
     )
 
 
-def _position(table: Mapping[str, Any], frame: Frame | None, where: str) -> PositionLaw:
+def position_law(table: Mapping[str, Any], frame: Frame | None, where: str) -> PositionLaw:
+    """Return the law of a table's range and place; arguments and errors are those of pose_law."""
     return PositionLaw(
         range=_distribution(table["range"], f"{where}, range"),
-        place=_place(table, frame, where),
+        place=place_law(table, frame, where),
     )
 
 
-def _place(table: Mapping[str, Any], frame: Frame | None, where: str) -> PlaceLaw:
+def place_law(table: Mapping[str, Any], frame: Frame | None, where: str) -> PlaceLaw:
+    """Return the law of a table's place in the picture; arguments and errors are those of pose_law."""
     offsets, shares = ("across", "down"), ("u_share", "v_share")
     given = {name: _distribution(table[name], f"{where}, {name}") for name in offsets + shares if name in table}
     if "across" not in given:
@@ -189,7 +191,8 @@ def _place(table: Mapping[str, Any], frame: Frame | None, where: str) -> PlaceLa
     return OffsetLaw(across=given["across"], down=given["down"], frame=frame)
 
 
-def _inside(table: Mapping[str, Any], where: str) -> Inside | None:
+def inside_law(table: Mapping[str, Any], where: str) -> Inside | None:
+    """Return how much a table wants in the picture. Raises InputError that says `where`."""
     if "inside" not in table:
         return None
     given = table["inside"]
@@ -204,7 +207,7 @@ def _path(table: Mapping[str, Any], frame: Frame | None, where: str) -> Relative
         return _chaser(table["chaser"])
     if "orbit" in table:
         return _orbit(table["orbit"])
-    start, end = (_position(table[name], frame, f"{where}, {name}") for name in ("start", "end"))
+    start, end = (position_law(table[name], frame, f"{where}, {name}") for name in ("start", "end"))
     return Transfer(start=start, end=end)
 
 

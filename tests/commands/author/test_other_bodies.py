@@ -116,7 +116,9 @@ def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
     short = pose_list(tmp_path, "short", [(Q[0], (0, 0, 5))])
     with pytest.raises(InputError, match=r"short.json: has 1 pose for 4 pictures; give a pose for each picture"):
         author_stage(**inputs, also=[f"cubesat:{short}"])
-    with pytest.raises(InputError, match=r"nowhere.json: is not there; write MODEL or MODEL:POSES"):
+    with pytest.raises(
+        InputError, match=r"nowhere.json: is not there; write MODEL, MODEL:POSES or MODEL:distance=1..5"
+    ):
         author_stage(**inputs, also=["cubesat:nowhere.json"])
     with pytest.raises(InputError, match="voyager"):
         author_stage(**inputs, occluders=["voyager"])

@@ -1,0 +1,219 @@
+"""The bodies beside the first target: where each is in every picture, and writing them into the stage.
+
+Those whose poses are sampled keep apart from all others and from the camera, as balls around them do.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.commands.author.model import OtherBody, model_unit, write_model
+from spin_usd.commands.author.part_pictures import DECIMALS
+from spin_usd.commands.author.plausible_target import refuse_size
+from spin_usd.commands.author.spec import inside_law, place_law, position_law
+from spin_usd.errors import InputError
+from spin_usd.exchange.read_pose_list import read_pose_list
+from spin_usd.faults import reading
+from spin_usd.formats.chosen_frames import chosen_frames
+from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
+from spin_usd.formats.sampling_text import DISTANCE, BodyText
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.progress import Progress
+from spin_usd.sampling.poses import Balls, BesideLaw, PoseLaw, PositionLaw, ball_of
+from spin_usd.sampling.sample import Attitudes, distribution_of, stream
+from spin_usd.sampling.trajectory import TrajectoryLaw
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.author.from_mesh_file import target_name
+from spin_usd.stage.author.other_bodies import add_occluder, add_target
+from spin_usd.stage.author.source_bounds import box_corners, hull_corners
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.author.write_stage import ROOT
+from spin_usd.unique_names import UniqueNames
+
+CAMERA_ITSELF = (np.zeros(3), 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AuthoredPictures:
+    """The pictures of a stage, which has the first target. poses: that target's · laws: those that its poses were
+    sampled from, one for each picture; None for a pose list · frames: the choice of the `whole` number of poses."""
+
+    target: TargetAsset
+    poses: PoseList
+    camera: Camera
+    laws: Sequence[PoseLaw | TrajectoryLaw] | None
+    frames: str | None
+    whole: int
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _PlacedBody:
+    """A body with its poses: one for each picture, or one for all. None: not sampled yet, or in the camera's axes."""
+
+    body: OtherBody
+    asset: TargetAsset
+    poses: PoseList | None
+
+
+def write_others(
+    bodies: Sequence[OtherBody],
+    folder: Path,
+    pictures: AuthoredPictures,
+    units_per_metre: float | None,
+    *,
+    any_size: bool,
+    progress: Progress,
+) -> tuple[str, ...]:
+    """Write the bodies over the stage in `folder`, and return notes on them. `units_per_metre` holds for models whose
+    files do not say their unit, and `any_size` for a size that no craft has. Raises InputError, OutputError."""
+    notes: dict[str, None] = {}  # each once, though there are several bodies of one model
+    names = UniqueNames(taken=[pictures.target.name])
+
+    @cache
+    def model(file: Path) -> tuple[TargetAsset, tuple[str, ...]]:
+        return write_model(file, folder, _unit(file, units_per_metre), None)
+
+    placed = []
+    for body in bodies:
+        asset, said = model(body.file)
+        own = _own_poses(body, pictures)
+        notes |= dict.fromkeys((*said, *(own.notes if own else ())))
+        if not (own or body.occluder or _is_sampled(body, pictures)):
+            own = pictures.poses
+        for _ in range(body.said.count):
+            named = replace(asset, name=names.give(target_name(body.file.stem)))
+            placed.append(_PlacedBody(body=body, asset=named, poses=own))
+        if _is_sampled(body, pictures):
+            if not any_size:
+                refuse_size(box_corners(asset), model_unit(body.file, asset, _unit(body.file, units_per_metre)))
+            if not body.said.text:
+                found = f"{asset.name} is sampled as the target is, and apart from it"
+                notes[f"{found}; MODEL:attached moves it with the target instead"] = None
+    for each in _all_placed(placed, pictures, progress):
+        if each.body.occluder:
+            add_occluder(folder / ROOT, each.asset, each.poses)
+        else:
+            assert each.poses is not None
+            add_target(folder / ROOT, each.asset, each.poses)
+    return tuple(notes)
+
+
+def _unit(file: Path, units_per_metre: float | None) -> float | None:
+    """Return `units_per_metre` for a model whose file does not say its unit, None for any other."""
+    return None if file.suffix.lower() not in MESHES or says_unit(file) else units_per_metre
+
+
+def _is_sampled(body: OtherBody, pictures: AuthoredPictures) -> bool:
+    if body.occluder or body.poses or body.attached:
+        return False
+    return bool(body.said.text) or pictures.laws is not None
+
+
+def _own_poses(body: OtherBody, pictures: AuthoredPictures) -> PoseList | None:
+    """Return the poses of the body's own list, None where it has none."""
+    if body.poses is None:
+        return None
+    with reading(body.poses):
+        own = read_pose_list(body.poses)
+    if len(own) == 1 and body.occluder:
+        return own
+    if len(own) != pictures.whole:
+        _refuse_other_length(own, pictures)
+    return chosen_frames(own, pictures.frames)
+
+
+def _refuse_other_length(own: PoseList, pictures: AuthoredPictures) -> None:
+    """Raise InputError for a list that has another number of poses than there are pictures to choose from."""
+    whole, frames = pictures.whole, pictures.frames
+    count = f"{whole} picture{'s' * (whole > 1)}"
+    wanted = count if frames is None else f"the {count} that frames {frames!r} chooses from"
+    found = f"has {len(own)} pose{'s' * (len(own) > 1)} for {wanted}"
+    raise InputError(found, where=own.source, do="give a pose for each picture, in their order")
+
+
+def _all_placed(placed: Sequence[_PlacedBody], pictures: AuthoredPictures, progress: Progress) -> Sequence[_PlacedBody]:
+    """Return the bodies with the poses of those that are to be sampled, each apart from all that stand before it in the
+    list, and from those that are not sampled: so one more at the end changes no other."""
+    sampled = [i for i, each in enumerate(placed) if _is_sampled(each.body, pictures)]
+    if not sampled:
+        return placed
+    models = {asset.file: asset for asset in (pictures.target, *(each.asset for each in placed))}
+    hulls = {file: hull_corners(asset) for file, asset in models.items()}
+    known = [placed[i] for i in range(len(placed)) if i not in sampled]
+    balls = [CAMERA_ITSELF, _balls(pictures.poses, hulls[pictures.target.file])]
+    balls += [_balls(each.poses, hulls[each.asset.file]) for each in known]
+    found = list(placed)
+    for i in sampled:
+        hull = hulls[placed[i].asset.file]
+        poses = _sampled_poses(placed[i], pictures, hull, balls, progress)
+        balls.append(_balls(poses, hull))
+        found[i] = replace(placed[i], poses=poses)
+    return found
+
+
+def _balls(poses: PoseList | None, hull: Float) -> tuple[Float, float]:
+    """Return the middles (N, 3), or (3,) in all pictures, and the radius of the ball around a body, camera frame."""
+    middle, radius = ball_of(hull)
+    if poses is None:
+        return middle, radius
+    return matrices_from_quaternions(poses.q_cam_body) @ middle + poses.t_cam_body, radius
+
+
+def _sampled_poses(
+    placed: _PlacedBody,
+    pictures: AuthoredPictures,
+    hull: Float,
+    balls: Sequence[tuple[Float, float]],
+    progress: Progress,
+) -> PoseList:
+    """Sample the poses of a body with the corners `hull`, apart from the `balls`, each from the seed, the body's name
+    and the picture's alone. Raises InputError that names the body and the picture."""
+    names, name = pictures.poses.names, placed.asset.name
+    middles = np.stack([np.broadcast_to(each, (len(names), 3)) for each, _ in balls], axis=1)
+    radii = np.array([radius for _, radius in balls])
+    law_of = cache(lambda usual: _law(placed, usual))
+    found = []
+    for i, picture in enumerate(names):
+        progress(f"sampling: pose of {name}", i, len(names))
+        law = law_of(pictures.laws[i] if pictures.laws else None)
+        try:
+            if isinstance(law.position, BesideLaw):
+                x, y, z = pictures.poses.t_cam_body[i].tolist()
+                law = replace(law, position=replace(law.position, other=(x, y, z)))
+            others = Balls(middles=middles[i], radii=radii)
+            found.append(law.sample(stream(pictures.seed, "pose", name, picture), pictures.camera, hull, others))
+        except InputError as error:
+            raise InputError(error.found, where=f"{name}, picture {picture}", do=error.do) from None
+    q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
+    return PoseList(names=names, q_cam_body=q, t_cam_body=t, source=name)
+
+
+def _law(placed: _PlacedBody, usual: PoseLaw | TrajectoryLaw | None) -> PoseLaw:
+    """Return the law of a body's poses: what is not said of it is that of the target's own law, `usual`, but for the
+    attitude, of which any is as likely as another. Raises InputError where that is not enough."""
+    if isinstance(usual, TrajectoryLaw):
+        do = "give it a pose list, MODEL:POSES, or move it with the target, MODEL:attached"
+        raise InputError("poses along a trajectory are sampled for the target alone", where=placed.asset.name, do=do)
+    table, where = placed.body.said.poses, placed.body.said.text
+    inside = inside_law(table, where) if "inside" in table or usual is None else usual.inside
+    attitude = distribution_of(table["attitude"]) if "attitude" in table else Attitudes()
+    return PoseLaw(position=_position(placed.body.said, usual), attitude=attitude, inside=inside)
+
+
+def _position(said: BodyText, usual: PoseLaw | None) -> PositionLaw | BesideLaw:
+    table = said.poses
+    if DISTANCE in table:
+        return BesideLaw(range=distribution_of(table[DISTANCE]))
+    if "range" in table:
+        return position_law(table, None, said.text)
+    if usual is None:
+        raise InputError("says not how far a body is", where=said.text, do="add distance=1..5, metres from the target")
+    assert isinstance(usual.position, PositionLaw)
+    shares = "u_share" in table or "v_share" in table
+    return replace(usual.position, place=place_law(table, None, said.text)) if shares else usual.position
