@@ -1,10 +1,11 @@
 """`spin-usd augment`: a specification's augmentations as variants of a stage."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.commands.author.choices import images_in
 from spin_usd.commands.author.reports import AugmentReport
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.errors import InputError, SpinError
@@ -14,11 +15,12 @@ from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of, stream
-from spin_usd.stage.augment.background import Background, background_of, compose_background
+from spin_usd.stage.augment.background import Background, background_of, beside, compose_background
 from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
+from spin_usd.stage.author.lights_and_environment import refuse_damaged
 from spin_usd.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.store.hidden_folder import hidden_folder
 
@@ -43,10 +45,11 @@ def augment_stage(
     _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
     specification = read_spec_file(file)
     made: list[Augmentation] = []
+    checked: set[Path] = set()
     for entry in specification.augmentations:
         counted = _Counted(progress, len(made), len(specification.augmentations))
         try:
-            made.append(_sampled(Path(stage), specification, entry, file.parent, counted))
+            made.append(_sampled(Path(stage), specification, entry, file.parent, counted, checked))
         except SpinError as error:
             where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
             raise InputError(error.found, where=where, do=error.do) from None
@@ -102,14 +105,19 @@ def _layer_of(folder: Path) -> Path:
 
 
 def _sampled(
-    path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted
+    path: Path,
+    spec: Specification,
+    entry: AugmentationEntry,
+    folder: Path,
+    counted: _Counted,
+    checked: set[Path],
 ) -> Augmentation:
-    """Sample all values of one augmentation."""
+    """Sample all values of one augmentation; checked: as `_background` has them."""
     stage = open_selected(path, entry.select)
     behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
     samples_for(others)  # what is wrong in the words is said before anything is read
-    background = _background(stage, behind, spec.seed, entry.name, folder)
+    background = _background(stage, behind, spec.seed, entry.name, folder, checked)
     environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
     values = sample_pictures(
@@ -126,14 +134,36 @@ def _sampled(
     return Augmentation(name=entry.name, selections=entry.select, values=values, background=background)
 
 
-def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
-    """Return the environment that is sampled, if any. Raises InputError for what is not a choice of names."""
+def _background(
+    stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path, checked: set[Path]
+) -> Background | None:
+    """Return the environment or the pictures that are sampled, if any; checked: pictures that others have, to which
+    these are added. Raises InputError for what is not a choice of names."""
     for sample in samples:
-        distribution = distribution_of(sample.words)
-        if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):
-            found = "is not one choice among names for each augmentation"
-            raise InputError(
-                found, where=BACKGROUND, do='give it distribution = "choice", "in_turn" or "fixed", without per or unit'
-            )
-        return background_of(stage, str(distribution.sample(stream(seed, name, BACKGROUND))), folder)
+        distribution = distribution_of(_listed(sample.words, folder))
+        if sample.unit or not isinstance(distribution, Choice | Fixed):
+            do = 'give it distribution = "choice", "in_turn" or "fixed", without unit'
+            raise InputError("is not one choice among names", where=BACKGROUND, do=do)
+        streams = [stream(seed, name, BACKGROUND)]
+        times: Sequence[float] = ()
+        if sample.per_frame:
+            base, frames, _ = open_base(stage)
+            streams, times = [stream(seed, name, BACKGROUND, frame) for frame in frames], base.times
+        given = [str(distribution.sample(each)) for each in streams]
+        background = background_of(stage, given, folder, times)
+        refuse_damaged(sorted({*background.pictures} - checked))
+        checked |= {*background.pictures}
+        return background
     return None
+
+
+def _listed(words: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the words of a choice with the pictures of the `folder` that it names for its values. Raises
+    InputError."""
+    if "folder" not in words:
+        return words
+    if "values" in words:
+        raise InputError("has both folder and values", where=BACKGROUND, do="keep one of them")
+    pictures = images_in(beside(folder, words["folder"]), "picture")
+    rest = {key: value for key, value in words.items() if key != "folder"}
+    return {**rest, "values": [str(each.relative_to(folder)) for each in pictures]}

@@ -14,7 +14,13 @@ from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
-from spin_usd.stage.author.lights_and_environment import open_surroundings, set_back_plate, set_planet_maps
+from spin_usd.stage.author.lights_and_environment import (
+    PICTURES,
+    open_surroundings,
+    refuse_damaged,
+    set_back_plate,
+    set_planet_maps,
+)
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer
@@ -22,7 +28,6 @@ from spin_usd.stage.usd.layer_file import Layer
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
 BACK_PLATE = "back_plate"  # that for a user's own backgrounds
 
-SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
 KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
 """What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
 
@@ -96,6 +101,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     )
     surroundings = _surroundings(layers, maps)
     if behind:
+        refuse_damaged(behind)
         set_back_plate(surroundings["environment"], behind, always=choices.environment is None)
     files = {
         **pictures,
@@ -208,11 +214,11 @@ def images_in(path: Path, what: str) -> list[Path]:
     `what`, for a folder without any, and for what is none, or cannot be opened."""
     files = [path]
     if path.is_dir():
-        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
         if not files:
-            raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(SUFFIXES)} files there")
-    elif path.exists() and path.suffix.lower() not in SUFFIXES:
-        do = f"give a folder, or one of {', '.join(SUFFIXES)}"
+            raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
+    elif path.exists() and path.suffix.lower() not in PICTURES:
+        do = f"give a folder, or one of {', '.join(PICTURES)}"
         raise InputError(f"is no {what} that is read", where=path, do=do)
     for file in files:
         open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory

@@ -1,5 +1,7 @@
-"""Backgrounds: an environment that an augmentation references in place of the stage's own."""
+"""Backgrounds: an environment that an augmentation references in place of the stage's own, or a back plate of pictures
+that it has itself."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,39 +9,61 @@ from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled
-from spin_usd.stage.author.lights_and_environment import open_surroundings
+from spin_usd.stage.author.lights_and_environment import PICTURES, open_surroundings, set_back_plate
 from spin_usd.stage.author.paths import ENVIRONMENT
-from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.composition.copy_stage import Copies, copy_assets
 from spin_usd.stage.usd.layer_file import export
 
 SUFFIXES = (".usd", ".usda", ".usdc")
+BACK_PLATE = "back_plate"  # the environment of which pictures are the back plate's
 PRIM = "Background"
+PHOTOGRAPHS = "photographs"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Background:
     """The layer of an environment, to be referenced at the prim `at`. removed: paths of the stage's own prims there,
-    which it replaces."""
+    which it replaces · pictures: files that its back plate shows instead, the only one in all pictures, or one for each
+    of the stage's pictures, at `times`."""
 
     file: Path
     at: str
     removed: tuple[str, ...]
+    pictures: tuple[Path, ...] = ()
+    times: tuple[float, ...] = ()
+
+    def opened(self) -> Sdf.Layer:
+        """Open the environment, its asset paths absolute."""
+        layer = open_surroundings(self.file, "environment")
+        if self.pictures:
+            set_back_plate(layer, self.pictures, always=True, times=self.times)
+        return layer
 
 
-def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
-    """Find the environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
-    file = _beside(folder, given) if Path(given).suffix in SUFFIXES else bundled("environment", given)
+def background_of(stage: Usd.Stage, given: Sequence[str], folder: Path, times: Sequence[float] = ()) -> Background:
+    """Find the environment of the only name that is `given`, or in that file beside the specification in `folder`, or
+    the pictures of these names there, one at each of the `times`. Raises InputError."""
+    pictures = tuple(beside(folder, name) for name in given if Path(name).suffix.lower() in PICTURES)
+    if len(pictures) < len(given) and times:
+        do = "let it choose among pictures: give it folder, or their files as values"
+        raise InputError("an environment cannot change from picture to picture", where="background", do=do)
+    name = BACK_PLATE if pictures else given[0]
+    if not pictures and (folder / name).is_dir():
+        do = f'write {{ distribution = "choice", folder = "{name}" }} to choose among its pictures'
+        raise InputError(f"{name!r} is a folder", where="background", do=do)
+    file = beside(folder, name) if Path(name).suffix in SUFFIXES else bundled("environment", name)
     root = stage.GetDefaultPrim()
     if not root:
         raise InputError("the stage has no default prim to put a background on", where="background", do="name one")
     at = root.GetPath().AppendChild(ENVIRONMENT.name)
     own = stage.GetPrimAtPath(at)
     removed = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
-    return Background(file=file, at=str(at), removed=removed)
+    return Background(file=file, at=str(at), removed=removed, pictures=pictures, times=tuple(times))
 
 
-def _beside(folder: Path, given: str) -> Path:
-    """Return the file, which must lie in the `folder` of the specification that names it."""
+def beside(folder: Path, given: str) -> Path:
+    """Return the file or folder, which must lie in the `folder` of the specification that names it. Raises
+    InputError."""
     file = folder / given
     if not file.resolve().is_relative_to(folder.resolve()):
         do = "put it into the specification's folder"
@@ -50,23 +74,32 @@ def _beside(folder: Path, given: str) -> Path:
 def compose_background(stage: Usd.Stage, background: Background) -> Sdf.Layer:
     """Compose `background` into `stage`, in its session layer, so that values can be sampled for it. Returns its layer,
     which must live as long as the stage."""
-    layer = open_surroundings(background.file, "environment")
+    layer = background.opened()
     _write(stage.GetSessionLayer(), background, layer.identifier)
     return layer
 
 
-def write_background(layer: Sdf.Layer, background: Background, folder: Path) -> None:
-    """Author `background` in `layer`, a file beside `folder`, into which the environment and its images are copied."""
-    environment = open_surroundings(background.file, "environment")
-    name = background.file.stem
-    copy_assets(environment, folder / name)
-    export(environment, folder / f"{name}.usda")
-    _write(layer, background, f"./{folder.name}/{name}.usda")
+def write_background(layer: Sdf.Layer, background: Background, folder: Path, copies: Copies) -> None:
+    """Author `background` in `layer`, a file in `folder`, into which the environment and its images are copied. copies:
+    those of photographs that are there already."""
+    environment = background.opened()
+    if background.pictures:
+        copy_assets(environment, folder / PHOTOGRAPHS, copies)
+        prim = _write(layer, background, None)
+        Sdf.CopySpec(environment, environment.GetPrimAtPath(environment.defaultPrim).path, layer, prim.path)
+        return
+    name, beside_it = background.file.stem, folder / "backgrounds"
+    copy_assets(environment, beside_it / name)
+    export(environment, beside_it / f"{name}.usda")
+    _write(layer, background, f"./{beside_it.name}/{name}.usda")
 
 
-def _write(layer: Sdf.Layer, background: Background, asset: str) -> None:
+def _write(layer: Sdf.Layer, background: Background, asset: str | None) -> Sdf.PrimSpec:
+    """Author the prim of the background, which refers to `asset`, in place of the stage's own; return it."""
     for path in background.removed:
         Sdf.CreatePrimInLayer(layer, path).active = False
     prim = Sdf.CreatePrimInLayer(layer, Sdf.Path(background.at).AppendChild(PRIM))
     prim.specifier = Sdf.SpecifierDef
-    prim.referenceList.prependedItems.append(Sdf.Reference(asset))
+    if asset is not None:
+        prim.referenceList.prependedItems.append(Sdf.Reference(asset))
+    return prim

@@ -25,6 +25,7 @@ from spin_usd.stage.augment.replace_files import (
     written_in,
 )
 from spin_usd.stage.augment.sampled_values import SampledValues, write_values
+from spin_usd.stage.composition.copy_stage import Copies
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_stage
@@ -117,8 +118,9 @@ def write_augmentations(
     layer = f"./{FOLDER}/{name}.usda"
     with written_in(work):
         refuse_other_root(path, final, root, layer, trial)
+        photographs = Copies()
         for augmentation in augmentations:
-            _write_one(work / name, augmentation, root, frames, source)
+            _write_one(work / name, augmentation, root, frames, source, photographs)
         export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
         export(root_over(path, final, root, f"./{work.name}/{name}.usda"), trial)
         for augmentation in augmentations:
@@ -132,8 +134,15 @@ def write_augmentations(
     return final
 
 
-def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames: int, source: Source) -> None:
-    """Write the layer of one augmentation's values."""
+def _write_one(
+    folder: Path,
+    augmentation: Augmentation,
+    root: Sdf.Layer,
+    frames: int,
+    source: Source,
+    photographs: Copies,
+) -> None:
+    """Write the layer of one augmentation's values. photographs: as write_background has `copies`."""
     layer = Sdf.Layer.CreateAnonymous(_suffix(augmentation, frames))
     selected = ", ".join(f"{name} {variant}" for name, variant in augmentation.selections.items())
     documentation = (
@@ -142,13 +151,14 @@ def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames
     _head(layer, root, frames, documentation, source)
     write_values(layer, augmentation.values)
     if augmentation.background:
-        write_background(layer, augmentation.background, folder / "backgrounds")
+        write_background(layer, augmentation.background, folder, photographs)
     export(layer, folder / _file(augmentation, frames))
 
 
 def _suffix(augmentation: Augmentation, frames: int) -> str:
-    many = frames > MAX_FRAMES_IN_TEXT and any(each.samples for each in augmentation.values.attributes)
-    return ".usdc" if many else ".usda"
+    changes = any(each.samples for each in augmentation.values.attributes)
+    changes |= bool(augmentation.background and augmentation.background.times)
+    return ".usdc" if changes and frames > MAX_FRAMES_IN_TEXT else ".usda"
 
 
 def _file(augmentation: Augmentation, frames: int) -> str:

@@ -4,7 +4,7 @@ Those that travel with spin_usd lie in `stages/environments`; a user may give ot
 lights is Lights, that of an environment is Environment.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from pxr import Gf, Sdf, Usd
@@ -21,6 +21,8 @@ KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them."""
 USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 """The layer of each kind that a stage has unless another is chosen."""
+PICTURES = (".jpg", ".jpeg", ".png", ".exr")
+"""The endings of files that can be a back plate or a planet's map."""
 MAP_SHAPE = (
     1.9,
     2.1,
@@ -77,18 +79,26 @@ def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
         planet.GetAttribute(MAP_ATTRIBUTES[kind]).Set(Sdf.AssetPath(str(file.resolve())))
 
 
-def set_back_plate(layer: Sdf.Layer, files: Sequence[Path], *, always: bool) -> None:
-    """Let the back plate of an environment's `layer` be one of the images in `files`; `always`, and upright as they
-    are. Raises InputError for a layer without a back plate, and for a file that cannot be rendered."""
+def refuse_damaged(files: Iterable[Path]) -> None:
+    """Decode the pictures as a render will. Raises InputError for the first that cannot be rendered."""
+    for file in files:
+        image_in(file, "auto")
+
+
+def set_back_plate(layer: Sdf.Layer, files: Sequence[Path], *, always: bool, times: Sequence[float] = ()) -> None:
+    """Let the back plate of an environment's `layer` be one of the images in `files`, or each at its time code of
+    `times`; `always`, and upright as they are. Raises InputError for a layer without a back plate."""
     stage = stage_on(layer)
     plates = [prim for prim in stage.Traverse() if prim.HasAPI(schema.BACK_PLATE_API)]
     if len(plates) != 1:
         found = f"a background is given, and the environment has {len(plates)} back plates"
         raise InputError(found, do="choose the environment back_plate, or none")
-    for file in files:
-        image_in(file, "auto")
     (plate,) = plates
-    plate.GetAttribute(schema.BACK_PLATE_FILES).Set([Sdf.AssetPath(str(file.resolve())) for file in files])
+    assets = [Sdf.AssetPath(str(file.resolve())) for file in files]
+    named = plate.GetAttribute(schema.BACK_PLATE_FILES)
+    named.Set(assets[:1] if times else assets)
+    for time, asset in zip(times, assets, strict=False):
+        named.Set([asset], time)
     if always:
         plate.GetAttribute(schema.BACK_PLATE_PROBABILITY).Set(1.0)
         plate.GetAttribute(schema.BACK_PLATE_ROLL).Set(Gf.Vec2d(0, 0))

@@ -1,6 +1,7 @@
 """Self-contained copies of a stage: all its files, over all variants, under one folder."""
 
 import shutil
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pxr import Sdf, UsdUtils
@@ -9,6 +10,7 @@ from spin_usd.errors import InputError, OutputError, StageError
 from spin_usd.stage.composition.files import Files, Missing, files_of
 from spin_usd.stage.composition.missing_images import dispensable_images
 from spin_usd.stage.composition.open_stage import open_as_it_is
+from spin_usd.unique_names import UniqueNames
 
 
 def copy_stage(path: str | Path, folder: str | Path) -> Path:
@@ -34,21 +36,33 @@ def _needed(files: Files) -> list[Missing]:
     return [each for each in files.missing if (each.layer.parent / each.name).resolve() not in dispensable]
 
 
-def copy_assets(layer: Sdf.Layer, folder: Path) -> None:
+@dataclass
+class Copies:
+    """The names of files in a folder of copies, by what they are copies of."""
+
+    names: dict[Path, str] = field(default_factory=dict)
+    _unique: UniqueNames = field(default_factory=lambda: UniqueNames(first=1), init=False)
+
+    def add(self, file: Path) -> str:
+        """Return a name for the copy of another file."""
+        self.names[file] = self._unique.give(file.stem, file.suffix)
+        return self.names[file]
+
+
+def copy_assets(layer: Sdf.Layer, folder: Path, copies: Copies | None = None) -> None:
     """Copy every file that `layer` names by an absolute path into `folder`, and let it name the copies as it will find
-    them from beside `folder`. Raises InputError for a file that is not there, OutputError as `copy_stage`.
+    them from beside `folder`; `copies`: those that are there already, to which new ones are added. Raises InputError
+    for a file that is not there, OutputError as `copy_stage`.
     """
-    copies: dict[Path, str] = {}
+    copies = copies or Copies()
 
     def copied(path: str) -> str:
         file = Path(path)
         if not path or not file.is_file():
             raise InputError("is named by the layer and not there", where=path or layer.identifier)
-        if file not in copies:
-            same = sum(other.name == file.name for other in copies)
-            copies[file] = f"{file.stem}_{same}{file.suffix}" if same else file.name
-            _copy(file, folder / copies[file])
-        return f"./{folder.name}/{copies[file]}"
+        if file not in copies.names:
+            _copy(file, folder / copies.add(file))
+        return f"./{folder.name}/{copies.names[file]}"
 
     UsdUtils.ModifyAssetPaths(layer, copied)
 

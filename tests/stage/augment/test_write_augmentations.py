@@ -19,6 +19,7 @@ from spin_usd.stage.augment.replace_files import FOLDER, SET
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.hidden_folder import hidden_folder
+from tests.cases.image_files import write_image_file
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
@@ -253,6 +254,36 @@ def test_relighting_needs_one_render(stage) -> None:
     assert KeyMaker(SETTINGS).keys(plain).radiance != KeyMaker(SETTINGS).keys(every[0]).radiance
 
 
+def shown(root, variant):
+    """Return the level of each picture's background: photographs are of one each."""
+    plates = [scene.environment.back_plate for scene in scenes(root, variant)]
+    assert {(len(plate.images), plate.probability, plate.roll, plate.mirror) for plate in plates} == {(1, 1, (0, 0), 0)}
+    return [float(plate.images[0].pixels[0, 0, 0]) for plate in plates]
+
+
+def test_photographs_of_a_folder_are_behind_variants_or_each_picture_by_chance(stage, spec, tmp_path) -> None:
+    (tmp_path / "photos").mkdir()
+    for level in range(0, 250, 25):
+        write_image_file(tmp_path / "photos" / f"{level}.png", np.full((6, 9, 3), level))
+    one = 'count = 5\n[augmentation.sample]\n"background" = { distribution = "choice", folder = "photos" }\n'
+    each = one.replace(" }", ', per = "frame" }').replace("count = 5", "count = 2")
+    both = spec(f'{one}[[augmentation]]\nname = "each"\n{each}')
+    augment_stage(stage=stage, spec=both)
+    written = files(stage.parent)
+    augment_stage(stage=stage, spec=both)
+    assert files(stage.parent) == written
+    shutil.rmtree(tmp_path / "photos")  # the stage has its own, each once
+    drawn = [shown(stage, f"a_{i}") for i in range(1, 6)]
+    assert all(len({*levels}) == 1 for levels in drawn)
+    assert len({levels[0] for levels in drawn}) > 2
+    framed = [shown(stage, f"each_{i}") for i in (1, 2)]
+    assert all(len({*levels}) > 1 for levels in framed)
+    assert framed[0] != framed[1]
+    copies = [name for name in written if name.startswith("layers/augmentations/photographs/")]
+    assert len(copies) == len({level for levels in (*drawn, *framed) for level in levels})
+    assert not [finding for finding in check_stage(stage) if finding.code != "variant-same"]
+
+
 SAMPLE = "[augmentation.sample]\n"
 SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentation.constraints]\n'
 
@@ -277,6 +308,19 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         (
             SAMPLE + '"background" = { distribution = "choice", values = ["mars"] }',
             "there is no environment named 'mars'",
+        ),
+        (
+            SAMPLE + '"background" = { distribution = "choice", values = ["earth"], per = "frame" }',
+            "background: an environment cannot change from picture to picture; let it choose among pictures",
+        ),
+        (
+            SAMPLE + '"background" = { distribution = "choice", folder = ".." }',
+            "background: '..' lies outside the specification's folder",
+        ),
+        (SAMPLE + '"background" = { distribution = "choice", folder = "stage" }', "stage: holds no picture; put .jpg"),
+        (
+            SAMPLE + '"background" = { distribution = "fixed", value = "stage" }',
+            "background: 'stage' is a folder; write .* folder = \"stage\" }",
         ),
         (
             SAMPLE + '"material.*.roughness" = { distribution = "fixed", value = 1 }\n'
