@@ -61,7 +61,10 @@ def __getattr__(name: str) -> object:
     """Load what is asked for (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_MODULES.get(name, f"spin_usd.commands.{name}.run")), name)
+    from spin_usd.faults import reading
+
+    with reading():
+        found = globals()[name] = getattr(import_module(_MODULES.get(name, f"spin_usd.commands.{name}.run")), name)
     return found
 
 

@@ -49,6 +49,10 @@ class UnsupportedError(SpinError, NotImplementedError):
     """The stage asks for something that this version does not render; nothing is dropped silently."""
 
 
+class MissingPackageError(SpinError, ImportError):
+    """A package of the extra [render] is not installed, which is more than reading a dataset needs."""
+
+
 class OutputError(SpinError, OSError):
     """A result could not be written, or came back different from what was written."""
 

@@ -1,17 +1,19 @@
-"""Faults of parsers and of the system, told apart from defects of ours.
+"""Faults of parsers, of the system and of the installation, told apart from defects of ours.
 
-What a library raises over what it reads is the fault of what is read, and what the system refuses is the machine's:
-both are a SpinError, one sentence, wherever they are met. This is the one place that says which they are.
+What a library raises over what it reads is the fault of what is read, what the system refuses is the machine's, and a
+package that is not there is the installation's: each is a SpinError, one sentence, wherever it is met. This is the one
+place that says which they are.
 """
 
 import errno
 import logging
 import os
+import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.errors import InputError, MissingPackageError, OutputError, SpinError
 
 PARSERS: Mapping[str, str] = {
     "builtins.UnicodeError": "holds text that is not UTF-8",
@@ -58,6 +60,29 @@ SYSTEM: Mapping[int, str] = {
 }
 """Refusals of the system, and what to do about each."""
 
+RENDER: Mapping[str, str] = {
+    "bpy": "bpy",
+    "DracoPy": "DracoPy",
+    "embreex": "embreex",
+    "matplotlib": "matplotlib",
+    "cv2": "opencv-python-headless",
+    "plyfile": "plyfile",
+    "psutil": "psutil",
+    "rich": "rich",
+    "scipy": "scipy",
+    "trimesh": "trimesh",
+    "typer": "typer",
+    "pxr": "usd-core",
+}
+"""The packages of the extra [render], by the module that each is imported as. Reading a dataset needs none of them."""
+
+
+def to_install(package: str) -> str:
+    """Return what to do where that package of the extra [render] is not installed."""
+    if package == "bpy" and sys.version_info[:2] != (3, 13):
+        return "to render with Blender use Python 3.13: bpy has wheels for it alone"
+    return "run pip install 'spin_usd[render]'"
+
 
 def expected(fault: BaseException, where: object = None) -> SpinError | None:
     """Return the fault as the SpinError that it is, with `where` it was met if it does not say; None for a defect."""
@@ -66,6 +91,9 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     if isinstance(fault, OSError) and fault.errno is not None and fault.errno in SYSTEM:
         reason, at = os.strerror(fault.errno), fault.filename if fault.filename is not None else where
         return OutputError(reason if at is None else f"the system says: {reason}", where=at, do=SYSTEM[fault.errno])
+    if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
+        found = f"{package} is not installed, as reading a dataset does not need it"
+        return MissingPackageError(found, do=to_install(package))
     names = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(fault).__mro__)
     found = next((PARSERS[name] for name in names if name in PARSERS), None)
     if found is None:
@@ -90,8 +118,9 @@ def decoding(where: object) -> Iterator[None]:
 
 
 @contextmanager
-def reading(where: object) -> Iterator[None]:
-    """Give the faults of the parsers that the block uses as InputError that says `where`."""
+def reading(where: object = None) -> Iterator[None]:
+    """Give what the block raises as the SpinError that it is, if any: faults of the parsers that it uses as InputError
+    that says `where`."""
     try:
         yield
     except Exception as fault:

@@ -17,6 +17,7 @@ from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, get
 
 from spin_usd.completions import listed_in
 from spin_usd.errors import InputError
+from spin_usd.faults import reading
 from spin_usd.files.url import is_url, refuse_unless_path
 from spin_usd.progress import Note, Progress, no_note, no_progress
 from spin_usd.scene.effort import CPU
@@ -120,7 +121,8 @@ def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], Callable[P, R
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             given = arguments.bind(*args, **kwargs)  # a wrong name is a TypeError of the function, as Python has it
-            return function(options(*given.args, **given.kwargs))
+            with reading():
+                return function(options(*given.args, **given.kwargs))
 
         call.__signature__ = arguments  # type: ignore[attr-defined]
         call.__annotations__ = {each.name: each.annotation for each in parameters}

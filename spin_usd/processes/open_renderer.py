@@ -121,7 +121,7 @@ def require_renderer(name: str, *, instead: str = "") -> None:
     entry = renderer_entry(name)
     if not entry.installed:
         found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
-        do = f"install spin_usd with Python {entry.python}, which has it"
+        do = f"install spin_usd[render] with Python {entry.python}, which has it"
         raise UnsupportedError(found, do=f"{do}, or {instead}" if instead else do)
 
 

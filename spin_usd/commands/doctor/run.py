@@ -15,7 +15,8 @@ from msgspec import Meta
 
 import spin_usd
 from spin_usd.commands.render.workers import MEMORY_PER_WORKER, default_workers
-from spin_usd.errors import SpinError
+from spin_usd.errors import MissingPackageError, SpinError
+from spin_usd.faults import RENDER, to_install
 from spin_usd.json_fields import JsonStruct
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.child import Child
@@ -53,7 +54,7 @@ def examine(folder: Path) -> Iterator[Line]:
     """Examine all that spin_usd needs of this machine, with `folder` as the place where datasets would go."""
     yield Line(subject="spin_usd", found=spin_usd.__version__)
     yield _python()
-    for name in LIBRARIES:
+    for name in dict.fromkeys((*LIBRARIES, *RENDER.values())):
         yield _library(name)
     yield from _children()
     yield _processors()
@@ -72,10 +73,7 @@ def _library(name: str) -> Line:
     try:
         return Line(subject=name, found=version(name))
     except PackageNotFoundError:
-        remedy = f"install it: python -m pip install {name}"
-        if name == "bpy" and sys.version_info[:2] != (3, 13):
-            remedy = "to render with Blender use Python 3.13: bpy has wheels for it alone"
-        return Line(subject=name, found="not installed", remedy=remedy)
+        return Line(subject=name, found="not installed", remedy=to_install(name))
 
 
 def _children() -> Iterator[Line]:
@@ -85,6 +83,8 @@ def _children() -> Iterator[Line]:
             with Child(memory=rendering_memory()) as child:
                 found = child.call("try_renderer", name=renderer)
             yield Line(subject=f"renderer {renderer}", found=found)
+        except MissingPackageError as e:
+            yield Line(subject=f"renderer {renderer}", found=e.found, remedy=str(e.do))
         except (SpinError, RuntimeError) as e:
             yield Line(subject=f"renderer {renderer}", found=str(e), remedy="install the locked packages again")
 

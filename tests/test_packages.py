@@ -1,0 +1,122 @@
+"""Reading a dataset needs few packages; what needs those of the extra [render] says so where one is missing."""
+
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+from spin_usd.errors import MissingPackageError
+from spin_usd.faults import RENDER
+from spin_usd.options import Options, takes
+from tests.conftest import REPOSITORY
+
+READ = """
+import sys, spin_usd
+dataset = spin_usd.Dataset(sys.argv[1])
+crops = dataset.where("visible > 0.5").split(1.0)[0].crop("tango", 64)
+batch = dataset.collate([*crops], labels=["image", "depth", "segmentation", "dense_pose"])
+assert batch["dense_pose"].shape == (len(dataset), 64, 64, 3), batch["dense_pose"].shape
+assert batch["depth"].max() > 1 and dataset.resize((60, 40))[0].image.shape == (40, 60)
+try:
+    from torch.utils.data import DataLoader
+except ModuleNotFoundError:
+    pass
+else:
+    (loaded,) = DataLoader(crops, batch_size=len(crops), num_workers=1, collate_fn=dataset.collate)
+    assert (loaded["image"] == batch["image"]).all()
+"""
+BLOCK = """
+import sys
+class Missing:
+    def find_spec(name, path=None, target=None):
+        if name in blocked:
+            raise ModuleNotFoundError(name=name)
+blocked = set(sys.argv.pop(1).split(","))
+sys.meta_path.insert(0, Missing)
+"""
+COMMAND_LINE = BLOCK + "from spin_usd.__main__ import run; run()"
+OTHER_PYTHON = REPOSITORY / ".venv-python311"
+TRAINING = REPOSITORY / ".venv-train" / "lib" / "python3.11" / "site-packages"  # PyTorch
+
+
+def run(python: Path | str, *arguments: object) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run([str(python), *map(str, arguments)], capture_output=True, text=True)
+
+
+def test_the_table_of_packages_is_the_extra() -> None:
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    names = {each.split(">=")[0].split("==")[0] for each in project["optional-dependencies"]["render"]}
+    assert set(RENDER.values()) == names
+    found = packages_distributions()
+    assert {module: found[module] for module in RENDER} == {module: [name] for module, name in RENDER.items()}
+
+
+def test_a_dataset_is_read_without_the_packages_that_render(rendered) -> None:
+    done = run(sys.executable, "-c", BLOCK + READ, ",".join(RENDER), rendered)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("module", "package"), [("typer", "typer"), ("psutil", "psutil"), ("pxr", "usd-core")])
+def test_a_command_says_which_package_is_missing(module, package, small_stage) -> None:
+    done = run(sys.executable, "-c", COMMAND_LINE, module, "plan", small_stage)
+    assert done.returncode == 2
+    said = f"{package} is not installed, as reading a dataset does not need it; run pip install 'spin_usd[render]'"
+    assert done.stderr.splitlines()[-1] == f"spin-usd: {said}"
+
+
+def test_a_function_that_cannot_be_loaded_says_which_package_is_missing() -> None:
+    code = f"{BLOCK}import spin_usd\ntry: spin_usd.plan\nexcept spin_usd.SpinError as e: print(e)"
+    assert "psutil is not installed" in run(sys.executable, "-c", code, "psutil").stdout
+
+
+def test_a_function_that_needs_a_missing_package_later_says_which(monkeypatch) -> None:
+    @takes(Options)
+    def function(_: Options) -> None:
+        import cv2  # noqa: F401
+
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(MissingPackageError, match="opencv-python-headless is not installed"):
+        function()
+
+
+def test_doctor_says_which_package_is_missing(monkeypatch, spin_usd) -> None:
+    monkeypatch.setitem(RENDER, "missing", "missing-package")
+    lines = spin_usd("doctor", code=1).stdout.splitlines()
+    place = next(
+        place for place, line in enumerate(lines) if line.split() == ["NO", "missing-package", "not", "installed"]
+    )
+    assert lines[place + 1].strip() == "-> run pip install 'spin_usd[render]'"
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
+    subprocess.run(build, check=True, cwd=REPOSITORY, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("base", [sys.prefix, OTHER_PYTHON], ids=["3.13", "3.11"])
+def test_the_base_stands_beside_what_trains(base, wheel, rendered, tmp_path) -> None:
+    """Few packages are installed beside OpenCV 4, which stays, and PyTorch, where there is one."""
+    if not Path(base, "bin", "python").is_file():
+        pytest.skip("no .venv-python311; tools/python311_environment makes it")
+    run(Path(base, "bin", "python"), "-m", "venv", tmp_path / "venv")
+    python = tmp_path / "venv" / "bin" / "python"
+    if run(python, "-m", "pip", "install", "opencv-python-headless<5").returncode:
+        pytest.skip("no package index")
+    before = run(python, "-m", "pip", "freeze").stdout.splitlines()
+    done = run(python, "-m", "pip", "install", f"{wheel}[read]")
+    assert done.returncode == 0, done.stderr
+    after = run(python, "-m", "pip", "freeze").stdout.splitlines()
+    assert set(before) <= set(after)
+    assert len(after) - len(before) <= 10
+    if base == OTHER_PYTHON and TRAINING.is_dir():
+        (packages,) = tmp_path.glob("venv/lib/*/site-packages")
+        (packages / "training.pth").write_text(str(TRAINING))
+    done = run(python, "-c", READ, rendered)
+    assert done.returncode == 0, done.stderr
