@@ -24,7 +24,7 @@ from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import RENDERED
-from spin_usd.picture.versions import LABELLING
+from spin_usd.picture.versions import IMAGING, LABELLING
 from spin_usd.store.atomic import write_atomically
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import CACHE
@@ -91,11 +91,11 @@ class Cache:
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
-    """Return the digest in the names of files of that `kind` that software of these versions made. A label's leaves
-    out the renderer's, which has no part in it, and also covers how it is written, for the same surface in other
-    channels is another file."""
+    """Return the digest in the names of files of that `kind` that software of these versions made, but for what
+    develops images. A label's leaves out the renderer's too, which has no part in it, and also covers how it is
+    written, for the same surface in other channels is another file."""
     if kind not in LABELS:
-        return digest(dict(versions))[:VERSION_DIGITS]
+        return digest({name: number for name, number in versions.items() if name not in IMAGING})[:VERSION_DIGITS]
     labelling = {name: number for name, number in versions.items() if name in LABELLING}
     return digest(labelling, LABELS[kind].channels.header(kind))[:VERSION_DIGITS]
 

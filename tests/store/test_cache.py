@@ -312,6 +312,7 @@ def test_a_label_serves_every_renderer_and_a_render_its_own_alone() -> None:
     assert made_by(one, "depth") == made_by(other, "depth")
     assert made_by(one, "depth") != made_by(one | {"embreex": "3"}, "depth")
     assert made_by(one, RENDERS) != made_by(other, RENDERS)
+    assert made_by(one, RENDERS) == made_by(one | {"scipy": "3"}, RENDERS)  # which develops images
 
 
 def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch) -> None:

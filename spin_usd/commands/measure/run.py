@@ -49,8 +49,6 @@ TABLES, PLOT = "measure.md", "measure.svg"
 
 
 OURS = (FILE, TABLES, PLOT, RUNS)
-DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
-
 
 WITHOUT_NOISE = (
     "the detector has no noise (spin:sensor:gain is 0), so --error auto, which goes by that noise, will not work with "
@@ -100,7 +98,7 @@ def measure_stage(request: MeasureOptions, stage: Path, out: Path) -> Measuremen
             runs=runs,
             seed=plan.settings.seed,
             stage=plan.stages[request.variant]["hash"],
-            versions=library_versions() | {name: version(name) for name in DECISIVE},
+            versions=library_versions() | {"bpy": version("bpy")},
             machine=machine(),
             percent_done=PercentDone(request.progress),
             processes=lambda count: Processes(
