@@ -92,8 +92,8 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
         reason, at = os.strerror(fault.errno), fault.filename if fault.filename is not None else where
         return OutputError(reason if at is None else f"the system says: {reason}", where=at, do=SYSTEM[fault.errno])
     if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
-        found = f"{package} is not installed, as reading a dataset does not need it"
-        return MissingPackageError(found, do=to_install(package))
+        missing = f"{package} is not installed, as reading a dataset does not need it"
+        return MissingPackageError(missing, do=to_install(package))
     names = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(fault).__mro__)
     found = next((PARSERS[name] for name in names if name in PARSERS), None)
     if found is None:

@@ -239,13 +239,13 @@ def _is_of(value: object, kind: Any) -> bool:
         return callable(value)
     if isinstance(value, str | bytes) or not isinstance(value, Collection):
         return False
-    return all(_is_of(each, get_args(kind)[0]) for each in value)
+    return all(any(_is_of(each, one) for one in _choices(get_args(kind)[0])) for each in value)
 
 
 def _name(kind: Any) -> str:
     """Return what to call the type in a sentence."""
     if get_origin(kind) is Sequence:
-        return f"a list, each {_NAMES[get_args(kind)[0]]}"
+        return f"a list, each {' or '.join(map(_name, _choices(get_args(kind)[0])))}"
     return _NAMES.get(kind, "a function")
 
 

@@ -110,6 +110,7 @@ MAY_OPEN = {
     "formats/array_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,
+    "exchange/kitti.py": WORK,
     "exchange/webdataset.py": "reads from an open file",
     "exchange/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
     "exchange/record_poses.py": "looks for the records in a folder that the user names; `files` opens them",

@@ -96,7 +96,8 @@ def wheel(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
     subprocess.run(build, check=True, cwd=REPOSITORY, capture_output=True)
-    return next(folder.glob("*.whl"))
+    (made,) = folder.glob("*.whl")
+    return Path(made)
 
 
 @pytest.mark.slow

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.bop_scenes import (
@@ -28,7 +30,6 @@ from spin_usd.exchange.layout.bop_scenes import (
     model_files,
     pose_entry,
     scene_indexes,
-    scene_number,
     scene_rows,
     visibility_entry,
 )
@@ -43,7 +44,9 @@ from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.bounds import in_front
+from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.scene.body import OCCLUDER
+from spin_usd.scene.model import augmentation_and_camera
 from spin_usd.store.pictured_target import PicturedTarget
 
 DEPTH = "depth"
@@ -65,6 +68,8 @@ CONVENTIONS = (
     "other programs read K as it is.",
     "A scene is a variant in a split, and an image has the number of its place in the stage. mask is the silhouette as "
     "if nothing else were there, mask_visib what is seen of it.",
+    "Several cameras of a stage are in one scene: their folders and files end in _CAMERA, and cam_R_w2c and cam_t_w2c "
+    "take the first one's axes to theirs.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",
 )
 FILE = "scene_gt.json"
@@ -92,30 +97,31 @@ def amodal_known(survey: Survey) -> None:
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
     picture = as_exported(dataset, original)
-    scene = _scene(dataset, picture.split, picture.variant)
+    scene, sensor = _scene(dataset, picture.split, picture.variant), _sensor(picture)
     colour = picture.picture.files["image"].channels > 1
-    yield image_file(picture, f"{scene}/{'rgb' if colour else 'gray'}")
+    yield image_file(picture, f"{scene}/{'rgb' if colour else 'gray'}{sensor}")
     scale = depth_scale(dataset)
     if dataset.options[DEPTH] == YES:
-        yield depth_file(picture, f"{scene}/depth", scale)
+        yield depth_file(picture, f"{scene}/depth{sensor}", scale)
     poses, seen = [], []
     for place, target in enumerate(picture.targets):
         visible, amodal = picture.mask(target.id), picture.amodal_mask(target.id)
-        yield mask_file(picture, f"{scene}/mask", place, amodal)
-        yield mask_file(picture, f"{scene}/mask_visib", place, visible)
+        yield mask_file(picture, f"{scene}/mask{sensor}", place, amodal)
+        yield mask_file(picture, f"{scene}/mask_visib{sensor}", place, visible)
         poses.append(pose_entry(target.id, target.q_cam_body, target.t_cam_body))
         outline = _outline(dataset, picture, target)
         fraction = target.visible_fraction
         seen.append(visibility_entry(visible=visible, amodal=amodal, fraction=fraction, outline=outline))
     camera = {"cam_K": camera_matrix(picture.camera, first_centre=FIRST_CENTRE), "depth_scale": scale}
-    yield from scene_rows(picture, scene, dict(zip(INDEXES, (camera, poses, seen), strict=True)))
+    names = [f"{name}{sensor}" for name in INDEXES]
+    yield from scene_rows(picture, scene, dict(zip(names, (camera | _placed(picture), poses, seen), strict=True)))
     if picture.split == SPLITS["test"]:
         yield from _asked_for(dataset, picture, seen)
 
 
 def _asked_for(dataset: ExportedDataset, picture: ExportedPicture, seen: list[dict[str, Any]]) -> Iterator[Output]:
     """Yield the entries of the list of bodies whose poses are asked for in a test."""
-    place = {"im_id": image_number(picture), "scene_id": scene_number(dataset, picture.variant)}
+    place = {"im_id": image_number(picture), "scene_id": _scene_number(dataset, picture.variant)}
     for target, visibility in zip(picture.targets, seen, strict=True):
         if visibility["visib_fract"] >= SEEN:
             yield IndexRow(path=TARGETS, value={**place, "obj_id": target.id, "inst_count": 1})
@@ -129,12 +135,44 @@ def _outline(dataset: ExportedDataset, picture: ExportedPicture, target: Picture
 
 
 def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
-    return f"{split}/{scene_number(dataset, variant):06d}"
+    return f"{split}/{_scene_number(dataset, variant):06d}"
+
+
+def _scene_number(dataset: ExportedDataset, variant: str) -> int:
+    """Return the number of the scene of the variant's augmentation, from 0: its cameras are in one scene."""
+    scenes = dict.fromkeys(augmentation_and_camera(each)[0] for each in dataset.variants)
+    return list(scenes).index(augmentation_and_camera(variant)[0])
+
+
+def _sensor(picture: ExportedPicture) -> str:
+    """Return what BOP adds to the names of a scene's folders and files of one of several cameras."""
+    rig = picture.picture.record.get("rig")
+    return f"_{rig['camera']}" if rig else ""
+
+
+def _placed(picture: ExportedPicture) -> dict[str, Any]:
+    """Return how one of several cameras stands, from the axes of the first, which are the world's here, to its own."""
+    rig = picture.picture.record.get("rig")
+    if not rig:
+        return {}
+    turn = matrix_from_quaternion(rig["q_first_cam"]).T
+    place = -turn @ np.array(rig["t_first_cam"]) * MILLIMETRES
+    return {"cam_R_w2c": turn.ravel().tolist(), "cam_t_w2c": (place + 0.0).tolist()}
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    sensors = {_sensor(dataset.picture(number)): None for number in _firsts(dataset)}
+    names = [f"{name}{sensor}" for sensor in sensors for name in INDEXES]
     asked_for = {TARGETS: json_list()} if SPLITS["test"] in dataset.splits else {}
-    return scene_indexes(dataset, _scene, INDEXES) | asked_for
+    return scene_indexes(dataset, _scene, names) | asked_for
+
+
+def _firsts(dataset: ExportedDataset) -> list[int]:
+    """Return the place of each variant's first picture."""
+    places: dict[str, int] = {}
+    for number, entry in enumerate(dataset.entries):
+        places.setdefault(entry.variant, number)
+    return list(places.values())
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:

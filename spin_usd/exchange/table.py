@@ -7,6 +7,7 @@ from spin_usd.exchange.colmap import COLMAP, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
+from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.layout import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_POSES
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
@@ -38,6 +39,7 @@ _ALL = (
     PARQUET,
     NERFSTUDIO,
     COLMAP,
+    KITTI,
     VIDEO,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}

@@ -190,4 +190,4 @@ def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Ton
 def _least_shown(sensor: Sensor) -> float:
     """Return the least signal that shows, in the unit range."""
     black, noise = in_the_dark(sensor)
-    return min(black + max((1 - black) / 2**STOPS, DEVIATIONS * noise), 1.0)
+    return float(min(black + max((1 - black) / 2**STOPS, DEVIATIONS * noise), 1.0))

@@ -180,13 +180,29 @@ def colmap(export):
     return found | {"triangulated": max(triangulated), "apart": max(apart), "tracks": len(apart)}
 
 
+def kitti(export):
+    """What pykitti reads of a recording: its pictures' sizes, the baseline and the points in the image."""
+    import pykitti
+
+    read = pykitti.raw(str(export), "nominal", "0001")
+    points = read.get_velo(0)
+    homogeneous = np.column_stack([points[:, :3], np.ones(len(points))])
+    u, v, w = read.calib.P_rect_20 @ read.calib.T_cam0_velo @ homogeneous.T
+    return {
+        "pictures": len(read),
+        "sizes": [image.size for pair in read.rgb for image in pair],
+        "baseline": float(read.calib.b_rgb),
+        "pixels": np.stack([u / w, v / w], -1).tolist(),
+    }
+
+
 def distance(one, other):
     return float(np.linalg.norm(one - other))
 
 
 READERS = {
     reader.__name__: reader
-    for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap, parquet, video)
+    for reader in (coco, webdataset, datasets, croissant, speedplus, spark, colmap, parquet, video, kitti)
 }
 
 

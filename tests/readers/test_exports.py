@@ -1,5 +1,5 @@
 """What users read exports with finds in them what the dataset says: pycocotools, webdataset, datasets, mlcroissant,
-OpenCV 4, pandas and pycolmap."""
+OpenCV 4, pandas, pycolmap and pykitti."""
 
 import json
 import subprocess
@@ -15,6 +15,7 @@ from tests.exchange.conftest import blank, clone
 PICTURES = 3
 COLMAP = 1e-6  # pixels, and metres: as far as pycolmap refines a point
 LOSSY = 2.0  # levels of 255, on average, that the code of a video loses
+BASELINE = 0.25  # metres
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
 
 
@@ -166,3 +167,19 @@ def test_pandas_and_opencv_read_boxes_and_depth_of_spark(read, dataset) -> None:
         assert json.loads(row["bbox"]) == [y0, x0, y1, x1]
         assert row["millimetres"] == round(1000 * float(picture.depth.max()))
         assert row["read"]
+
+
+def test_pykitti_finds_a_stereo_pair_and_the_lidars_points_on_the_target(read, tmp_path, spin_usd) -> None:
+    author = ("author", "--sample", "range=3..5 inside=1 count=2", "--target", "tango", "--lidar", "flash")
+    pair = ("--camera", "spin", "--camera", f"right=spin:{BASELINE},0,0", "--resolution", "192", "--channels", "rgb")
+    spin_usd(*author, *pair, "--out", tmp_path / "stage")
+    made = tmp_path / "stereo"
+    labels = ("--labels", "default,lidar", "--samples", "1")
+    spin_usd("render", tmp_path / "stage", "--out", made, "--renderer", "raycast", *labels)
+    found = read("kitti", of=made)
+    left = Dataset(made)[0]
+    assert found["pictures"] == 2
+    assert {tuple(size) for size in found["sizes"]} == {(left.camera.width, left.camera.height)}
+    assert found["baseline"] == pytest.approx(BASELINE, abs=COLMAP)
+    pixels = left.camera.project(left.lidar.points_cam.astype(np.float64)) - 0.5  # centres at whole numbers
+    np.testing.assert_allclose(found["pixels"], pixels, atol=1e-3)  # float32 of points

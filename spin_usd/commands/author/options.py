@@ -48,7 +48,7 @@ class AuthorOptions(Listening):
         ),
     ] = None
     camera: Annotated[
-        str | Path | Sequence[str],
+        str | Path | Sequence[str | Path],
         Option(
             f"{named('camera')}; a SPEED+ camera.json, or a camera layer. Again for each further camera, which takes a "
             "picture of each frame too, with its place in the first one's axes: X,Y,Z, QW,QX,QY,QZ,X,Y,Z or a pose "

@@ -58,7 +58,7 @@ def _source(options: AuthorOptions) -> tuple[str, tuple[str, ...]]:
     return "author", ("poses",)
 
 
-def _texts(given: str | Path | Sequence[str]) -> list[str]:
+def _texts(given: str | Path | Sequence[str | Path]) -> list[str]:
     return [str(given)] if isinstance(given, str | Path) else [str(each) for each in given]
 
 
