@@ -240,6 +240,19 @@ class RecordedLidar(JsonStruct, frozen=True, kw_only=True):
     ]
 
 
+class RecordedRangeFinder(JsonStruct, frozen=True, kw_only=True):
+    """What the laser range finder measures, exactly: distances from where it stands, metres."""
+
+    origin: Annotated[Vector, Meta(description="Where it stands in the camera's axes, metres.")]
+    direction: Annotated[Vector, Meta(description="Its boresight in the camera's axes, a unit vector.")]
+    divergence_deg: Annotated[float, Meta(ge=0, description="Full angle of the cone that it lights, degrees.")]
+    range: Annotated[Size | None, Meta(description="Along the boresight; null where nothing is.")]
+    target: Annotated[Annotated[int, Meta(ge=0, le=65535)], Meta(description="The id of the target there, 0 for none.")]
+    nearest: Annotated[Size | None, Meta(description="Of all that its cone lights; null where that is nothing.")]
+    mean: Annotated[Size | None, Meta(description="Over the part of the cone that meets something; likewise.")]
+    share: Annotated[Share, Meta(description="Of the cone that meets something.")]
+
+
 class RecordedFile(JsonStruct, frozen=True, kw_only=True):
     """A file of the picture: where it is, and what its numbers are."""
 
@@ -411,6 +424,9 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
     rig: Annotated[RecordedRig | UnsetType, Meta(description="Absent where the stage has one camera.")] = UNSET
     paired: Annotated[PairedCamera | UnsetType, Meta(description="Absent of pictures without disparity.")] = UNSET
     tones: Annotated[RecordedTones | UnsetType, Meta(description="Absent without an image or such pixels.")] = UNSET
+    range_finder: Annotated[RecordedRangeFinder | UnsetType, Meta(description="Absent where the stage has none.")] = (
+        UNSET
+    )
     lidar: Annotated[RecordedLidar | UnsetType, Meta(description="Absent without those files.")] = UNSET
     files: Annotated[
         dict[Name, RecordedFile],

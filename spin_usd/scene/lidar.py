@@ -1,4 +1,4 @@
-"""A LiDAR: how it is mounted, where its beams go, how far it sees, and how its ranges err.
+"""A LiDAR: how it is mounted, where its beams go, how far it sees, and how its ranges err; and a laser range finder.
 
 Beams are patterns of unit directions in its own axes, x forward, y left, z up. Angles are degrees. Azimuth turns from
 forward to the left, elevation upwards. Sines and cosines are Python's own: the last bits of numpy's depend on the
@@ -14,9 +14,12 @@ import numpy as np
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.errors import GeometryError
+from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.transform import Transform
 
 MAX_BEAMS = 1 << 22  # four million: their directions take 100 MB
+CONE_RAYS = 1000  # a share of a cone is off by some thousandth
+WIDEST_CONE_DEG = 60.0  # no laser is as wide
 WIDEST_FLAT_DEG = 85.0  # from a plane's normal: further out its rows crowd
 Span = tuple[float, float]
 GOLDEN = (math.sqrt(5) - 1) / 2  # turns of a rosette's second prism for one of its first: the pattern never closes
@@ -100,6 +103,31 @@ class Lidar:
     def sigma(self, ranges: Float) -> Float:
         """Return the standard deviations (N,) of the measured `ranges` (N,), metres."""
         return self.noise_constant + self.noise_proportional * ranges
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RangeFinder:
+    """A laser range finder, which lights a cone evenly along the z axis of its own axes, x right, y down.
+
+    T_cam_finder maps them to the camera's · divergence_deg: full angle of the cone.
+    """
+
+    T_cam_finder: Transform
+    divergence_deg: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.divergence_deg <= WIDEST_CONE_DEG:
+            found = f"the divergence is {self.divergence_deg:g} degrees, expected 0 to {WIDEST_CONE_DEG:g}"
+            raise GeometryError(found)
+
+    @property
+    def directions(self) -> Float:
+        """(1 + CONE_RAYS, 3) unit directions in its own axes: the boresight, then a spiral that fills the cone evenly
+        (H. Vogel, "A better way to construct the sunflower head", 1979)."""
+        radius = math.tan(math.radians(self.divergence_deg) / 2)
+        spiral = [(radius * math.sqrt((i + 0.5) / CONE_RAYS), i * GOLDEN_ANGLE) for i in range(CONE_RAYS)]
+        x, y = np.array([(0.0, 0.0), *((r * math.cos(turn), r * math.sin(turn)) for r, turn in spiral)]).T
+        return _unit(x, y, np.ones(len(x)))
 
 
 def raster(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:

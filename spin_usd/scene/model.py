@@ -20,7 +20,7 @@ from spin_usd.geometry.region import Region, union
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.environment import Environment
-from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.light import Light
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
@@ -93,8 +93,8 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, bodies and their poses, lights, the background, optics and sensor at one time code, and the LiDAR,
-    where there is one.
+    """Camera, bodies and their poses, lights, the background, optics and sensor at one time code, and the LiDAR
+    and the laser range finder, where there are such.
 
     bodies: targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
     `one_body_scenes` · next_frame: the scene of the stage's next frame, where a label asks for it · paired: the same
@@ -116,6 +116,7 @@ class Scene:
     paired: "Scene | None" = None
     rig: Rig | None = None
     lidar: Lidar | None = None
+    range_finder: RangeFinder | None = None
     classes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from spin_usd.commands.author.cameras import mounting
 from spin_usd.commands.author.model import USD_SUFFIXES
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
 from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
 from spin_usd.stage.author.add_parts import add_parts
-from spin_usd.stage.author.added_layer import add_keypoints, add_lidar
+from spin_usd.stage.author.added_layer import add_keypoints, add_lidar, add_range_finder
 from spin_usd.stage.author.camera_layer import layer_name, set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.read.target.keypoints import read_keypoints_layer
@@ -32,8 +33,8 @@ class Additions:
     """The additions to one stage. None and empty leave the stage as it is.
 
     files: the files that were given, by what they hold · keypoints · parts: rules, in their order · channels: "mono" or
-    "rgb" · lidar: what is mounted on the camera · sun_from_camera, sun_from_target: directions to the Sun, in camera
-    and in body axes, of which one at most is given · keep_transparent: label surfaces of opacity 0 too.
+    "rgb" · lidar, range_finder: what is mounted on the camera · sun_from_camera, sun_from_target: directions to the
+    Sun, in camera and in body axes, of which one at most is given · keep_transparent: label surfaces of opacity 0 too.
     """
 
     files: Mapping[str, Path]
@@ -41,6 +42,7 @@ class Additions:
     parts: tuple[PartRule, ...] = ()
     channels: str | None = None
     lidar: Lidar | None = None
+    range_finder: RangeFinder | None = None
     sun_from_camera: tuple[float, float, float] | None = None
     sun_from_target: tuple[float, float, float] | None = None
     keep_transparent: bool = False
@@ -56,6 +58,8 @@ class Additions:
                 set_channels(root.parent / "layers" / layer_name(camera), self.channels)
         if self.lidar is not None:
             add_lidar(root, self.lidar, f"The LiDAR in {self.files['lidar'].name}.")
+        if self.range_finder is not None:
+            add_range_finder(root, self.range_finder, "The laser range finder.")
         if self.keypoints is not None:
             add_keypoints(root, self.keypoints)
             count, file = len(self.keypoints.names), self.files["keypoints"].name
@@ -86,6 +90,7 @@ def read_additions(
     parts: str | Path | None = None,
     channels: str | None = None,
     lidar: str | Path | None = None,
+    range_finder: str | float | None = None,
     sun_direction: Sequence[float] | None = None,
     sun_from_target: Sequence[float] | None = None,
     keep_transparent: bool = False,
@@ -104,6 +109,7 @@ def read_additions(
         parts=() if parts is None else read_parts_file(parts),
         channels=channels,
         lidar=None if lidar_file is None else read_lidar_file(lidar_file),
+        range_finder=None if range_finder is None else _range_finder(str(range_finder)),
         sun_from_camera=_direction(sun_direction),
         sun_from_target=_direction(sun_from_target),
         keep_transparent=keep_transparent,
@@ -124,6 +130,18 @@ def _lidar_file(given: str) -> Path:
     """Return the file of the LiDAR of that name, or the file itself."""
     path = Path(given)
     return path if path.suffix.lower() in LIDAR_SUFFIXES else bundled("lidar", given)
+
+
+def _range_finder(given: str) -> RangeFinder:
+    """Return the laser range finder of "DEGREES" or "DEGREES:POSE". Raises InputError."""
+    degrees, colon, pose = given.partition(":")
+    try:
+        T_cam_finder = mounting(pose)[0] if colon else mounting("0,0,0")[0]
+        return RangeFinder(T_cam_finder=T_cam_finder, divergence_deg=float(degrees))
+    except ValueError as error:
+        found = error.found if isinstance(error, SpinError) else f"{degrees!r} is no angle"
+        do = "write DEGREES, or DEGREES:X,Y,Z, for example 0.03:0.1,0,0"
+        raise InputError(found, where=f"range_finder {given}", do=do) from None
 
 
 def _direction(given: Sequence[float] | None) -> tuple[float, float, float] | None:

@@ -42,10 +42,10 @@ def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
     further: list[FurtherCamera] = []
     for number, each in enumerate(given[1:], 2):
         name, rest = _named(each)
-        source, colon, mounting = rest.rpartition(":")
+        source, colon, place = rest.rpartition(":")
         if not colon:
             raise InputError("is a further camera, and does not say where it stands", where=each, do=FORMS)
-        T_first_cam, lists = _mounting(mounting)
+        T_first_cam, lists = mounting(place)
         other, found, more = _opened(source, f"camera_{number}", resolution)
         files |= found | {f"camera_{number}_pose": file for file in lists}
         notes += more
@@ -96,8 +96,8 @@ def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
     return open_camera_layer(path), path, ()
 
 
-def _mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:
-    """Return T_first_cam that numbers or a pose list give, and the file of that. Raises InputError."""
+def mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:
+    """Return the pose in a camera's axes that numbers or a pose list give, and the file of that. Raises InputError."""
     numbers = given.split(",")
     if len(numbers) not in (3, 7):
         if not Path(given).exists():

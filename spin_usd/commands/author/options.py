@@ -152,6 +152,14 @@ class AuthorOptions(Listening):
             name_or_path=True,
         ),
     ] = None
+    range_finder: Annotated[
+        str | float | None,
+        Option(
+            "A laser range finder along the camera's axis: its divergence, the full angle in degrees, and perhaps its "
+            "place in the camera's axes as --camera has it. Records say the range at its boresight.",
+            "DEGREES[:POSE]",
+        ),
+    ] = None
     sun_direction: Annotated[
         str | Sequence[float] | None,
         Option("To the Sun, in camera axes: x right, y down, z forward; -z is behind.", "X,Y,Z"),

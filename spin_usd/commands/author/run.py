@@ -14,7 +14,16 @@ from spin_usd.store.new_folder import nothing_left_of
 
 AUTHOR_PATIENCE_S = 300.0  # it says no word while it reads a model, which may have millions of faces
 SOURCES = ("poses", "sample", "count")
-ADDITIONS = ("keypoints", "parts", "channels", "lidar", "sun_direction", "sun_from_target", "keep_transparent")
+ADDITIONS = (
+    "keypoints",
+    "parts",
+    "channels",
+    "lidar",
+    "range_finder",
+    "sun_direction",
+    "sun_from_target",
+    "keep_transparent",
+)
 """Options that are written over the stage when it is there."""
 
 

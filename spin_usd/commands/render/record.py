@@ -30,6 +30,7 @@ from spin_usd.records.record import (
     RecordedLidar,
     RecordedPixels,
     RecordedPose,
+    RecordedRangeFinder,
     RecordedRender,
     RecordedRig,
     RecordedSeeds,
@@ -40,9 +41,10 @@ from spin_usd.records.record import (
 )
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
+from spin_usd.scene.derived.echoes import LaserRange
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.keypoints import KeypointState
-from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.model import Rig, Scene
 
 OF_THE_SUN = RENDERED | {LIT.name}
@@ -55,8 +57,8 @@ class CurrentPicture:
 
     kinds: of file · keys: of its content · watch: the time that it takes · keep_render, keep_labels: whether the cache
     keeps them for others · passes: which were made for it, and which are shared · shown: the bodies that its labels
-    show, where they say so · facts, notes, tones: what its record must say of its targets, of how it was made, and of
-    the target's brightness.
+    show, where they say so · facts, notes, tones, laser: what its record must say of its targets, of how it was made,
+    of the target's brightness, and of what a laser range finder meets.
     """
 
     scene: Scene
@@ -70,6 +72,7 @@ class CurrentPicture:
     facts: Sequence[TargetFacts] = ()
     notes: dict[str, float] = field(default_factory=dict)
     tones: RecordedTones | None = None
+    laser: LaserRange | None = None
 
 
 def make_record(
@@ -96,6 +99,7 @@ def make_record(
         rig=recorded_rig(scene.rig) if scene.rig else UNSET,
         paired=recorded_pair(scene.paired) if scene.paired else UNSET,
         tones=picture.tones or UNSET,
+        range_finder=recorded_range(scene.range_finder, picture.laser) if scene.range_finder else UNSET,
         lidar=recorded_lidar(measured) if measured else UNSET,
         files={kind: RecordedFile(**entry) for kind, entry in files.items()},
         provenance=_provenance(stage, picture, options, versions),
@@ -205,6 +209,21 @@ def recorded_sun(sun: Sunlight) -> RecordedSun:
     """Return what the record says of the Sun."""
     return RecordedSun(
         towards_cam=sun.towards_cam.tolist(), towards_body=sun.towards_body.tolist(), obscured=sun.obscured
+    )
+
+
+def recorded_range(finder: RangeFinder, met: LaserRange | None) -> RecordedRangeFinder:
+    """Return what the record says of a laser range finder that meets that."""
+    assert met, "the worker asks for it where the scene has one"
+    return RecordedRangeFinder(
+        origin=finder.T_cam_finder.translation.tolist(),
+        direction=finder.T_cam_finder.rotation[:, 2].tolist(),
+        divergence_deg=finder.divergence_deg,
+        range=met.boresight,
+        target=met.target,
+        nearest=met.nearest,
+        mean=met.mean,
+        share=met.share,
     )
 
 

@@ -31,6 +31,7 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
+from spin_usd.scene.derived.echoes import laser_range
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
@@ -133,6 +134,8 @@ class Worker:
             self._labels(picture, writing)  # written while the image is rendered
             with picture.watch("facts"):
                 picture.facts = target_facts(picture.scene, picture.shown, self.caster)
+                if picture.scene.range_finder:
+                    picture.laser = laser_range(picture.scene, self.caster.first_faces)
             kept = self._image(picture, writing)
             with picture.watch("files"):
                 kept.result()

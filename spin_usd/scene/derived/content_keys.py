@@ -89,7 +89,7 @@ class KeyMaker:
             return geometry_key(scene), self._targets(scene)
         target = scene.target
         own = target.mesh.key, target.cut_out_key, self._keypoints(target)
-        of = (scene.T_cam_body, *own, scene.camera.key, scene.rig)
+        of = (scene.T_cam_body, *own, scene.camera.key, scene.rig, scene.range_finder)
         if of not in self._posed:
             self._posed[of] = geometry_key(scene), self._targets(scene)
         return self._posed[of]
@@ -111,8 +111,10 @@ class KeyMaker:
             [body.id, *_pose(body.T_cam_body), body.target.mesh.key, self._keypoints(body.target)]
             for body in scene.targets
         ]
-        rig = [content(scene.rig)] if scene.rig else []
-        return digest(scene.camera.key, shown, *rig)
+        more = [content(scene.rig)] if scene.rig else []
+        if scene.range_finder:
+            more += [content(scene.range_finder), [placed(body) for body in scene.bodies]]
+        return digest(scene.camera.key, shown, *more)
 
     def _unit_light(self, scene: Scene) -> str:
         """Return the key of the lights as they are rendered, and of the planets, which light the target too."""

@@ -1,4 +1,5 @@
-"""What the beams of a scene's LiDAR meet: the first triangle on each, and the exact range to it in double precision.
+"""What the beams of a scene's LiDAR or laser range finder meet: the first triangle on each, and the exact range to it
+in double precision.
 
 As for the labels of pixels, a ray caster only decides *which* triangle a beam meets; this file decides *where*. All is
 computed in body axes around the body's centre, in which only the LiDAR's own position carries the range's rounding.
@@ -12,10 +13,10 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
+from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import unit_normals
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.faces import corners_of, parts_of
-from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
@@ -47,8 +48,42 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
     """Return what the beams of the scene's LiDAR meet first, however far. Raises GeometryError where it has none."""
     if scene.lidar is None:
         raise GeometryError("the scene has no LiDAR")
+    return _first_echoes(scene, scene.lidar.T_cam_lidar, scene.lidar.directions, first_faces)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LaserRange:
+    """What a laser range finder meets. boresight: the range along its axis, metres, and target: the id of what is
+    there, 0 for no target; None and 0 where nothing is · nearest, mean: of all that its cone lights, metres; None
+    where that is nothing · share: of the cone that meets something."""
+
+    boresight: float | None
+    target: int
+    nearest: float | None
+    mean: float | None
+    share: float
+
+
+def laser_range(scene: Scene, first_faces: FirstFaces) -> LaserRange:
+    """Return what the scene's laser range finder meets. Raises GeometryError where it has none."""
+    if scene.range_finder is None:
+        raise GeometryError("the scene has no laser range finder")
+    directions = scene.range_finder.directions
+    met = _first_echoes(scene, scene.range_finder.T_cam_finder, directions, first_faces)
+    on_axis, cone = met.beam == 0, met.range[met.beam > 0]
+    return LaserRange(
+        boresight=float(met.range[on_axis][0]) if on_axis.any() else None,
+        target=int(met.target[on_axis][0]) if on_axis.any() else 0,
+        nearest=float(met.range.min()) if len(met.range) else None,
+        mean=float(cone.mean()) if len(cone) else None,
+        share=len(cone) / (len(directions) - 1),
+    )
+
+
+def _first_echoes(scene: Scene, T_cam_beams: Transform, directions: Float, first_faces: FirstFaces) -> Echoes:
+    """Return what beams along the `directions` (B, 3), in axes that stand so in the camera's, meet first."""
     each = zip(scene.bodies, scene.part_offsets, strict=True)
-    found = [_echoes(scene.lidar, body, before, first_faces) for body, before in each]
+    found = [_echoes(T_cam_beams, directions, body, before, first_faces) for body, before in each]
     every = {name: np.concatenate([getattr(each, name) for each in found]) for name in Echoes.__annotations__}
     nearest = np.lexsort([every["range"], every["beam"]])
     beam = every["beam"][nearest]
@@ -56,13 +91,13 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
     return Echoes(**{name: values[first] for name, values in every.items()})
 
 
-def _echoes(lidar: Lidar, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
+def _echoes(T_cam_beams: Transform, directions: Float, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
     """Return what the beams meet of the body alone, whose part ids are so much higher than its mesh's."""
     mesh = body.target.mesh
-    T_body_lidar = body.T_cam_body.inverse() @ lidar.T_cam_lidar
-    origin = T_body_lidar.translation - mesh.centre
-    near = _near(lidar.directions, T_body_lidar.rotation.T @ -origin, MARGIN * mesh.radius)
-    towards = T_body_lidar.directions(lidar.directions[near])
+    T_body_beams = body.T_cam_body.inverse() @ T_cam_beams
+    origin = T_body_beams.translation - mesh.centre
+    near = _near(directions, T_body_beams.rotation.T @ -origin, MARGIN * mesh.radius)
+    towards = T_body_beams.directions(directions[near])
     face = first_faces(body.target, origin, towards)
     hit = np.flatnonzero(face >= 0)
     face, towards = face[hit], towards[hit]

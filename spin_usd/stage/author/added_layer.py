@@ -4,11 +4,12 @@ layer refer to them before all their other references."""
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Gf, Sdf, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.geometry.frames import T_CAM_USDCAM, T_USDCAM_CAM
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.stage.author.paths import CAMERA, TARGET
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd import schema
@@ -16,7 +17,7 @@ from spin_usd.stage.usd.conversion import box, quatd, vec3d, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 FOLDER = "layers"
-KEYPOINTS, LIDAR = Sdf.Path("/Keypoints"), Sdf.Path("/Lidar")
+KEYPOINTS, LIDAR, RANGE_FINDER = Sdf.Path("/Keypoints"), Sdf.Path("/Lidar"), Sdf.Path("/RangeFinder")
 """The prims of the layers that are added."""
 
 
@@ -75,16 +76,31 @@ def add_lidar(root: Path, lidar: Lidar, documentation: str) -> None:
     add_layer(root, lidar_layer(lidar, documentation), "lidar.usda", {CAMERA.AppendPath(LIDAR.name): LIDAR})
 
 
+def add_range_finder(root: Path, finder: RangeFinder, documentation: str) -> None:
+    """Mount the laser range finder on the camera of the stage at `root`. Raises OutputError."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=RANGE_FINDER.name, documentation=documentation)
+    stage = stage_on(layer)
+    prim = _mounted(stage, RANGE_FINDER, T_USDCAM_CAM @ finder.T_cam_finder @ T_CAM_USDCAM)
+    prim.ApplyAPI(schema.RANGE_FINDER_API)
+    prim.GetAttribute(schema.RANGE_FINDER_DIVERGENCE).Set(finder.divergence_deg)
+    add_layer(root, layer, "range_finder.usda", {CAMERA.AppendPath(RANGE_FINDER.name): RANGE_FINDER})
+
+
+def _mounted(stage: Usd.Stage, path: Sdf.Path, pose: Transform) -> Usd.Prim:
+    """Define a prim that stands so below a camera."""
+    xform = UsdGeom.Xform.Define(stage, path)
+    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation + 0.0))  # no negative zeros
+    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(quatd(pose.quaternion))
+    return xform.GetPrim()
+
+
 def lidar_layer(lidar: Lidar, documentation: str) -> Sdf.Layer:
     """Make an anonymous layer with the LiDAR, to stand below a camera."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=LIDAR.name, documentation=documentation)
     stage = stage_on(layer)
-    xform = UsdGeom.Xform.Define(stage, LIDAR)
-    pose = T_USDCAM_CAM @ lidar.T_cam_lidar
-    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation + 0.0))  # no negative zeros
-    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(quatd(pose.quaternion))
-    prim = xform.GetPrim()
+    prim = _mounted(stage, LIDAR, T_USDCAM_CAM @ lidar.T_cam_lidar)
     prim.ApplyAPI(schema.LIDAR_API)
     for field, name in schema.LIDAR.items():
         value = getattr(lidar, field)

@@ -5,20 +5,18 @@ from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float, digest
-from spin_usd.errors import GeometryError, StageError, UnknownPictureError
+from spin_usd.errors import StageError, UnknownPictureError
 from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.lidar import Lidar
 from spin_usd.scene.light import DistantLight, Light
 from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter, augmentation_and_camera, variant_of
 from spin_usd.scene.target import Target
@@ -33,17 +31,15 @@ from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.planet import refuse_hidden_target
-from spin_usd.stage.read.rig import mounted, rig_in_time
+from spin_usd.stage.read.rig import lidar_in_time, range_finder_in_time, rig_in_time
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.shutter import Opening, read_opening, read_poses
 from spin_usd.stage.read.target.target import TargetReader
-from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, Notes, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
 from spin_usd.stage.usd.transforms import Placement, check_chain, placement
-from spin_usd.stage.usd.values import typed_value
 from spin_usd.stage.usd.visibility import PROXIES
 
 # Prefixes of the camera's attributes on which only the sensor, the optics, the shutter or the focus depends.
@@ -102,6 +98,7 @@ class StageReader:
         self.seed = read_seed(self.stage)
         self._read_camera_parts()
         self._lidar = lidar_in_time(self.stage, self.camera_prim, self.metres)
+        self._range_finder = range_finder_in_time(self.stage, self.camera_prim, self.metres)
 
     @property
     def stage_hash(self) -> str:
@@ -178,6 +175,7 @@ class StageReader:
             next_frame=self._next_frame(frame) if "next_frame" in views else None,
             rig=self._rig.at(time),
             lidar=self._lidar.at(time),
+            range_finder=self._range_finder.at(time),
             classes=self.numbering.classes,
         )
         return replace(scene, paired=self._paired_view(scene, time)) if "paired" in views and scene.rig else scene
@@ -317,38 +315,6 @@ def metres_per_unit(stage: Usd.Stage) -> float:
     if up not in ("Y", "Z"):
         raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")
     return metres
-
-
-def lidar_in_time(stage: Usd.Stage, camera: Usd.Prim, metres: float) -> CachedIfConstant[Lidar | None]:
-    """Return the LiDAR of the stage, of `metres` per unit, in time; None where it has none. Raises StageError for
-    several."""
-    prims = [prim for prim in stage.Traverse() if prim.HasAPI(schema.LIDAR_API)]
-    if not prims:
-        return CachedIfConstant(False, lambda time: None)
-    if len(prims) > 1:
-        names = ", ".join(str(prim.GetPath()) for prim in prims[:5])
-        do = "keep one of them active, and render the stage again with another"
-        raise StageError(f"the stage has {len(prims)} LiDARs ({names})", where=prims[1].GetPath(), do=do)
-    (prim,) = prims
-    check_chain(prim)
-    varies = bool(varying(prim)) or moves(prim) or moves(camera)
-    return CachedIfConstant(varies, partial(read_lidar, prim, camera, metres))
-
-
-def read_lidar(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCode) -> Lidar:
-    """Read the LiDAR `prim` at `time`. Raises StageError that names it and the number that is wrong."""
-    values = {field: typed_value(prim, name, time) for field, name in schema.LIDAR.items()}
-    try:
-        return Lidar(
-            T_cam_lidar=mounted(prim, camera, metres, time, frame="lidar"), **{k: _plain(v) for k, v in values.items()}
-        )
-    except GeometryError as error:
-        raise StageError(error.found, where=prim.GetPath(), do="correct its spin:lidar:* attributes") from None
-
-
-def _plain(value: Any) -> Any:
-    """Return a vector as a tuple; everything else as it is."""
-    return value if isinstance(value, str | int | float) else tuple(value)
 
 
 def eclipsed(lights: tuple[Light, ...], planets: tuple[Planet, ...], place_cam: Float) -> tuple[Light, ...]:

@@ -13,6 +13,7 @@ SENSOR_API = "SpinSensorAPI"
 OPTICS_API = "SpinOpticsAPI"
 SHUTTER_API = "SpinShutterAPI"
 LIDAR_API = "SpinLidarAPI"
+RANGE_FINDER_API = "SpinRangeFinderAPI"
 CAPTURE_API = "SpinCaptureAPI"
 TARGET_API = "SpinTargetAPI"
 KEYPOINTS_API = "SpinKeypointsAPI"
@@ -25,6 +26,7 @@ APIS = (
     OPTICS_API,
     SHUTTER_API,
     LIDAR_API,
+    RANGE_FINDER_API,
     CAPTURE_API,
     TARGET_API,
     KEYPOINTS_API,
@@ -91,6 +93,8 @@ LIDAR = {
     "max_incidence_deg": "spin:lidar:maxIncidence",
 }
 """The LiDAR's attributes, by the field of scene.lidar.lidar.Lidar."""
+
+RANGE_FINDER_DIVERGENCE = "spin:rangeFinder:divergence"
 
 CAPTURE_FRAME = "spin:capture:frame"
 CAPTURE_SOURCE_FILE = "spin:capture:sourceFile"

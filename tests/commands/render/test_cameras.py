@@ -47,6 +47,7 @@ def stage(tmp_path_factory):
         f"{folder / 'wide.json'}:{folder / 'mounting.json'}",
     )
     options = {"poses": folder / "poses.json", "target": folder / "craft.stl", "units_per_metre": 1}
+    options["range_finder"] = "0.5:0,0,-0.25"
     author(out=folder / "stage", camera=cameras, channels="rgb", **options)
     return folder / "stage"
 
@@ -131,6 +132,22 @@ def test_check_and_the_independent_oracle_accept_it(rendered, shared, spin_usd) 
         [sys.executable, shared / "check" / "oracle.py", rendered], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_range_finder_says_how_far_the_surface_is_ahead(dataset) -> None:
+    """A quarter of a metre behind the first camera: as its depth there says, from wherever a camera stands."""
+    left = dataset.picture("p0")
+    said = left.record["range_finder"]
+    here = left.depth[35:37, 47:49]  # around the principal point
+    assert here.min() - 0.02 < said["range"] - 0.25 < here.max() + 0.02
+    assert said["nearest"] <= said["range"]
+    assert said["share"] == 1
+    wide = dataset.picture("p0", "nominal-wide").record
+    assert wide["range_finder"]["range"] == pytest.approx(said["range"], abs=EXACT)
+    rig = wide["rig"]
+    T_first_cam = Transform.from_quaternion(to="first", of="cam", q=rig["q_first_cam"], t=rig["t_first_cam"])
+    np.testing.assert_allclose(T_first_cam.points(wide["range_finder"]["origin"]), [0, 0, -0.25], atol=EXACT)
+    np.testing.assert_allclose(T_first_cam.directions(wide["range_finder"]["direction"]), [0, 0, 1], atol=EXACT)
 
 
 def test_a_picture_finds_the_others_of_its_frame(dataset) -> None:

@@ -12,8 +12,8 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
-from spin_usd.scene.derived.echoes import echoes
-from spin_usd.scene.lidar import Lidar
+from spin_usd.scene.derived.echoes import echoes, laser_range
+from spin_usd.scene.lidar import Lidar, RangeFinder
 from tests.authorities.first_hit import first_hit
 from tests.cases.scenes import box, pose, scene, soup, target
 
@@ -121,3 +121,23 @@ def test_a_record_gives_the_lidar_back() -> None:
     again = lidar_of_record(to_builtins(recorded_lidar(lidar)))
     assert recorded_lidar(again) == recorded_lidar(lidar)
     np.testing.assert_allclose(again.T_cam_lidar.matrix, lidar.T_cam_lidar.matrix, atol=1e-15)
+
+
+def test_a_range_finder_measures_a_plate_as_geometry_says() -> None:
+    """Along its axis the plane's distance; over the cone the mean of z sqrt(1 + r^2); half of it at an edge."""
+    half_deg, away = 2.0, 5.0
+    plate = target(np.array([[0, -9, 0], [9, -9, 0], [9, 9, 0], [0, 9, 0]], float), np.array([[0, 2, 1], [0, 3, 2]]))
+    T_cam_finder = Transform(to="cam", of="cam", rotation=np.eye(3), translation=np.array([0.3, 0, 0]))
+    finder = RangeFinder(T_cam_finder=T_cam_finder, divergence_deg=2 * half_deg)
+
+    def measured(x):
+        made = replace(scene(plate, T_cam_body=pose(t=(x, 0, away))), range_finder=finder)
+        return laser_range(made, EmbreeCaster().first_faces)
+
+    inside, edge, beside = measured(-1), measured(0.3), measured(9)
+    square = np.tan(np.radians(half_deg)) ** 2
+    assert inside.boresight == pytest.approx(away, abs=ROUNDING)
+    assert (inside.target, inside.share) == (1, 1)
+    assert inside.mean == pytest.approx(away * ((1 + square) ** 1.5 - 1) * 2 / 3 / square, rel=1e-6)
+    assert edge.share == pytest.approx(0.5, abs=0.01)
+    assert (beside.boresight, beside.nearest, beside.mean, beside.share, beside.target) == (None, None, None, 0, 0)
