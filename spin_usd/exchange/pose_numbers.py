@@ -18,11 +18,16 @@ ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
 
 
 def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises
-    InputError."""
+    """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises InputError
+    for a row with more cells than there are headings, unless they are empty."""
     rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True, delimiter=delimiter)
     for row in rows:
-        yield f"{path}, line {rows.line_num}", {key: cell or "" for key, cell in row.items() if key}
+        where, beyond = f"{path}, line {rows.line_num}", row.pop(None, ())
+        if any(cell.strip() for cell in beyond):
+            found = f"has {len(row) + len(beyond)} cells for {len(row)} headings"
+            do = f"write numbers with a point, and quote cells that hold {delimiter!r}"
+            raise InputError(found, where=where, do=do)
+        yield where, {key: cell or "" for key, cell in row.items() if key}
 
 
 def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[float]:
@@ -30,12 +35,9 @@ def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[fl
     for column in columns:
         if column not in row:
             raise InputError(f"has no column {column!r}", where=where, do=f"give {', '.join(columns)}")
-    try:
-        values = [float(row[column]) for column in columns]
-    except ValueError:
-        bad = next(column for column in columns if not _is_number(row[column]))
-        raise InputError(f"{bad} is {row[bad]!r}, not a number", where=where) from None
-    return finite_numbers(values, len(columns), ", ".join(columns), where)
+    if bad := next((column for column in columns if not _is_finite(row[column])), None):
+        raise InputError(f"{bad} is {row[bad]!r}, not a finite number", where=where)
+    return [float(row[column]) for column in columns]
 
 
 def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float]:
@@ -68,9 +70,8 @@ def _nearest_rotation(matrix: Float) -> Float:
     return np.asarray(u @ v)
 
 
-def _is_number(text: str) -> bool:
+def _is_finite(text: str) -> bool:
     try:
-        float(text)
+        return isfinite(float(text))
     except ValueError:
         return False
-    return True

@@ -238,7 +238,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("a.csv", HEAD + "a.png,GT1,0,0,far,0,0,0,1\n", "line 2: Tz is 'far'"),
         ("a.csv", HEAD + "a.png,GT1,0,0\n", "Qx is ''"),
         ("a.csv", HEAD + ",GT1,0,0,1,0,0,0,1\n", "no filename"),
-        ("a.csv", HEAD + "a.png,GT1,0,0,nan,0,0,0,1\n", "NaN"),
+        ("a.csv", HEAD + "a.png,GT1,0,0,nan,0,0,0,1\n", "line 2: Tz is 'nan', not a finite number"),
         ("a.csv", HEAD + "a.png,GT1,0,0,1,0,0,0,2\n", "norm 2, expected 1; give a unit quaternion, scalar last"),
         ("a.csv", HEAD, "holds no poses"),
         (
@@ -248,6 +248,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ),
         ("a.csv", "name,qw,qx,qy,qz\n1,2,3,4,5\n", "no columns of a position among name, qw"),
         ("a.csv", "name,qw,qx,qy,qz,x,y,z\na,1,0,0,0,0,far,9\n", "line 2: y is 'far'"),
+        ("a.csv", "name,qw,qx,qy,qz,x,y,z\na,1,0,0,0,0,0,9,5\n", "line 2: has 9 cells for 8 headings; write numbers"),
         ("scene_gt.json", [], "not an object of images"),
         ("scene_gt.json", {"one": [TURN]}, "'one' is not a number"),
         ("scene_gt.json", {"1": []}, "lists no bodies"),
