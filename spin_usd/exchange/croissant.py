@@ -192,9 +192,9 @@ CROISSANT = ExportFormat(
 
 def read_poses(path: Path) -> Iterator[PoseEntry]:
     """Read the rows of the table. Raises InputError that names the row."""
-    for where, row in csv_rows(path):
+    for line, where, row in csv_rows(path):
         q, t = cells(row, QUATERNION, where), cells(row, POSITION, where)
-        yield PoseEntry(filename=row["name"], q_cam_body=q, t_cam_body=t)
+        yield PoseEntry(filename=row["name"], q_cam_body=q, t_cam_body=t, line=line)
 
 
 CROISSANT_POSES = PoseFormat(

@@ -34,7 +34,7 @@ WANTED = (
 
 
 def _read(path: Path) -> Iterator[PoseEntry]:
-    for number, (where, row) in enumerate(csv_rows(path, delimiter=_delimiter(path))):
+    for number, (line, where, row) in enumerate(csv_rows(path, delimiter=_delimiter(path))):
         cell = {heading.strip().lower(): value for heading, value in row.items()}
         name = _columns(cell, tuple((each,) for each in NAMES))
         quaternion, matrix = _columns(cell, QUATERNIONS), _columns(cell, MATRICES)
@@ -48,6 +48,7 @@ def _read(path: Path) -> Iterator[PoseEntry]:
             if quaternion
             else quaternion_of(cells(cell, matrix or (), where), "the rotation matrix", where),
             t_cam_body=cells(cell, translation, where),
+            line=line,
         )
 
 

@@ -7,12 +7,14 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PoseEntry:
-    """One pose of a file: the picture's file name, the scalar-first unit quaternion q_cam_body, and t_cam_body in
-    metres. What they say together, such as names that repeat, is checked for all formats alike."""
+    """One pose of a file: the picture's file name, the scalar-first unit quaternion q_cam_body, t_cam_body in metres,
+    and the line that it ends in, 0 where entries are counted instead. What they say together, such as names that
+    repeat, is checked for all formats alike."""
 
     filename: str
     q_cam_body: Sequence[float]
     t_cam_body: Sequence[float]
+    line: int = 0
 
 
 SCALAR_FIRST, SCALAR_LAST = (

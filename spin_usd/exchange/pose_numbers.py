@@ -17,9 +17,9 @@ from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
 
 
-def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises InputError
-    for a row with more cells than there are headings, unless they are empty."""
+def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[int, str, Mapping[str, str]]]:
+    """Yield the line of each row of a CSV file with headings, where that is, for messages, and its cells by heading.
+    Raises InputError for a row with more cells than there are headings, unless they are empty."""
     rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True, delimiter=delimiter)
     for row in rows:
         where, beyond = f"{path}, line {rows.line_num}", row.pop(None, ())
@@ -27,7 +27,7 @@ def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[str, Mapping
             found = f"has {len(row) + len(beyond)} cells for {len(row)} headings"
             do = f"write numbers with a point, and quote cells that hold {delimiter!r}"
             raise InputError(found, where=where, do=do)
-        yield where, {key: cell or "" for key, cell in row.items() if key}
+        yield rows.line_num, where, {key: cell or "" for key, cell in row.items() if key}
 
 
 def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[float]:

@@ -33,7 +33,7 @@ def read_pose_list(path: str | Path) -> PoseList:
     names = [entry.name for entry in entries]
     if pair := repeated_name(names):
         do = "give every pose its own name"
-        raise InputError(f"names the same picture as entry {pair[0]}", where=entries[pair[1]].where, do=do)
+        raise InputError(f"names the same picture as {entries[pair[0]].place}", where=entries[pair[1]].where, do=do)
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
     q, notes = _normalised(q, entries, lists[0][1])
@@ -46,12 +46,16 @@ def read_pose_list(path: str | Path) -> PoseList:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedPose:
-    """An entry of a list, the name of its picture, and where it stands, for messages."""
+    """An entry of a list, the name of its picture, and its place in the list, for messages."""
 
     name: str
     pose: PoseEntry
     list: Path
-    where: str
+    place: str
+
+    @property
+    def where(self) -> str:
+        return f"{self.list}, {self.place} ({self.name!r})"
 
 
 def _entries(file: Path, of: PoseFormat) -> Iterator[NamedPose]:
@@ -59,8 +63,9 @@ def _entries(file: Path, of: PoseFormat) -> Iterator[NamedPose]:
     empty = True
     for i, pose in enumerate(of.read(file)):
         empty = False
-        name = _picture_name(pose.filename, f"{file}, entry {i}")
-        yield NamedPose(name=name, pose=pose, list=file, where=f"{file}, entry {i} ({name!r})")
+        place = f"line {pose.line}" if pose.line else f"entry {i}"
+        name = _picture_name(pose.filename, f"{file}, {place}")
+        yield NamedPose(name=name, pose=pose, list=file, place=place)
     if empty:
         raise InputError("holds no poses: its list is empty", where=file)
 

@@ -207,14 +207,15 @@ SPARK = ExportFormat(
 def read_poses(path: Path) -> Iterator[PoseEntry]:
     """Read the rows of the file. Raises InputError that names the row."""
     rows = list(csv_rows(path))
-    names = [row.get("filename", "") for _, row in rows]
+    names = [row.get("filename", "") for _, _, row in rows]
     repeated = len(set(names)) < len(names)
-    for (where, row), name in zip(rows, names, strict=True):
+    for (line, where, row), name in zip(rows, names, strict=True):
         if not name:
             raise InputError("has no filename", where=where, do=f"give {HEAD}")
         x, y, z, w = cells(row, QUATERNION, where)
         filename = f"{row.get('sequence', '')}_{name}" if repeated else name
-        yield PoseEntry(filename=filename, q_cam_body=(w, x, y, z), t_cam_body=cells(row, POSITION, where))
+        t = cells(row, POSITION, where)
+        yield PoseEntry(filename=filename, q_cam_body=(w, x, y, z), t_cam_body=t, line=line)
 
 
 SPARK_POSES = PoseFormat(

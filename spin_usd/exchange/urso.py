@@ -86,10 +86,10 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
     if len(names) != len(rows):
         found = f"has {len(rows)} poses for the {len(names)} images of {_list_beside(path).name}"
         raise InputError(found, where=path, do="give both lists as they belong together")
-    for name, (where, row) in zip(names, rows, strict=True):
+    for name, (line, where, row) in zip(names, rows, strict=True):
         forward, right, up = cells(row, POSITION, where)
         q1, q2, q3, q4 = cells(row, QUATERNION, where)
-        yield PoseEntry(filename=name, q_cam_body=(q4, q1, -q2, q3), t_cam_body=(right, -up, forward))
+        yield PoseEntry(filename=name, q_cam_body=(q4, q1, -q2, q3), t_cam_body=(right, -up, forward), line=line)
 
 
 def _images(path: Path) -> list[str]:

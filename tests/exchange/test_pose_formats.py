@@ -239,8 +239,14 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("a.csv", HEAD + "a.png,GT1,0,0\n", "Qx is ''"),
         ("a.csv", HEAD + ",GT1,0,0,1,0,0,0,1\n", "no filename"),
         ("a.csv", HEAD + "a.png,GT1,0,0,nan,0,0,0,1\n", "line 2: Tz is 'nan', not a finite number"),
-        ("a.csv", HEAD + "a.png,GT1,0,0,1,0,0,0,2\n", "norm 2, expected 1; give a unit quaternion, scalar last"),
+        (
+            "a.csv",
+            HEAD + "a.png,GT1,0,0,1,0,0,0,2\n",
+            "a.csv, line 2 ('a'): the quaternion has norm 2, expected 1; give a unit quaternion, scalar last",
+        ),
         ("a.csv", HEAD, "holds no poses"),
+        ("a.csv", "name,qw,qx,qy,qz,x,y,z" + "\na,1,0,0,0,0,0,9" * 2, "line 3 ('a'): names the same picture as line 2"),
+        ("a.csv", "name,qw,qx,qy,qz,x,y,z\na b,1,0,0,0,0,0,9", "line 2: has the filename 'a b'"),
         (
             "a.csv",
             "img,alpha,x,y,z\n1,2,3,4,5\n",
