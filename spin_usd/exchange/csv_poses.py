@@ -12,7 +12,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import lines_of
+from spin_usd.formats.text_file import delimiter_of, lines_of
 
 SUFFIXES = {".csv", ".tsv"}
 NAMES = ("name", "filename", "file", "image", "frame", "file_name", "image_name", "img", "id")
@@ -34,7 +34,8 @@ WANTED = (
 
 
 def _read(path: Path) -> Iterator[PoseEntry]:
-    for number, (line, where, row) in enumerate(csv_rows(path, delimiter=_delimiter(path))):
+    delimiter = delimiter_of(next(lines_of(path, MAX_POSE_LIST), ""))
+    for number, (line, where, row) in enumerate(csv_rows(path, delimiter=delimiter)):
         cell = {heading.strip().lower(): value for heading, value in row.items()}
         name = _columns(cell, tuple((each,) for each in NAMES))
         quaternion, matrix = _columns(cell, QUATERNIONS), _columns(cell, MATRICES)
@@ -55,12 +56,6 @@ def _read(path: Path) -> Iterator[PoseEntry]:
 def _columns(cell: Mapping[str, str], known: tuple[tuple[str, ...], ...]) -> tuple[str, ...] | None:
     """Return the first of the known groups of columns that the row has whole."""
     return next((columns for columns in known if all(column in cell for column in columns)), None)
-
-
-def _delimiter(path: Path) -> str:
-    """Return what separates the headings."""
-    head = next(lines_of(path, MAX_POSE_LIST), "")
-    return max(",;\t", key=head.count)
 
 
 CSV_POSES = PoseFormat(

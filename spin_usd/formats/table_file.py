@@ -1,7 +1,7 @@
 """Small tables that a user writes by hand, of keypoints or of parts: JSON, CSV or TOML, one row for each name.
 
-JSON and TOML: {name: [value, ...]} or {name: {column: value}}; JSON also [{key: name, column: value}, ...]. CSV: a line
-of headings, in any order.
+JSON and TOML: {name: [value, ...]} or {name: {column: value}}; JSON also [{key: name, column: value}, ...]. CSV, with
+commas, semicolons or tabs: a line of headings, in any order.
 """
 
 import csv
@@ -17,7 +17,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import lines_in, read_toml_file
+from spin_usd.formats.text_file import delimiter_of, lines_in, read_toml_file
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.part_rule import PartRule
 
@@ -115,15 +115,12 @@ def _shape(table: Table, path: Path) -> str:
 
 
 def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
-    lines = csv.DictReader(
-        lines_in(read_text(path, MAX_TABLE), path), skipinitialspace=True, restkey="a further column"
-    )
-    headings = lines.fieldnames or ()
-    if len(headings) == 1 and (other := next((mark for mark in (";", "\t") if mark in headings[0]), None)):
-        raise InputError(f"has {other!r} between its columns", where=path, do="put commas between them")
+    text = read_text(path, MAX_TABLE)
+    delimiter = delimiter_of(text.partition("\n")[0])
+    lines = csv.DictReader(lines_in(text, path), skipinitialspace=True, delimiter=delimiter, restkey="a further column")
     for row in lines:
-        text = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
-        yield f"{path}, line {lines.line_num}", text
+        cells = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
+        yield f"{path}, line {lines.line_num}", cells
 
 
 def read_keypoints_file(path: str | Path) -> Keypoints:

@@ -28,6 +28,12 @@ def lines_in(text: str, path: Path) -> Iterator[str]:
         yield line
 
 
+def delimiter_of(head: str) -> str:
+    """Return what separates the cells of a table whose first line is `head`: a comma, a semicolon or a tab, the one
+    that there are most of."""
+    return max(",;\t", key=head.count)
+
+
 def refuse_long_lines(data: bytes, path: Path) -> None:
     """Raise InputError where a line of the text in `data` has more than MAX_LINE bytes: for what is split into lines by
     a library, before it is."""

@@ -13,7 +13,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import lines_of
+from spin_usd.formats.text_file import delimiter_of, lines_of
 
 COLUMNS = ("qw", "qx", "qy", "qz", "x", "y", "z")
 QUATERNIONS = ("q_vbs2tango_true", "q_vbs2tango", "q_cam_body")
@@ -48,7 +48,9 @@ def read_predictions(path: Path, annotations: Path | None = None) -> tuple[Predi
 def _of_csv(path: Path) -> Iterator[Prediction]:
     """Yield the rows; without headings the columns are those of the SPEED challenge's submissions."""
     headings: Sequence[str] = ("filename", *COLUMNS)
-    for number, row in enumerate(csv.reader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True), start=1):
+    delimiter = delimiter_of(next(lines_of(path, MAX_POSE_LIST), ""))
+    rows = csv.reader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True, delimiter=delimiter)
+    for number, row in enumerate(rows, start=1):
         cells, where = [cell.strip() for cell in row], f"{path}, line {number}"
         if not any(cells):
             continue

@@ -18,16 +18,16 @@ def truth(rendered):
     return [[p.frame + ".jpg", *p.q_cam_body.tolist(), *p.t_cam_body.tolist()] for p in package.Dataset(rendered)]
 
 
-def written(folder, rows, *, head=True):
+def written(folder, rows, *, head=True, delimiter=","):
     file = folder / "predictions.csv"
     with file.open("w", newline="") as opened:
-        csv.writer(opened).writerows([COLUMNS, *rows] if head else rows)
+        csv.writer(opened, delimiter=delimiter).writerows([COLUMNS, *rows] if head else rows)
     return file
 
 
-@pytest.mark.parametrize("head", [True, False])
-def test_a_perfect_prediction_scores_nothing(rendered, truth, head, tmp_path) -> None:
-    report = package.score(written(tmp_path, truth, head=head), truth=rendered)
+@pytest.mark.parametrize(("head", "delimiter"), [(True, ","), (False, ";")])
+def test_a_perfect_prediction_scores_nothing(rendered, truth, head, delimiter, tmp_path) -> None:
+    report = package.score(written(tmp_path, truth, head=head, delimiter=delimiter), truth=rendered)
     assert report.all.scores == pytest.approx({"speed": 0, "speedplus": 0, "speedplus_2021": 0}, abs=1e-12)
     assert report.model.add_m["mean"] == pytest.approx(0, abs=1e-12)
     assert report.model.mssd_recall == report.model.mspd_recall == report.model.add_found == 1
