@@ -1,5 +1,6 @@
 """`spin-usd list`: prints the names that other commands take, each with a sentence of what it is."""
 
+import json
 import re
 import textwrap
 from collections.abc import Callable, Mapping
@@ -14,6 +15,7 @@ from spin_usd.files.user_file import read_text
 from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.terminal.help_text import width
 from spin_usd.terminal.lines import GOOD, Painted, print_out
+from spin_usd.terminal.parameters import Json
 
 HEAD = 4000  # characters of a file in which it says what it is
 SAYS = (
@@ -74,11 +76,17 @@ assert len(KINDS) == len(BUNDLED) + 2, "each kind of files that travel with spin
 
 def list(
     kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help=f"{', '.join(KINDS)}; all if not given.")] = None,
+    *,
+    as_json: Json = False,
 ) -> None:
     """List the names that other commands take: targets, cameras, presets, lights, labels and more."""
     if kind is not None and kind not in KINDS:
         raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(KINDS)}")
-    for title, each in KINDS.items() if kind is None else [(kind, KINDS[kind])]:
+    chosen = KINDS if kind is None else {kind: KINDS[kind]}
+    if as_json:
+        print_out(json.dumps({title: each.names() for title, each in chosen.items()}))
+        return
+    for title, each in chosen.items():
         print_out((Painted(title, GOOD, bold=True), f"   ({each.option})"))
         names = each.names()
         longest = max(map(len, names))

@@ -1,5 +1,7 @@
 """Every name that travels with spin_usd is listed with what it is."""
 
+import json
+
 import pytest
 from typer.testing import CliRunner
 
@@ -20,6 +22,12 @@ def test_all_names_are_listed_each_with_a_sentence() -> None:
         for name, said in kind.names().items():
             assert len(said) > 10, name
             assert said.count("(") == said.count(")"), said
+
+
+def test_programs_read_the_same_names_as_json() -> None:
+    cameras = json.loads(CliRunner().invoke(app, ["list", "cameras", "--json"]).output)
+    assert cameras == {"cameras": dict(KINDS["cameras"].names())}
+    assert json.loads(CliRunner().invoke(app, ["list", "--json"]).output).keys() == KINDS.keys()
 
 
 def test_one_kind_is_listed_and_another_word_is_refused() -> None:
