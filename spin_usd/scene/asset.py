@@ -66,7 +66,8 @@ class MeshPart:
     """points (P, 3) metres · face_counts (F,) corners of each face, 3 or more · face_indices (C,) points of the
     corners, face after face · normals (C, 3) of the corners, or None where the file has none · face_material (F,)
     indices into the asset's materials, -1 for none · primvars: values of the corners, (C, 2) coordinates on images by
-    the names that the images use, (C, 3) linear colours as displayColor.
+    the names that the images use, (C, 3) linear colours as displayColor · groups: names of what it belongs to in the
+    file, such as the nodes above its own.
 
     Raises GeometryError for points that are NaN, no faces, faces of fewer than 3 corners, indices out of range.
     """
@@ -78,6 +79,7 @@ class MeshPart:
     normals: Float | None
     face_material: NDArray[np.int32]
     primvars: Mapping[str, Float] = field(default_factory=dict)
+    groups: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", finite(self.points, (None, 3), f"points of part {self.name!r}"))

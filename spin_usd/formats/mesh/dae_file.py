@@ -230,6 +230,7 @@ def _read_group(model: _DaeModel, group: Element, placed: _PlacedGeometry, name:
     model.parts.append(
         MeshPart(
             name=name,
+            groups=() if placed.name in ("", name) else (placed.name,),
             points=points[used] @ linear.T + placed.matrix[:3, 3],
             face_counts=counts.astype(np.int32),
             face_indices=indices.astype(np.int32),

@@ -9,7 +9,7 @@ any, are a fallback for readers without a decoder. Strips are given as triangles
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -90,8 +90,11 @@ def _refuse_unread(document: Document) -> None:
 
 def _read_parts(model: _Model) -> None:
     places: dict[int, list[PlacedMesh]] = {}
-    for place in placed_meshes(model.document):
-        places.setdefault(place.mesh, []).append(place)
+    placed = list(placed_meshes(model.document))
+    around_all = set(placed[0].groups).intersection(*(place.groups for place in placed)) if placed else set()
+    for place in placed:
+        groups = tuple(group for group in place.groups if group not in around_all)
+        places.setdefault(place.mesh, []).append(replace(place, groups=groups))
     meshes = {index: model.document.entry("meshes", index) for index in sorted(places)}
     primitives = {index: model.document.primitives(mesh) for index, mesh in meshes.items()}
     parts = sum(len(places[index]) * sum(map(_has_faces, each)) for index, each in primitives.items())
@@ -104,7 +107,7 @@ def _read_parts(model: _Model) -> None:
         for place in places[index]:
             name = place.name or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
             for primitive in primitives[index]:
-                _read_primitive(model, primitive, place, names.give(name))
+                _read_primitive(model, primitive, replace(place, groups=(*place.groups, name)), names.give(name))
 
 
 def _has_faces(primitive: JsonObject) -> bool:
@@ -156,6 +159,7 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
     model.parts.append(
         MeshPart(
             name=name,
+            groups=tuple(group for group in place.groups if group != name),
             points=np.concatenate([each for each, _, _ in moved]),
             face_counts=np.full(len(corners) // 3, 3, np.int32),
             face_indices=corners.astype(np.int32),

@@ -4,7 +4,7 @@ Source: glTF 2.0, sections 3.5 and 3.7.3, and the extensions EXT_mesh_gpu_instan
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +17,7 @@ from spin_usd.formats.mesh.gltf_document import Document
 from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.geometry.rotation import matrices_from_quaternions
 
+MAX_GROUPS = 64  # kept of the nodes above one
 INSTANCING, VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 
 
@@ -29,10 +30,11 @@ class Values(Protocol):
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedMesh:
     """A mesh where the node `name` places it: `matrices` (N, 4, 4) to body axes, one for each instance, or where
-    `skinned` one for each joint, which points follow by their weights."""
+    `skinned` one for each joint, which points follow by their weights. groups: names of the nodes above."""
 
     mesh: int
     name: str
+    groups: tuple[str, ...]
     matrices: Float
     skinned: bool = False
 
@@ -61,32 +63,42 @@ class PlacedMesh:
         return [blended / total[:, None, None]]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _PlacedNode:
+    """to_body (4, 4): to body axes · visible: whether it is · groups: names of the nodes above it."""
+
+    to_body: Float
+    visible: bool = True
+    groups: tuple[str, ...] = ()
+
+
 def placed_meshes(document: Document) -> Iterator[PlacedMesh]:
     """Yield the meshes of the scene's visible nodes, in the scene's order. A skin's own node does not move it. Raises
     InputError."""
-    found = dict(_to_body(document))
+    found = dict(_placed_nodes(document))
     total = 0
-    for index, (to_body, visible) in found.items():
+    for index, placed in found.items():
         node = document.entry("nodes", index)
-        if "mesh" not in node or not visible:
+        if "mesh" not in node or not placed.visible:
             continue
         skinned = "skin" in node
-        matrices = _joints(document, node, found) if skinned else to_body @ _instances(document, node)
+        matrices = _joints(document, node, found) if skinned else placed.to_body @ _instances(document, node)
         if not np.isfinite(matrices).all():
             raise node.damaged(f"{node.place} is placed by what is no number")
         total += len(matrices)
         if total > MAX_PLACEMENTS:
             raise node.damaged(f"has more than {MAX_PLACEMENTS} joints and instances in all")
-        yield PlacedMesh(mesh=node.whole("mesh"), name=node.text("name", ""), matrices=matrices, skinned=skinned)
+        name = node.text("name", "")
+        yield PlacedMesh(mesh=node.whole("mesh"), name=name, groups=placed.groups, matrices=matrices, skinned=skinned)
 
 
-def _joints(document: Document, node: JsonObject, found: Mapping[int, tuple[Float, bool]]) -> Float:
+def _joints(document: Document, node: JsonObject, found: Mapping[int, _PlacedNode]) -> Float:
     """Return (J, 4, 4) from the points of the node's mesh to body axes, by each joint of its skin."""
     skin = document.entry("skins", node.whole("skin"))
     indices = skin.wholes("joints")
     if not indices or not set(indices) <= set(found):
         raise skin.damaged(f"{skin.place} has no joints, or some that are no nodes of the scene")
-    joints = np.stack([found[joint][0] for joint in indices])
+    joints = np.stack([found[joint].to_body for joint in indices])
     if "inverseBindMatrices" not in skin:
         return joints
     inverse = document.values(skin.whole("inverseBindMatrices"), (16,))[: len(joints)]
@@ -95,25 +107,27 @@ def _joints(document: Document, node: JsonObject, found: Mapping[int, tuple[Floa
     return np.asarray(joints @ inverse.reshape(-1, 4, 4).swapaxes(1, 2))  # column after column
 
 
-def _to_body(document: Document) -> Iterator[tuple[int, tuple[Float, bool]]]:
-    """Yield (node, (4x4 to body axes, whether it is visible)) of the scene's nodes, in its order."""
+def _placed_nodes(document: Document) -> Iterator[tuple[int, _PlacedNode]]:
+    """Yield the scene's nodes, in its order, by their index."""
     nodes = document.entries("nodes")
     children = {child for node in nodes for child in node.wholes("children")}
     roots = [i for i in range(len(nodes)) if i not in children]
     if document.entries("scenes"):
         roots = document.entry("scenes", document.json.whole("scene", 0)).wholes("nodes")
     seen: set[int] = set()
-    stack = [(root, np.eye(4), True) for root in reversed(roots)]
+    stack = [(root, _PlacedNode(to_body=np.eye(4))) for root in reversed(roots)]
     while stack:
-        index, parent, visible = stack.pop()
+        index, above = stack.pop()
         node = document.entry("nodes", index)
         if index in seen:
             raise node.damaged(f"{node.place} has two parents")
         seen.add(index)
-        to_body = parent @ _local(node)
-        visible = visible and node.object("extensions").object(VISIBILITY).flag("visible", True)
-        yield index, (to_body, visible)
-        stack += [(child, to_body, visible) for child in reversed(node.wholes("children"))]
+        visible = above.visible and node.object("extensions").object(VISIBILITY).flag("visible", True)
+        placed = replace(above, to_body=above.to_body @ _local(node), visible=visible)
+        yield index, placed
+        groups = (*above.groups, node.text("name", ""))[-MAX_GROUPS:]
+        below = replace(placed, groups=tuple(filter(None, groups)))
+        stack += [(child, below) for child in reversed(node.wholes("children"))]
 
 
 def _local(node: JsonObject) -> Float:

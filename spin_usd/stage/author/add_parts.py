@@ -69,9 +69,11 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
 
 
 def _names(prim: Usd.Prim) -> list[str]:
-    """Return its prim name, its display name, and the names of its part labels."""
-    labels = read(prim.GetAttribute(schema.PART_LABELS), DEFAULT_TIME, *TEXTS) or ()
-    return [name for name in (prim.GetName(), prim.GetDisplayName(), *labels) if name]
+    """Return its prim name, the names of its groups, its display name, and the names of its part labels."""
+    groups, labels = (
+        read(prim.GetAttribute(name), DEFAULT_TIME, *TEXTS) or () for name in (schema.GROUP_LABELS, schema.PART_LABELS)
+    )
+    return [name for name in (prim.GetName(), *groups, prim.GetDisplayName(), *labels) if name]
 
 
 def _unique(*names: Iterable[str]) -> tuple[str, ...]:

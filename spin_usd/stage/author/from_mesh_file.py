@@ -116,6 +116,8 @@ def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
     _author_primvars(mesh, part)
     mesh.GetPrim().SetDisplayName(part.name)
     _label(mesh.GetPrim(), "part", part.name)
+    if part.groups:
+        _label(mesh.GetPrim(), "group", *part.groups)
 
 
 def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
@@ -169,8 +171,8 @@ def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdS
     family.Set(UsdGeom.Tokens.partition)
 
 
-def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
-    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([_printable(label)])
+def _label(prim: Usd.Prim, taxonomy: str, *labels: str) -> None:
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([*map(_printable, labels)])
 
 
 def _printable(name: str) -> str:

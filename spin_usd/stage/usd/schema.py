@@ -135,6 +135,8 @@ UNITS_OP = "xformOp:scale:units"
 
 CLASS_LABELS = "semantics:labels:class"
 PART_LABELS = "semantics:labels:part"
+GROUP_LABELS = "semantics:labels:group"
+"""What a part belongs to in the file that it comes from: no label, but names for `--parts`."""
 
 # Other USD tools' names for OpenCV lenses. Source: NVIDIA ovrtx documentation, "Lens Calibration".
 OMNI_LENS_API = "OmniLensDistortionOpenCvPinholeAPI"

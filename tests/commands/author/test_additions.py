@@ -107,6 +107,21 @@ def test_surfaces_of_one_part_are_one_part_and_all_others_keep_their_own(
     assert check_stage(made.root) == ()
 
 
+def test_a_pattern_matches_all_that_lies_below_a_node_of_its_name(inputs: dict[str, Any], tmp_path: Path) -> None:
+    craft = trimesh.load_scene(inputs["target"])
+    craft.graph.update(frame_from="world", frame_to="Array")
+    for name in list(BOXES)[:2]:
+        matrix, _ = craft.graph[name]
+        craft.graph.transforms.remove_node(name)
+        craft.graph.update(frame_from="Array", frame_to=name, matrix=matrix, geometry=name)
+    craft.export(inputs["target"])
+    made = author_stage(**inputs, additions={"parts": rules(tmp_path, ("array", "wing"))})
+    assert {name: faces for name, (_, faces) in named(scenes(made.root)[0]).items()} == {
+        "wing": 24, **dict.fromkeys(list(BOXES)[2:], 12),
+    }  # fmt: skip
+    assert check_stage(made.root) == ()
+
+
 @pytest.mark.parametrize(("scale", "count"), [(1, 0), (1000, 1)])
 def test_keypoints_of_another_unit_are_reported(
     inputs: dict[str, Any], tmp_path: Path, scale: float, count: int

@@ -119,6 +119,21 @@ def test_a_mesh_placed_twice_is_two_parts_named_alike_each_time(gltf: GltfWriter
         assert [part.name for part in read_mesh_file(path).parts] == ["left", "left_1", "right", "right_1"]
 
 
+def test_a_part_belongs_to_its_node_and_to_those_above_but_for_what_is_around_all(gltf: GltfWriter) -> None:
+    nodes = [
+        {"name": "Craft", "children": [1, 3]},
+        {"name": "Array", "children": [2]},
+        {"name": "Cells", "mesh": 0},
+        {"name": "Bus", "mesh": 0},
+    ]
+    path = gltf(nodes=nodes)
+    document = json.loads(path.read_text())
+    document["meshes"][0]["primitives"] *= 2  # as a node of two materials has
+    path.write_text(json.dumps(document))
+    found = {part.name: part.groups for part in read_mesh_file(path).parts}
+    assert found == {"Cells": ("Array",), "Cells_1": ("Array", "Cells"), "Bus": (), "Bus_1": ("Bus",)}
+
+
 def test_a_part_is_called_after_its_node_and_after_its_mesh_where_that_has_no_name(gltf: GltfWriter) -> None:
     for node, names in ((("Bus",), ["Bus"]), ((None,), ["hull"])):
         path = gltf(nodes=[{"mesh": 0, **({"name": name} if name else {})} for name in node])
