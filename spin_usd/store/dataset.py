@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
-from operator import index
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
@@ -13,12 +13,14 @@ import numpy as np
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import refuse_unless_path
+from spin_usd.pluralise import pluralise
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.store.description import DescribedPart, DescribedTarget, Targets, read_description
 from spin_usd.store.measures import values_of
 from spin_usd.store.names import RECORDS, is_record, picture_of, record_of
 from spin_usd.store.picture import Picture, read_picture
 from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
+from spin_usd.store.window import margin_of, size_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -30,8 +32,8 @@ NAMED = 3  # names that an error lists as examples
 class Cropped:
     """How each picture is cropped: see Picture.crop."""
 
-    target: int | str | None
-    size: int | tuple[int, int]
+    target: int
+    size: tuple[int, int]
     margin: float
 
     def __call__(self, picture: Picture) -> Picture:
@@ -42,7 +44,7 @@ class Cropped:
 class Resized:
     """How each picture is resized: see Picture.resize."""
 
-    size: int | tuple[int, int]
+    size: tuple[int, int]
 
     def __call__(self, picture: Picture) -> Picture:
         return picture.resize(self.size)
@@ -75,12 +77,14 @@ class Dataset(Sequence[Picture]):
     @overload
     def __getitem__(self, place: slice) -> "Dataset": ...
     def __getitem__(self, place: SupportsIndex | slice) -> "Picture | Dataset":
-        if isinstance(place, slice):
-            return self._of(self._names[place])
         try:
-            return self._read(self._names[index(place)])
+            found = self._names[place]
         except IndexError:
             raise IndexError(f"there is no picture {place}; {self.root} has {len(self)}") from None
+        except TypeError:
+            do = "give its place, from 0, or its names as in dataset.picture(FRAME, VARIANT)"
+            raise InputError(f"there is no picture {place!r}", where=self.root, do=do) from None
+        return self._of(found) if isinstance(place, slice) else self._read(found)
 
     def __repr__(self) -> str:
         count = f"{len(self)} picture{'s' * (len(self) != 1)}"
@@ -146,10 +150,12 @@ class Dataset(Sequence[Picture]):
 
         A text names what `to_dataframe` has columns of, `record.sun.obscured` and whatever else a record holds, and of
         a target that is not the first one NAME.range. What a picture lacks is NaN: no comparison holds for it. Every
-        record is read, some 4,000 a second. Raises InputError for a text that is no condition.
+        record is read, some 4,000 a second. Raises InputError for what is no condition.
         """
-        from spin_usd.store.condition import Condition  # not above: a dataset opens without it
+        from spin_usd.store.condition import EXAMPLE, Condition  # not above: a dataset opens without it
 
+        if not (isinstance(condition, str) or callable(condition)):
+            raise InputError(f"{condition!r} is no condition", do=f"{EXAMPLE}, or give a function of a Picture")
         meets = Condition(condition, self._description) if isinstance(condition, str) else condition
         names = tuple(name for name, picture in zip(self._names, self, strict=True) if meets(picture))
         if isinstance(meets, Condition) and self._names:
@@ -161,9 +167,10 @@ class Dataset(Sequence[Picture]):
 
         by: "pose", and pictures of one pose, such as all variants of a frame, are in one of them; "picture", and each
         may be in any. Which go where depends on names and the seed alone, as in `export --split`: it is the same on
-        every machine. Raises InputError for shares that are none.
+        every machine. Raises InputError for shares that are none, and where one is less than half a pose.
         """
-        if not shares or not all(isfinite(share) and share > 0 for share in shares) or sum(shares) > 1 + 1e-9:
+        numbers = all(isinstance(share, Real) and isfinite(share) and share > 0 for share in shares)
+        if not shares or not numbers or sum(shares) > 1 + 1e-9:
             raise InputError(f"the shares {shares} are none", do="give numbers above 0 that sum up to 1, as 0.8, 0.2")
         if by not in ("pose", "picture"):
             raise InputError(f"pictures cannot be split by {by!r}", do="choose among pose, picture")
@@ -174,20 +181,28 @@ class Dataset(Sequence[Picture]):
         else:
             group = {name: f"{name[0]}-{name[1]}" for name in self._names}
         split = split_of_each(list(group.values()), named, seed=seed)
-        return tuple(
+        parts = tuple(
             self._of(tuple(name for name in self._names if split.get(group[name]) == number)) for number in named
         )
+        for share, part in zip(shares, parts, strict=True):
+            if not part:
+                found = f"{share:g} of {pluralise(len(set(group.values())), by)} is none"
+                raise InputError(found, where=self.root, do="give larger shares, or split more pictures")
+        return parts
 
     def crop(
         self, target: int | str | None = None, size: int | tuple[int, int] = 256, *, margin: float = 0.1
     ) -> "Dataset":
         """Return the same pictures, each cropped to the target as Picture.crop does when it is read. A picture that
-        shows nothing of the target is an InputError then: leave such out by `where("visible > 0")`."""
-        return self._of(self._names, Cropped(target=target, size=size, margin=margin))
+        shows nothing of the target is an InputError then: leave such out by `where("visible > 0")`. Raises InputError
+        for a target, a size or a margin that cannot be."""
+        found = self._description.target(1 if target is None else target).id
+        return self._of(self._names, Cropped(target=found, size=size_of(size), margin=margin_of(margin)))
 
     def resize(self, size: int | tuple[int, int]) -> "Dataset":
-        """Return the same pictures, each in that size as by Picture.resize when it is read."""
-        return self._of(self._names, Resized(size=size))
+        """Return the same pictures, each in that size as by Picture.resize when it is read. Raises InputError for a
+        size that cannot be."""
+        return self._of(self._names, Resized(size=size_of(size)))
 
     @staticmethod
     def collate(pictures: Sequence[Picture], labels: Sequence[str] = ("image",)) -> dict[str, Any]:
@@ -198,8 +213,10 @@ class Dataset(Sequence[Picture]):
         "camera_matrix" (B, 3, 3), and of the first target "T_cam_body" (B, 4, 4), "q_cam_body" (B, 4), "t_cam_body"
         (B, 3), "box_visible" (B, 4), "keypoints" (B, K, 2) pixels and "keypoints_visible" (B, K); and the lists "frame"
         and "variant". Arrays are numpy's: `torch.from_numpy` takes them without a copy. Raises InputError where the
-        pictures are not of one size.
+        pictures are not of one size, or there are none.
         """
+        if not pictures:
+            raise InputError("there is no picture to make a batch of", do="give one or more")
         first = [picture.targets[0] for picture in pictures]
         stacked = {label: [np.asarray(picture.label(label)) for picture in pictures] for label in labels}
         for label, arrays in stacked.items():

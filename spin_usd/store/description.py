@@ -91,6 +91,16 @@ class Description:
     targets: Targets[DescribedTarget]
     parts: Mapping[int, DescribedPart]
 
+    def target(self, target: int | str) -> DescribedTarget:
+        """Return the target of that id, or that name. Raises InputError where there is none."""
+        if isinstance(target, str):
+            return self.targets[target]
+        for each in self.targets:
+            if each.id == target:
+                return each
+        known = ", ".join(f"{each.id} {each.name!r}" for each in self.targets)
+        raise InputError(f"there is no target {target!r}", do=f"choose among {known}")
+
 
 def read_description(root: Path) -> Description:
     """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken

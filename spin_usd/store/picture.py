@@ -24,11 +24,10 @@ from spin_usd.store.description import DescribedPart, Description, Named, Target
 from spin_usd.store.names import record_of
 from spin_usd.store.picture_file import read_picture_file
 from spin_usd.store.pictured_target import PicturedTarget
-from spin_usd.store.window import Window, size_of
+from spin_usd.store.window import Window, margin_of, size_of
 
 SCHEMA = "record-1"
 INSTANCE = "instance"
-LEAST_MARGIN, MOST_MARGIN = -0.9, 100.0  # of a crop: beyond them there is next to nothing of the target in it
 CHECK = "run spin-usd check on the dataset"
 
 
@@ -205,11 +204,7 @@ class Picture:
         camera, keypoints, boxes, flow. Images are averaged, as by "bilinear with antialiasing"; labels are those of the
         picture's pixel in which a pixel's centre lies. Raises InputError where nothing of the target is seen.
         """
-        margin = float(margin)
-        if not -1 < margin < np.inf:
-            raise InputError(
-                f"crops cannot have the margin {margin}", do="give a share of the box's sides, such as 0.1"
-            )
+        margin = margin_of(margin)
         box = self.target_of(1 if target is None else target).box_visible
         if np.isnan(box).any():
             where, do = f"{self.root}: {self.frame} of {self.variant}", 'leave it out: dataset.where("visible > 0")'
@@ -230,21 +225,13 @@ class Picture:
 
     def target_of(self, target: int | str) -> PicturedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""
-        if isinstance(target, str):
-            return self.targets[target]
-        self._require(target)
-        return next(each for each in self.targets if each.id == target)
-
-    def _require(self, target_id: int) -> None:
-        if target_id not in (target.id for target in self.description.targets):
-            known = ", ".join(str(target.id) for target in self.description.targets)
-            raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
+        found = self.description.target(target).id
+        return next(each for each in self.targets if each.id == found)
 
     def mask(self, target: int | str) -> NDArray[np.bool_]:
         """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
         is none."""
-        target_id = self.description.targets[target].id if isinstance(target, str) else target
-        self._require(target_id)
+        target_id = self.description.target(target).id
         if INSTANCE in self.files:
             return np.asarray(self.label(INSTANCE) == target_id)
         own = np.zeros(np.iinfo(np.uint16).max + 1, bool)

@@ -1,6 +1,7 @@
 """The tags that people gave to pictures: the file tags.json in a dataset's folder, which the page of `show` writes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 
 from spin_usd.errors import InputError
@@ -9,12 +10,25 @@ from spin_usd.store.json_schema import read_json
 
 TAGS = "tags.json"
 SCHEMA = "tags-1"
+FORM = '{"schema": "tags-1", "dataset": "NAME", "tags": {"good": ["nominal/img000001"]}}'
 
 
 def read_tags(path: Path) -> Mapping[str, Sequence[str]]:
     """Return the pictures of each tag, as VARIANT/FRAME, that the file says. Raises InputError."""
-    tags: Mapping[str, Sequence[str]] = read_json(Folder(path.parent), path.name, SCHEMA)["tags"]
+    try:
+        tags: Mapping[str, Sequence[str]] = read_json(Folder(path.parent), path.name, SCHEMA)["tags"]
+    except InputError as e:
+        do = f"write it like {FORM}, or save it on the page of spin-usd show"
+        raise InputError(e.found, where=e.where, do=do) from e
     return tags
+
+
+def joined(paths: Iterable[Path]) -> dict[str, list[str]]:
+    """Return the pictures of each tag that any of the files says, each once. Raises InputError."""
+    found: dict[str, dict[str, None]] = {}
+    for tag, pictures in chain.from_iterable(read_tags(path).items() for path in paths):
+        found.setdefault(tag, {}).update(dict.fromkeys(pictures))
+    return {tag: [*pictures] for tag, pictures in found.items()}
 
 
 def tagged(path: Path, names: Sequence[str]) -> set[tuple[str, str]]:

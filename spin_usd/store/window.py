@@ -6,6 +6,7 @@ pixel is lost: u' = (u - x0) * size / width.
 
 from dataclasses import dataclass
 from math import ceil, floor
+from numbers import Real
 from typing import Any, Self
 
 import numpy as np
@@ -122,3 +123,10 @@ def size_of(size: int | tuple[int, int]) -> tuple[int, int]:
             f"pictures cannot be of size {size!r}", do=f"give one side, or (width, height), 1 to {MAX_SIDE}"
         )
     return int(sides[0]), int(sides[1])
+
+
+def margin_of(margin: float) -> float:
+    """Return the `margin` of a crop, a share of the box's sides. Raises InputError."""
+    if not (isinstance(margin, Real) and -1 < margin < np.inf):
+        raise InputError(f"crops cannot have the margin {margin!r}", do="give a share of the box's sides, such as 0.1")
+    return float(margin)

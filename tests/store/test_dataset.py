@@ -92,6 +92,27 @@ def test_what_cannot_be_reproduced_is_refused_as_a_look_up_is(rendered, tmp_path
         reproduce_picture(rendered, "img000001", variant="dim")
 
 
+WRONG = {
+    "a name for a place": (lambda d: d["img000001"], r"there is no picture 'img000001'; give its place, from 0, or"),
+    "names for a slice": (lambda d: d["a":"b"], "there is no picture slice"),
+    "a number for a condition": (lambda d: d.where(3), '3 is no condition; write it like "range < 8'),
+    "a text for a share": (lambda d: d.split(0.5, "a"), r"the shares \(0.5, 'a'\) are none; give numbers"),
+    "a share of nothing": (lambda d: d.split(0.9, 0.1), "0.1 of 3 poses is none; give larger shares, or split more"),
+    "a batch of nothing": (lambda d: d.collate([]), "there is no picture to make a batch of; give one or more"),
+    "no such target": (lambda d: d.crop("nosuch"), "no target is named 'nosuch'; choose among 1 'tango'"),
+    "no such id": (lambda d: d.crop(2), "there is no target 2; choose among 1 'tango'"),
+    "no size": (lambda d: d.crop(size=0), "pictures cannot be of size 0; give one side"),
+    "a size of text": (lambda d: d.resize("big"), "pictures cannot be of size 'big'; give one side"),
+    "no margin": (lambda d: d.crop(margin="0.1"), "crops cannot have the margin '0.1'; give a share"),
+}
+
+
+@pytest.mark.parametrize(("ask", "words"), WRONG.values(), ids=WRONG)
+def test_what_cannot_be_asked_of_a_dataset_is_said_at_once(ask, words, rendered) -> None:
+    with pytest.raises(InputError, match=words):
+        ask(Dataset(rendered))
+
+
 def test_a_picture_is_found_in_its_dataset(rendered) -> None:
     dataset = Dataset(rendered)
     assert dataset[1] == dataset[1] != dataset[0]

@@ -61,7 +61,7 @@ def test_the_only_target_has_the_pose_of_the_picture(dataset) -> None:
     assert shown.range == pytest.approx(np.linalg.norm(picture.t_cam_body), rel=1e-15)
     assert np.array_equal(picture.mask(1), picture.segmentation > 0)
     assert {part.target for part in dataset.parts.values()} == {1}
-    with pytest.raises(InputError, match="has no target 2; choose among 1"):
+    with pytest.raises(InputError, match="there is no target 2; choose among 1 'tango'"):
         picture.mask(2)
 
 

@@ -26,6 +26,7 @@ from spin_usd.store.cache import MEASURED, entries
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.names import DESCRIPTION, STAGE, picture_of, record_of
 from spin_usd.store.recorded_settings import recorded_options, recorded_settings
+from spin_usd.store.tags import SCHEMA, TAGS, joined
 from spin_usd.store.unfinished import recorded_files
 
 CHECKING, MERGING = "checking: record", "merging: picture"
@@ -127,8 +128,8 @@ class MergeReport:
 def merge(options: MergeOptions) -> MergeReport:
     """Put datasets of one stage, such as the shards of a run, into one. Run again, it goes on.
 
-    The result has the bytes of a single run. Pictures that are still to come do not raise: the report's `missing`
-    counts them by shard.
+    The result has the bytes of a single run, and the tags of all. Pictures that are still to come do not raise: the
+    report's `missing` counts them by shard.
 
     Raises InputError for datasets of different stages, rendered otherwise, damaged, or with another picture of the same
     name; and OutputError.
@@ -153,10 +154,13 @@ def merge_datasets(shards: Sequence[Path], out: Path, *, copy: bool = False, pro
         refuse_different([*there, *sources])
         pictures = collect([*there, *sources], partial(progress, CHECKING))
         new = [picture for picture in pictures if picture.source not in there]
+        tags = joined([each.store.root / TAGS for each in (*there, *sources) if each.store.folder.type_of(TAGS)])
         _begin(store, [*there, *sources], lease)
         transfer = FileTransfer(out=store.root, work=lease.work, copy=copy)
         _put_pictures(new, transfer, progress)
         _put_cache(sources, transfer, progress)
+        if tags:
+            write_json(store.folder, TAGS, {"schema": SCHEMA, "dataset": out.name, "tags": tags}, work=lease.work)
         _add_measured(store, {id(picture.source): picture.source for picture in new}.values(), lease)
         missing = _missing([*there, *sources], pictures, store, lease)
     return MergeReport(

@@ -15,6 +15,7 @@ from spin_usd.planning.cost import read_measured
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import SHARDS
+from spin_usd.store.tags import read_tags
 from tests.cases.records import record_files
 from tests.commands.merge.folder import content
 
@@ -176,6 +177,27 @@ def test_equal_pictures_in_two_shards_are_one(whole, made, shards, tmp_path) -> 
     shutil.copytree(made[0] / "records", shards[1] / "records", dirs_exist_ok=True)
     merge_datasets(shards, tmp_path / "merged", progress=quiet)
     assert content(tmp_path / "merged") == whole
+
+
+def test_the_tags_of_all_are_joined(shards, tmp_path) -> None:
+    """Also with those that are there, and again."""
+    given = ({"good": ["nominal/a", "nominal/b"]}, {"good": ["nominal/b", "nominal/c"]}, {"bad": ["nominal/a"]})
+    for shard, tags in zip(shards, given, strict=True):
+        (shard / "tags.json").write_text(json.dumps({"schema": "tags-1", "dataset": shard.name, "tags": tags}))
+    merge_datasets(shards[:2], tmp_path / "all", progress=quiet)
+    merge_datasets(shards, tmp_path / "all", progress=quiet)
+    joined = {"good": ["nominal/a", "nominal/b", "nominal/c"], "bad": ["nominal/a"]}
+    assert read_tags(tmp_path / "all" / "tags.json") == joined
+
+
+def test_tags_that_are_wrongly_written_are_refused_before_anything_is_merged(shards, tmp_path) -> None:
+    (shards[1] / "tags.json").write_text('{"schema": "tags-1", "dataset": "mine", "tags": {"good": "nominal/a"}}')
+    form = (
+        r'write it like {"schema": "tags-1", "dataset": "NAME", "tags": {"good": \["nominal/img000001"\]}}, or save it'
+    )
+    with pytest.raises(InputError, match=rf"tags\.json: breaks schema tags-1 at \$\.tags\.good: .*; {form}"):
+        merge_datasets(shards, tmp_path / "all", progress=quiet)
+    assert not (tmp_path / "all" / "dataset.json").exists()
 
 
 @pytest.mark.parametrize("kind", ["image", "depth"])
