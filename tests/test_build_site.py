@@ -1,5 +1,6 @@
 """The site of the documents: Sphinx builds it without a warning, and it has a page of all that the code offers."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -21,7 +22,7 @@ OFFERED = {
     "python": [f"spin_usd.{name}" for name in spin_usd.__all__ if name.islower() and not name.startswith("_")],
     "labels": list(LABELS),
     "parameters": list(PARAMETERS),
-    "findings": list(RULES),
+    "troubleshooting": list(RULES),
     "formats": list(EXPORT_FORMATS),
     "bundled": [path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")],
     "schemas": SCHEMAS,
@@ -52,6 +53,41 @@ def test_the_reference_has_all_that_the_code_offers(site, page) -> None:
     missing = [name for name in OFFERED[page] if not re.search(rf"\b{re.escape(name)}\b", text)]
     assert OFFERED[page]
     assert not missing
+
+
+@pytest.fixture
+def troubleshooting(monkeypatch):
+    monkeypatch.syspath_prepend(REPOSITORY / "tools")
+    return importlib.import_module("pages.troubleshooting")
+
+
+def test_the_page_of_messages_has_every_rule_with_what_to_do(troubleshooting) -> None:
+    rows = troubleshooting.page().splitlines()
+    for code, rule in RULES.items():
+        assert f"| `{code}` | {rule.meaning} | {rule.remedy} |" in [row.replace("\\", "") for row in rows]
+
+
+WRONG = {
+    "no dataset": lambda folder: spin_usd.Dataset(folder),
+    "no format": lambda folder: spin_usd.export(folder, to="tape", out=folder / "out"),
+    "no stage": lambda folder: spin_usd.plan(folder / "stage"),
+    "no shards": lambda folder: spin_usd.merge([], out=folder / "out"),
+}
+
+
+@pytest.mark.parametrize("ask", WRONG.values(), ids=WRONG)
+def test_the_page_of_messages_has_what_users_read(troubleshooting, ask, tmp_path) -> None:
+    with pytest.raises(spin_usd.SpinError) as raised:
+        ask(tmp_path)
+    assert [
+        found
+        for found, do in troubleshooting.messages()
+        if do and _is_of(raised.value.found, found) and _is_of(raised.value.do, do)
+    ]
+
+
+def _is_of(text, stem) -> bool:
+    return re.fullmatch(".*".join(map(re.escape, stem.split("…"))), text) is not None
 
 
 def test_a_folder_of_other_things_is_kept(tmp_path) -> None:

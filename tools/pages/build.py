@@ -6,7 +6,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from pages import commands, contents, mirror, python_interface, schemas, tables
+from pages import commands, contents, mirror, python_interface, schemas, tables, troubleshooting
 from sphinx.cmd.build import build_main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -15,7 +15,7 @@ MADE = {
     "python": python_interface.page,
     "labels": tables.labels,
     "parameters": tables.parameters,
-    "findings": tables.findings,
+    "troubleshooting": troubleshooting.page,
     "formats": tables.formats,
     "bundled": tables.bundled,
     "schemas": schemas.page,

@@ -1,4 +1,4 @@
-"""The reference of what can be chosen by name: labels, parameters, rules, formats, what travels along."""
+"""The reference of what can be chosen by name: labels, parameters, formats, what travels along."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 from pages.markdown import cell, row
 from pxr import Sdf
 
-from spin_usd.commands.check.rules import DATASET, STAGE
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.label import Label
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
@@ -48,20 +47,6 @@ def parameters() -> str:
     )
     rows = (row(f"`{each.name}`", cell(each.kind), each.unit, cell(each.description)) for each in PARAMETERS.values())
     return "\n".join((head, "| parameter | kind | unit | meaning |\n| --- | --- | --- | --- |", *rows, ""))
-
-
-def findings() -> str:
-    """Return the page of the findings of check."""
-    head = (
-        "# Findings of check\n\nA finding of `spin-usd check` has the code of its rule, a place, and a sentence with "
-        "what is wrong and what to do. Codes that are not here are those of OpenUSD's own validators.\n"
-    )
-    lines = [head]
-    for title, rules in (("On a stage", STAGE), ("On a dataset", DATASET)):
-        lines.append(f"## {title}\n\n| code | meaning | what to do |\n| --- | --- | --- |")
-        lines += (row(f"`{code}`", cell(rule.meaning), cell(rule.remedy)) for code, rule in rules.items())
-        lines.append("")
-    return "\n".join(lines)
 
 
 def formats() -> str:
