@@ -22,6 +22,7 @@ suppress_warnings = ["toc.not_included"]  # tables beside the pages that link th
 default_role = "literal"  # docstrings have names in single backticks
 html_theme = "furo"
 html_title = "spin_usd"
+html_static_path = html_css_files = ["site.css"]
 html_copy_source = False
 html_show_copyright = False
 
