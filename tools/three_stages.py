@@ -21,7 +21,6 @@ STAGES = {
     "sunlamp": ("--preset", "noisy_sunlamp.usda"),
     "earth": ("--preset", "spin_synthetic", "--environment", "earth_full"),
 }
-LAST = "double spin:sensor:contrast = 0.91\n"  # of what both presets say of the detector
 NOISE = ("gain", "readNoise")
 
 
@@ -54,12 +53,13 @@ def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = No
 
 def noisy_sunlamp() -> str:
     """The preset spin_sunlamp with the detector's noise of spin_synthetic."""
-    noisy = (PRESETS / "spin_synthetic.usda").read_text().splitlines(keepends=True)
-    lines = [line for line in noisy if any(f"spin:sensor:{name} =" in line for name in NOISE)]
-    assert len(lines) == len(NOISE), "the preset says no more how noisy its detector is"
-    before, last, after = (PRESETS / "spin_sunlamp.usda").read_text().partition(LAST)
-    assert last, "the preset spin_sunlamp says something else of its detector"
-    return "".join((before, last, *lines, after))
+    noisy, text = ((PRESETS / f"spin_{name}.usda").read_text() for name in ("synthetic", "sunlamp"))
+    for name in NOISE:
+        (line,) = (line for line in noisy.splitlines() if f"spin:sensor:{name} =" in line)
+        without = f"        double spin:sensor:{name} = 0\n"
+        assert without in text, "the preset spin_sunlamp says something else of its detector"
+        text = text.replace(without, f"{line}\n")
+    return text
 
 
 def author_all(out: Path, *, poses: Path = POSES, frames: str | None = None) -> dict[str, Path]:

@@ -20,6 +20,13 @@ SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower 
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
 IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
+PSF_SIGMA = 0.5  # pixels
+DETECTOR = {"full_well": 32_400.0, "gain": 7.9, "read_noise": 7.0}  # electrons; gain: so many a step of 12 bits
+REAL = """As noisy as a detector that was measured: 12 bits, a maximum signal to noise of 45.1 dB, which is that of
+32,400 electrons, and a dynamic range of 73 dB, which leaves 7 electrons in the dark (EMVA 1288; technical manual of
+Matrix Vision's mvBlueFOX3-2024a, whose Sony IMX249 has the pixel of the IMX174 behind SPEED, SPEED+ and SHIRT).
+psfSigma: spots of a star sensor's lens measured 1.2 to 2.2 pixels across at 1/e2, which is four sigmas (Optical testing
+of star sensor (I), Optical Review, 2008). The preset ideal has neither."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,15 +53,19 @@ def responsivity() -> float:
     return scale * EXPOSURE_FSTOP**2 / (EXPOSURE_TIME * EXPOSURE_ISO / 100)
 
 
-def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str, channels: str = "mono") -> Sdf.Layer:
+def new_camera_layer(
+    camera: Camera, *, focal_length: float, documentation: str, channels: str = "mono", ideal: bool = False
+) -> Sdf.Layer:
     """Make an anonymous layer whose /Camera has the lens of `camera`; `focal_length` in tenths of a metre, as USD has
-    it."""
+    it. It spreads light and has noise as a real one, unless it is to be `ideal`."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Camera", documentation=documentation)
     stage = stage_on(layer)
     prim = UsdGeom.Camera.Define(stage, "/Camera").GetPrim()
     author_lens(prim, camera, focal_length)
     _author_sensor(prim, channels)
+    if not ideal:
+        _author_noise(prim)
     _author_exposure(UsdGeom.Camera(prim))
     return layer
 
@@ -127,6 +138,14 @@ def lens_of(layer: Sdf.Layer) -> Camera:
 def _author_sensor(prim: Usd.Prim, channels: str) -> None:
     prim.ApplyAPI(schema.SENSOR_API)
     for field, value in {"channels": channels, "bit_depth": 8, "encoding": "srgb"}.items():
+        prim.GetAttribute(schema.SENSOR[field]).Set(value)
+
+
+def _author_noise(prim: Usd.Prim) -> None:
+    prim.SetDocumentation(REAL)
+    prim.ApplyAPI(schema.OPTICS_API)
+    prim.GetAttribute(schema.OPTICS["psf_sigma"]).Set(PSF_SIGMA)
+    for field, value in DETECTOR.items():
         prim.GetAttribute(schema.SENSOR[field]).Set(value)
 
 

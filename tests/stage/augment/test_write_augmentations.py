@@ -337,9 +337,8 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
             "augmentation a: lens.k1: .*invert",
         ),
         (
-            SAMPLE + '"sensor.gain" = { distribution = "fixed", value = 0, unit = "electrons/step" }\n'
-            '"sensor.read_noise" = { distribution = "fixed", value = 3, unit = "electrons" }',
-            "augmentation a: .*readNoise: is 3, but the sensor has no gain",
+            SAMPLE + '"sensor.gain" = { distribution = "fixed", value = 0, unit = "electrons/step" }',
+            "augmentation a: .*fullWell: is 32400, but the sensor has no gain",
         ),
         (
             SAMPLE + '"/World/Camera.nothing" = { distribution = "fixed", value = 3 }',

@@ -20,7 +20,9 @@ from spin_usd.stage.author.camera_layer import (
     set_resolution,
 )
 from spin_usd.stage.read.lens import read_lens
+from spin_usd.stage.read.sensor import read_sensor
 
+RENDERED = ("cubesat_cdt", "posebowl", "spacesense", "spark", "spin", "swisscube", "urso")
 FLOAT32_PX = 1e-3  # USD keeps focal length and apertures as float32: 6e-8 of 1e4 pixels
 FLOAT32 = 1e-6  # relative, the product of five float32 numbers
 
@@ -39,10 +41,30 @@ def test_every_layer_is_what_follows_from_its_lens(name: str) -> None:
         focal_length=UsdGeom.Camera(prim).GetFocalLengthAttr().Get(),
         documentation=layer.documentation,
         channels=prim.GetAttribute("spin:sensor:channels").Get(),
+        ideal=not prim.HasAPI("SpinOpticsAPI"),
     )
     assert made.ExportToString() == layer.ExportToString()
     assert bundled("camera", name).read_text() == layer.ExportToString()  # as USD itself would write it
     assert stage.GetDefaultPrim().GetName() == "Camera"
+
+
+def test_only_cameras_of_rendered_sets_are_ideal() -> None:
+    for name in bundled_names("camera"):
+        stage, prim = prim_of(open_camera_layer(bundled("camera", name)))
+        assert stage
+        noisy = read_sensor(prim, Usd.TimeCode.Default()).gain > 0
+        assert noisy == prim.HasAPI("SpinOpticsAPI") == (name not in RENDERED), name
+
+
+def test_white_fills_the_wells_of_a_camera_that_says_nothing_of_its_noise() -> None:
+    """Published: a maximum signal to noise of 45.1 dB, which is that of photons, and 73 dB from there to the dark."""
+    camera = Camera(width=64, height=48, fx=50.0, fy=50.0, cx=32.0, cy=24.0)
+    stage, prim = prim_of(camera_layer_of(camera, pixel_pitch=1e-5, documentation=""))
+    assert stage
+    sensor = read_sensor(prim, Usd.TimeCode.Default())
+    assert 20 * math.log10(math.sqrt(sensor.full_well)) == pytest.approx(45.1, abs=0.05)
+    assert 20 * math.log10(sensor.full_well / sensor.read_noise) == pytest.approx(73, abs=0.5)
+    assert sensor.gain * (2**sensor.adc_bits - 1) == pytest.approx(sensor.full_well, rel=0.01)
 
 
 @pytest.mark.parametrize("name", bundled_names("camera"))

@@ -1,5 +1,6 @@
 """Presets: what they say is what an authored stage says and a Scene holds; what they cannot say is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,14 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, RectLight
+from spin_usd.scene.sensor import Optics
 from spin_usd.stage.author.presets import open_preset
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.png import png
 
 NAMES = ("spin_lightbox", "spin_sunlamp", "spin_synthetic")
-TEST_BEDS = ("lightbox", "sunlamp")
+OTHERS = ("ideal", "lightbox", "sunlamp")
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 EFFICACY = 124_261 / 1361  # lm/W: the published illuminance of the Sun over its irradiance
 FILTER = 0.4717  # the published colour filter, a factor on everything before the picture is cut off at white
@@ -45,7 +47,7 @@ def Xform "World"
 def authored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The root layer of a stage for each preset, and one without."""
     folder = tmp_path_factory.mktemp("presets")
-    return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, *TEST_BEDS, "none")}
+    return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, *OTHERS, "none")}
 
 
 def made(out: Path, preset: str | Path | None, target: str | Path = "tango") -> Path:
@@ -60,10 +62,10 @@ def written(tmp_path: Path, below_world: str) -> Path:
 
 
 def test_the_published_presets_are_there() -> None:
-    assert sorted(bundled_names("preset")) == sorted((*PUBLISHED, *TEST_BEDS))
+    assert sorted(bundled_names("preset")) == sorted((*PUBLISHED, *OTHERS))
 
 
-@pytest.mark.parametrize("name", [*NAMES, *TEST_BEDS])
+@pytest.mark.parametrize("name", [*NAMES, *OTHERS])
 def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: str) -> None:
     registry = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     for path in (authored[name], bundled("preset", name)):
@@ -71,7 +73,7 @@ def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: st
         assert [e.GetMessage() for e in UsdValidation.ValidationContext(registry).Validate(stage)] == []
 
 
-@pytest.mark.parametrize("name", [*NAMES, *TEST_BEDS])
+@pytest.mark.parametrize("name", [*NAMES, *OTHERS])
 def test_our_own_check_finds_nothing(authored: dict[str, Path], name: str) -> None:
     assert check_stage(authored[name]) == ()
 
@@ -105,6 +107,7 @@ def test_a_scene_has_the_published_settings(authored: dict[str, Path], name: str
     assert scene.optics.bloom_scatter == pytest.approx(scatter, rel=FLOAT32)
     assert scene.optics.bloom_threshold == pytest.approx(FILTER * threshold**2.2, rel=LUX)
     assert (scene.sensor.gain > 0) == grain
+    assert scene.optics.psf_sigma == scene.sensor.full_well == 0
     assert scene.sensor.channels == "mono"
     assert scene.sensor.contrast == pytest.approx(1 - 9 / 100, rel=FLOAT32)
     assert (scene.sensor.time, scene.sensor.iso) == pytest.approx((1 / 200, 200), rel=FLOAT32)
@@ -148,6 +151,16 @@ def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) ->
 def test_a_preset_leaves_the_lens_alone(authored: dict[str, Path]) -> None:
     without, lightbox = (StageReader(authored[name]) for name in ("none", "spin_lightbox"))
     assert without.scene(without.frames[0]).camera == lightbox.scene(lightbox.frames[0]).camera
+
+
+def test_the_ideal_preset_takes_blur_and_noise_away_and_nothing_else(authored: dict[str, Path]) -> None:
+    without, ideal = (
+        reader.scene(reader.frames[0]) for name in ("none", "ideal") for reader in [StageReader(authored[name])]
+    )
+    assert without.optics.psf_sigma > 0
+    assert without.sensor.read_noise > 0
+    assert ideal.optics == Optics()
+    assert ideal.sensor == replace(without.sensor, gain=0.0, full_well=0.0, read_noise=0.0)
 
 
 def test_without_a_preset_nothing_of_it_is_there(authored: dict[str, Path]) -> None:
@@ -228,7 +241,7 @@ def test_what_a_preset_cannot_say_is_refused_by_name(tmp_path: Path, below_world
 
 
 def test_an_unknown_preset_lists_those_there_are(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="lightbox, spin_lightbox, spin_sunlamp, spin_synthetic, sunlamp"):
+    with pytest.raises(InputError, match="ideal, lightbox, spin_lightbox, spin_sunlamp, spin_synthetic, sunlamp"):
         made(tmp_path / "out", "moonlamp")
 
 

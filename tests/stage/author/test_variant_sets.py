@@ -18,8 +18,9 @@ from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
-from spin_usd.scene.sensor import Optics, Sensor
+from spin_usd.scene.sensor import Optics
 from spin_usd.scene.texture import Primvar, Texture
+from spin_usd.stage.author.camera_layer import DETECTOR, PSF_SIGMA
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.root_layers import over_stage
@@ -115,7 +116,7 @@ def test_nothing_is_selected(authored: Path) -> None:
     assert tuple(sets.GetNames()) == VARIANT_SETS
     assert not any(sets.GetAllVariantSelections().values())
     taken = scene(authored)
-    assert (taken.optics, taken.sensor.gain) == (Optics(), Sensor().gain)
+    assert (taken.optics, taken.sensor.gain) == (Optics(psf_sigma=PSF_SIGMA), DETECTOR["gain"])
     assert [light.path for light in taken.lights] == ["/World/Lights/Sun"]
 
 
