@@ -1,6 +1,8 @@
 """Pictures of the bundled Earth as it is seen from six heights."""
 
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -51,8 +53,8 @@ VIEWS = {
 
 def write_sheet(path: Path) -> None:
     """Write all views as one JPEG, two rows of three."""
-    earth = _earth()
-    cells = [_reduced(_picture(earth, view)) for view in VIEWS.values()]
+    with _earth() as earth:
+        cells = [_reduced(_picture(earth, view)) for view in VIEWS.values()]
     rows = [np.concatenate(cells[start : start + 3], axis=1) for start in (0, 3)]
     write_image(path, np.concatenate(rows), quality=68)
 
@@ -60,19 +62,20 @@ def write_sheet(path: Path) -> None:
 def write_views(folder: Path) -> None:
     """Write each view as a PNG of a frame's size, into a folder that is made."""
     folder.mkdir(parents=True, exist_ok=True)
-    earth = _earth()
-    for name, view in VIEWS.items():
-        write_image(folder / f"{name}.png", _picture(earth, view), quality=100)
+    with _earth() as earth:
+        for name, view in VIEWS.items():
+            write_image(folder / f"{name}.png", _picture(earth, view), quality=100)
 
 
-def _earth() -> Scene:
-    """Return a scene with the bundled Earth, as a stage with it is read."""
+@contextmanager
+def _earth() -> Iterator[Scene]:
+    """Yield a scene with the bundled Earth, as a stage with it is read, while its maps are there to be opened."""
     with tempfile.TemporaryDirectory() as folder:
         report = spin_usd.author(
             poses=POSES, target="cubesat", camera="speedplus", out=f"{folder}/stage", frames="0:1", environment="earth"
         )
         reader = StageReader(report.root)
-        return reader.scene(reader.frames[0])
+        yield reader.scene(reader.frames[0])
 
 
 def _picture(earth: Scene, view: View) -> Array:
