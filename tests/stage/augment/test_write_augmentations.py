@@ -284,6 +284,19 @@ def test_photographs_of_a_folder_are_behind_variants_or_each_picture_by_chance(s
     assert not [finding for finding in check_stage(stage) if finding.code != "variant-same"]
 
 
+def test_photographs_of_one_name_are_not_written_over_one_another(stage, spec, tmp_path) -> None:
+    files = [tmp_path / name for name in ("a/sky.png", "b/sky.png", "b/sky_1.png")]
+    for level, file in enumerate(files):
+        file.parent.mkdir(exist_ok=True)
+        write_image_file(file, np.full((6, 9, 3), 50 * level))
+    names = [f'"{file.relative_to(tmp_path)}"' for file in files]
+    augment_stage(
+        stage=stage,
+        spec=spec(f'count = 3\n{SAMPLE}"background" = {{ distribution = "in_turn", values = [{", ".join(names)}] }}'),
+    )
+    assert len({shown(stage, f"a_{i}")[0] for i in (1, 2, 3)}) == 3
+
+
 SAMPLE = "[augmentation.sample]\n"
 SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentation.constraints]\n'
 
