@@ -78,13 +78,15 @@ class Dataset(Sequence[Picture]):
     def __getitem__(self, place: slice) -> "Dataset": ...
     def __getitem__(self, place: SupportsIndex | slice) -> "Picture | Dataset":
         try:
+            if isinstance(place, slice):
+                return self._of(self._names[place])
             found = self._names[place]
         except IndexError:
             raise IndexError(f"there is no picture {place}; {self.root} has {len(self)}") from None
         except TypeError:
             do = "give its place, from 0, or its names as in dataset.picture(FRAME, VARIANT)"
             raise InputError(f"there is no picture {place!r}", where=self.root, do=do) from None
-        return self._of(found) if isinstance(place, slice) else self._read(found)
+        return self._read(found)
 
     def __repr__(self) -> str:
         count = f"{len(self)} picture{'s' * (len(self) != 1)}"

@@ -64,7 +64,7 @@ def _messages_of(file: Path) -> Iterator[tuple[str, str]]:
     for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
         for call in ast.walk(function):
             if isinstance(call, ast.Call) and call.args and ast.unparse(call.func).rpartition(".")[2] in KINDS:
-                names = _constants(file) | _assigned(function, call.lineno)
+                names = {**_constants(file), **_assigned(function, call.lineno)}
                 do = next((keyword.value for keyword in call.keywords if keyword.arg == "do"), ast.Constant(""))
                 text = _text(call.args[0], names)
                 if len(re.findall(r"[^\W\d]+", text)) > 1:
@@ -92,7 +92,9 @@ def _assigned(function: ast.FunctionDef, line: int) -> dict[str, ast.expr]:
 
 
 def _assignments(node: ast.stmt) -> Iterator[tuple[str, ast.expr]]:
-    for target in node.targets if isinstance(node, ast.Assign) else ():
+    if not isinstance(node, ast.Assign):
+        return
+    for target in node.targets:
         pairs = [(target, node.value)]
         if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
             pairs = list(zip(target.elts, node.value.elts, strict=True))
