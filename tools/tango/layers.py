@@ -15,7 +15,7 @@ from tango.textures import write_textures
 
 VERSION = "1.2.0"
 ABOUT_LOOKS = {
-    "matt": "Tango as simple simulators draw it: one colour a material, Lambert, nothing shines.",
+    "matt": "Tango as simple simulators draw it: a colour a material, a little worn, Lambert; nothing shines.",
     "reflective": "Tango with cells under coverglass, crinkled foil, brushed metal, black and white paint.",
 }
 

@@ -1,7 +1,7 @@
 """The two looks of Tango: inputs of UsdPreviewSurface, one line a material.
 
-matt: one colour a material and nothing but diffuse reflection (an index of refraction of 1 reflects nothing), as simple
-simulators draw it. reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own
+matt: one colour a material, on large faces worn by 4 % (root mean square), and nothing but diffuse reflection (an index of
+refraction of 1 reflects nothing), as simple simulators draw it. reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own
 Tango (solar cells 0.154, metallic 0.43, roughness 0.15, clear-coat 1; gold 0.82, 0.65, 0.058, metallic 1, roughness
 0.355; galvanised metal 0.179, metallic 1, roughness 0.49; black parts metallic 0.507, roughness 0.313) and by pictures
 of the flight model and its mock-up. What a surface reflects of sunlight is held near 1 minus its solar absorptance:
@@ -52,24 +52,6 @@ class MaterialValues:
     normal: Picture | None = None
 
 
-def _matt(grey: float) -> MaterialValues:
-    return MaterialValues(colour=(grey, grey, grey), roughness=1.0, ior=1.0)
-
-
-MATT: dict[str, MaterialValues] = {
-    "SolarCell": _matt(0.035),
-    "PanelSubstrate": _matt(0.38),
-    "GoldMli": _matt(0.60),
-    "KaptonTape": _matt(0.45),
-    "Silver": _matt(0.70),
-    "BlackMli": _matt(0.05),
-    "CableJacket": _matt(0.55),
-    "BlackPaint": _matt(0.06),
-    "BrushedAluminium": _matt(0.50),
-    "WhitePaint": _matt(0.80),
-    "Glass": _matt(0.02),
-}
-
 CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
 BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
 STREAKS = Picture(file="brushed_roughness.png", metres=(0.12, 0.12))
@@ -81,6 +63,26 @@ def _worn(mean: float, spread: float, *, size: float = METRES, degrees: float = 
     picture = Picture(file="wear.png", metres=(size, size), degrees=degrees)
     return Sample(picture=picture, output=output, scale=spread, bias=mean - spread / 2)
 
+
+def _matt(grey: float, wear: float = 0.0, *, size: float = METRES, degrees: float = 0.0) -> MaterialValues:
+    """One grey, or one that wear changes by so large a part of it."""
+    colour = _worn(grey, grey * wear, size=size, degrees=degrees, output="rgb") if wear else (grey, grey, grey)
+    return MaterialValues(colour=colour, roughness=1.0, ior=1.0)
+
+
+MATT: dict[str, MaterialValues] = {
+    "SolarCell": _matt(0.035),
+    "PanelSubstrate": _matt(0.38, 0.3),
+    "GoldMli": _matt(0.60, 0.3, size=0.43),
+    "KaptonTape": _matt(0.45),
+    "Silver": _matt(0.70),
+    "BlackMli": _matt(0.05),
+    "CableJacket": _matt(0.55),
+    "BlackPaint": _matt(0.06),
+    "BrushedAluminium": _matt(0.50, 0.3, size=0.29),
+    "WhitePaint": _matt(0.80, -0.3, size=0.37, degrees=61.0),
+    "Glass": _matt(0.02),
+}
 
 REFLECTIVE: dict[str, MaterialValues] = {
     "SolarCell": MaterialValues(
