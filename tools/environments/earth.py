@@ -14,6 +14,8 @@ GRASS = (0.21, 0.20, 0.13)
 DESERT = (0.42, 0.33, 0.22)
 ROCK = (0.20, 0.19, 0.18)
 SNOW = (0.70, 0.71, 0.73)
+ACROSS_BANDS = np.array([[1, 0, 0.6], [0, 1, -0.5], [-1.92, 1.6, 3.2]])
+"""How far points are apart for the bands along fronts: three times as far across them, oblique to the parallels."""
 
 
 def albedo(width: int, height: int) -> Array:
@@ -34,8 +36,8 @@ def albedo(width: int, height: int) -> Array:
 
 
 def clouds(width: int, height: int) -> Array:
-    """Return the opacity (height, width, 1): belts by latitude, storms that turn as they do in their hemisphere, sheets
-    and streaks; scattered clouds where it is neither 0 nor 1."""
+    """Return the opacity (height, width, 1): belts by latitude, storms that turn as they do in their hemisphere,
+    sheets, streaks and bands along fronts; scattered clouds where it is neither 0 nor 1."""
     points = sphere(width, height)
     north = points[2]
     turned = _in_storms(points)
@@ -45,8 +47,9 @@ def clouds(width: int, height: int) -> Array:
     sheets = fractal(turned * np.array([1, 1, 1.7])[:, None, None], seed=51, waves=2.6, octaves=8, gain=0.66)
     streaks = fractal(turned * np.array([1, 1, 4.0])[:, None, None], seed=57, waves=5.0, octaves=6, gain=0.7)
     fronts = 1 - np.abs(fractal(turned, seed=61, waves=4.0, octaves=5, gain=0.6))
-    cover = 0.85 * sheets + 0.35 * streaks + 0.45 * fronts + 0.9 * _rain(north)
-    return (0.92 * ramp(cover, -1.6, 2.6))[..., None]
+    bands = fractal(np.einsum("ij,jhw->ihw", ACROSS_BANDS, turned), seed=71, waves=9.0, octaves=5, gain=0.65)
+    cover = 0.85 * sheets + 0.35 * streaks + 0.45 * fronts + 0.6 * bands + 0.9 * _rain(north)
+    return (0.92 * ramp(cover, -1.5, 2.5))[..., None]
 
 
 def _in_storms(points: Array) -> Array:
