@@ -1,13 +1,15 @@
 """The two looks of Tango: inputs of UsdPreviewSurface, one line a material.
 
-matt: one colour a material, on large faces worn by 4 % (root mean square), and nothing but diffuse reflection (an index of
-refraction of 1 reflects nothing), as simple simulators draw it. reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own
-Tango (solar cells 0.154, metallic 0.43, roughness 0.15, clear-coat 1; gold 0.82, 0.65, 0.058, metallic 1, roughness
-0.355; galvanised metal 0.179, metallic 1, roughness 0.49; black parts metallic 0.507, roughness 0.313) and by pictures
-of the flight model and its mock-up. What a surface reflects of sunlight is held near 1 minus its solar absorptance:
-aluminised Kapton with the Kapton outside 0.40, black paint 0.95, white paint 0.12 (silicate) to 0.26 (silicone),
-polished aluminium 0.24, GaAs cells 0.88 (Fortescue, Swinerd and Stark, Spacecraft Systems Engineering, 4th edition,
-2011, table 11.3). Dust and fingerprints are in the roughness, and as far as they are seen straight on, in the colour.
+matt: one colour a material, on large faces worn by 4 % (root mean square), and nothing but diffuse reflection (an index
+of refraction of 1 reflects nothing), as simple simulators draw it.
+
+reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own Tango (solar cells
+0.154, metallic 0.43, roughness 0.15, clear-coat 1; gold 0.82, 0.65, 0.058, metallic 1, roughness 0.355; galvanised
+metal 0.179, metallic 1, roughness 0.49; black parts metallic 0.507, roughness 0.313) and by pictures of the flight
+model and its mock-up. What a surface reflects of sunlight is held near 1 minus its solar absorptance: aluminised
+Kapton with the Kapton outside 0.40, black paint 0.95, white paint 0.12 (silicate) to 0.26 (silicone), polished
+aluminium 0.24, GaAs cells 0.88 (Fortescue, Swinerd and Stark, Spacecraft Systems Engineering, 4th edition, 2011, table
+11.3). Dust and fingerprints are in the roughness, and as far as they are seen straight on, in the colour.
 """
 
 from dataclasses import dataclass
