@@ -85,12 +85,13 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
 
 def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     """Yield the calibration of each recording. Raises UnsupportedError for cameras that KITTI has no form for."""
-    for variant in dataset.variants:
-        if augmentation_and_camera(variant)[1]:
-            continue
+    for variant in dict.fromkeys(augmentation_and_camera(each)[0] for each in dataset.variants):
         pair = [each for each in dataset.variants if augmentation_and_camera(each)[0] == variant]
+        if variant not in pair:
+            found = "is of a further camera, and KITTI's places are those in the first one's axes"
+            raise UnsupportedError(found, where=pair[0], do=f"export {variant} too")
         if len(pair) > 2:
-            do = f"choose two with --variants, such as {pair[0]},{pair[1]}"
+            do = f"choose two with --variants, such as {variant},{next(each for each in pair if each != variant)}"
             raise UnsupportedError(f"has {len(pair)} cameras, and KITTI's stereo has two", where=variant, do=do)
         pictures = [as_exported(dataset, _first(dataset, each)) for each in pair]
         rig = _rig(dataset, pair[-1])

@@ -207,7 +207,7 @@ class Dataset(Sequence[Picture]):
         return self._of(self._names, Resized(size=size_of(size)))
 
     @staticmethod
-    def collate(pictures: Sequence[Picture], labels: Sequence[str] = ("image",)) -> dict[str, Any]:
+    def collate(pictures: Sequence[Picture], labels: str | Sequence[str] = ("image",)) -> dict[str, Any]:
         """Return a batch of B pictures of one size, as PyTorch's DataLoader takes it from its `collate_fn`.
 
         labels: what is stacked of the pictures' files, by these names: "image" (B, H, W) or (B, H, W, 3), "depth" and
@@ -220,7 +220,8 @@ class Dataset(Sequence[Picture]):
         if not pictures:
             raise InputError("there is no picture to make a batch of", do="give one or more")
         first = [picture.targets[0] for picture in pictures]
-        stacked = {label: [np.asarray(picture.label(label)) for picture in pictures] for label in labels}
+        wanted = [labels] if isinstance(labels, str) else labels
+        stacked = {label: [np.asarray(picture.label(label)) for picture in pictures] for label in wanted}
         for label, arrays in stacked.items():
             shapes = sorted({array.shape for array in arrays})
             if len(shapes) > 1:

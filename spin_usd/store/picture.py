@@ -266,8 +266,8 @@ class Picture:
         return heatmaps_of(self.keypoint_pixels, frame, size=size, sigma=sigma)
 
     def seen_by(self, camera: str) -> "Picture":
-        """Return the whole picture that the camera of that name took of the same frame, as `record["rig"]` names them,
-        in the same augmentation. Raises InputError where the dataset has none."""
+        """Return the whole picture, also of a crop, that the camera of that name took of the same frame, as
+        `record["rig"]` names them, in the same augmentation. Raises InputError where the dataset has none."""
         augmentation, _ = augmentation_and_camera(self.variant)
         for variant in (variant_of(augmentation, camera), augmentation):
             with suppress(InputError):

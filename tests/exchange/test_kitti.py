@@ -95,6 +95,11 @@ def test_cameras_that_are_no_pair_are_refused(rendered, tmp_path) -> None:
         write_export(turned(rendered, tmp_path), "kitti", tmp_path / "out")
 
 
+def test_a_further_camera_without_the_first_is_refused(rendered, tmp_path) -> None:
+    with pytest.raises(UnsupportedError, match="nominal-right: is of a further camera"):
+        write_export(rendered, "kitti", tmp_path / "out", variants=["nominal-right"])
+
+
 def turned(rendered, folder):
     """A copy of the dataset whose second camera stands half a metre higher."""
     shutil.copytree(rendered, folder / "turned", ignore=shutil.ignore_patterns("cache"))

@@ -51,7 +51,7 @@ def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
         notes += more
         name = name or _plain(Path(source).stem)
         if name in (first_name or "camera", *(camera.name for camera in further)):
-            do = f"name it: --camera right={each}"
+            do = f"name it: --camera {name}_{number}={rest}"
             raise InputError(f"two cameras are called {name!r}", where=each, do=do)
         further.append(FurtherCamera(name=name, layer=other, T_first_cam=T_first_cam))
     return ChosenCameras(layer=layer, name=first_name, further=tuple(further), files=files, notes=notes)
@@ -98,6 +98,8 @@ def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
 
 def mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:
     """Return the pose in a camera's axes that numbers or a pose list give, and the file of that. Raises InputError."""
+    if not given:
+        raise InputError("the pose after ':' is empty", do=FORMS)
     numbers = given.split(",")
     if len(numbers) not in (3, 7):
         if not Path(given).exists():

@@ -188,6 +188,7 @@ def test_an_augmentation_of_the_exposure_is_that_of_all_cameras(stage, tmp_path,
     ("cameras", "said"),
     [
         (("speedplus", "speedplus"), "is a further camera, and does not say where it stands"),
+        (("speedplus", "speedplus:"), "the pose after ':' is empty"),
         (("speedplus", "speedplus:1,0"), "'1,0' is neither a pose nor a file"),
         (("speedplus", "speedplus:1,0,x"), "holds what is no number"),
         (("speedplus", "speedplus:2,0,0,0,1,0,0"), "its quaternion has norm 2"),
