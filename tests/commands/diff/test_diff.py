@@ -52,7 +52,7 @@ VARIANTS = {
     "lamp": over("Lights", text='def SphereLight "Lamp"\n{\ndouble3 xformOp:translate = (0, 0, 3)\n'
                                 'uniform token[] xformOpOrder = ["xformOp:translate"]\n}'),
     "rough": over(*SURFACE, text="float inputs:roughness = 0.9"),
-    "idle": over("Camera", text="double spin:optics:glare = 0.0", metadata=OPTICS),
+    "idle": over("Camera", text="float2 clippingRange = (0.5, 900)"),
 }  # fmt: skip
 # variant -> the property that it changes, which key that changes, and in how many of the eight pictures
 EFFECTS = {
@@ -64,7 +64,7 @@ EFFECTS = {
     "dark": ("/World/Lights/Sun", "radiance", 8),
     "lamp": ("/World/Lights/Lamp", "radiance", 8),
     "rough": ("/World/Target/Model/mtl/BlackMli/Surface.inputs:roughness", "radiance", 8),
-    "idle": ("/World/Camera.spin:optics:glare", "nothing", 0),
+    "idle": ("/World/Camera.clippingRange", "nothing", 0),
 }
 
 
