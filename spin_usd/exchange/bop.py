@@ -161,18 +161,10 @@ def _placed(picture: ExportedPicture) -> dict[str, Any]:
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
-    sensors = {_sensor(dataset.picture(number)): None for number in _firsts(dataset)}
+    sensors = dict.fromkeys(_sensor(dataset.first(variant)) for variant in dataset.variants)
     names = [f"{name}{sensor}" for sensor in sensors for name in INDEXES]
     asked_for = {TARGETS: json_list()} if SPLITS["test"] in dataset.splits else {}
     return scene_indexes(dataset, _scene, names) | asked_for
-
-
-def _firsts(dataset: ExportedDataset) -> list[int]:
-    """Return the place of each variant's first picture."""
-    places: dict[str, int] = {}
-    for number, entry in enumerate(dataset.entries):
-        places.setdefault(entry.variant, number)
-    return list(places.values())
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:

@@ -9,7 +9,7 @@ the benchmarks of stereo (2015) and depth, and pykitti 0.3.1, which reads it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,7 @@ CONVENTIONS = (
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
     picture = as_exported(dataset, original)
+    _refuse_another_calibration(dataset, original)
     camera = _camera_number(picture)
     drive, number = _drive(picture), f"{picture.picture.index:010d}"
     image = f"image_{camera:02d}"
@@ -75,7 +76,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     """Timestamps of what there is of each recording."""
     found: dict[str, IndexFile] = {}
     for variant in dataset.variants:
-        first = _first(dataset, variant)
+        first = dataset.first(variant)
         kinds = [f"image_{_camera_number(first):02d}"]
         if not augmentation_and_camera(variant)[1]:
             kinds += ["oxts", *(["velodyne_points"] if first.has("lidar") else [])]
@@ -93,7 +94,7 @@ def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
         if len(pair) > 2:
             do = f"choose two with --variants, such as {variant},{next(each for each in pair if each != variant)}"
             raise UnsupportedError(f"has {len(pair)} cameras, and KITTI's stereo has two", where=variant, do=do)
-        pictures = [as_exported(dataset, _first(dataset, each)) for each in pair]
+        pictures = [as_exported(dataset, dataset.first(each)) for each in pair]
         rig = _rig(dataset, pair[-1])
         _refuse_unless_rectified(pictures, rig)
         projections = [_projection(picture, rig if number else None) for number, picture in enumerate(pictures)]
@@ -106,11 +107,22 @@ def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
 
 
 def _refuse_unless_rectified(pictures: Sequence[ExportedPicture], rig: Transform) -> None:
-    """Raise UnsupportedError unless the second camera is the first one, moved along its x axis."""
+    """Raise UnsupportedError unless the second camera is the first one, moved to the right along its x axis."""
     turned = float(np.abs(rig.rotation - np.eye(3)).max())
-    if turned > PARALLEL or np.abs(rig.translation[1:]).max() > PARALLEL or pictures[0].camera != pictures[-1].camera:
-        found = "is no rectified pair: one camera is turned, off the other's x axis or of another K"
+    aside = np.abs(rig.translation[1:]).max() > PARALLEL or rig.translation[0] < 0
+    if turned > PARALLEL or aside or pictures[0].camera != pictures[-1].camera:
+        found = "is no rectified pair: one camera is turned, not to the right of the other or of another K"
         raise UnsupportedError(found, where=pictures[-1].variant, do="author --camera NAME --camera NAME:BASELINE,0,0")
+
+
+def _refuse_another_calibration(dataset: ExportedDataset, picture: ExportedPicture) -> None:
+    """Raise UnsupportedError for a picture whose camera is not as in the first of its variant: a recording has one
+    calibration."""
+    first = dataset.first(picture.variant)
+    here, there = (each.picture.record.get("rig") for each in (picture, first))
+    if picture.camera != first.camera or here != there:
+        found = "has another lens, or another place in its rig, than the first picture, and KITTI has one calibration"
+        raise UnsupportedError(found, where=picture.name, do="choose pictures of one with --frames")
 
 
 def _rig(dataset: ExportedDataset, variant: str) -> Transform:
@@ -118,18 +130,12 @@ def _rig(dataset: ExportedDataset, variant: str) -> Transform:
     same."""
     augmentation, _ = augmentation_and_camera(variant)
     others = (each for each in dataset.variants if each != variant and each.startswith(f"{augmentation}-"))
-    return _recorded_rig(_first(dataset, variant if variant != augmentation else next(others, variant)).picture)
+    return _recorded_rig(dataset.first(variant if variant != augmentation else next(others, variant)).picture)
 
 
 def _recorded_rig(picture: Picture) -> Transform:
     rig = picture.record.get("rig", {"q_first_cam": (1, 0, 0, 0), "t_first_cam": (0, 0, 0)})
     return Transform.from_quaternion(to="cam", of="cam", q=rig["q_first_cam"], t=rig["t_first_cam"])
-
-
-@lru_cache(maxsize=64)
-def _first(dataset: ExportedDataset, variant: str) -> ExportedPicture:
-    """Return the first picture of the variant."""
-    return dataset.picture(next(number for number, each in enumerate(dataset.entries) if each.variant == variant))
 
 
 def _camera_number(picture: ExportedPicture) -> int:

@@ -100,12 +100,21 @@ def test_a_further_camera_without_the_first_is_refused(rendered, tmp_path) -> No
         write_export(rendered, "kitti", tmp_path / "out", variants=["nominal-right"])
 
 
-def turned(rendered, folder):
-    """A copy of the dataset whose second camera stands half a metre higher."""
+def test_a_rig_that_moves_and_a_pair_the_wrong_way_round_are_refused(rendered, tmp_path) -> None:
+    for name, change, said in (
+        ("moved", lambda t, frame: t if frame == "p0" else [0.5, 0, 0], "has another lens, or another place"),
+        ("swapped", lambda t, frame: [-t[0], 0, 0], "not to the right of the other"),
+    ):
+        with pytest.raises(UnsupportedError, match=said):
+            write_export(turned(rendered, tmp_path / name, change), "kitti", tmp_path / name / "out")
+
+
+def turned(rendered, folder, change=lambda t, frame: [t[0], 0.5, t[2]]):
+    """A copy of the dataset whose second camera stands elsewhere: half a metre lower, unless `change` says where."""
     shutil.copytree(rendered, folder / "turned", ignore=shutil.ignore_patterns("cache"))
     for record in (folder / "turned" / "records" / "nominal-right").iterdir():
         said = json.loads(record.read_text())
-        said["rig"]["t_first_cam"][1] = 0.5
+        said["rig"]["t_first_cam"] = change(said["rig"]["t_first_cam"], said["frame"])
         record.write_text(json.dumps(said))
     return folder / "turned"
 

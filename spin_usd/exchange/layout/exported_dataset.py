@@ -142,6 +142,15 @@ class ExportedDataset:
         """The one camera of all pictures, where the format's limits say that there is but one."""
         return self.cameras[0]
 
+    def first(self, variant: str) -> ExportedPicture:
+        """Read the first picture of the variant."""
+        return self.picture(self._firsts[variant])
+
+    @cached_property
+    def _firsts(self) -> dict[str, int]:
+        """The place of each variant's first picture."""
+        return {entry.variant: number for number, entry in reversed(list(enumerate(self.entries)))}
+
     def picture(self, number: int) -> ExportedPicture:
         """Read the picture at that place."""
         entry = self.entries[number]
