@@ -152,6 +152,7 @@ def check_layers(stages) -> None:
         "parts.usda",
         "NAME.usda",
         "NAME_poses.usdc",
+        "camera_NAME.usda",
         "model.usda",
         "sampled.usda",
     }

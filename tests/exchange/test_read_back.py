@@ -18,7 +18,7 @@ EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
 ONE_SPLIT = {"shirt", "video"}  # a trajectory is one
-WITHOUT_POSES = {"video"}
+WITHOUT_POSES = {"video", "kitti"}
 """Formats that hold none."""
 SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4"}
 """The endings of files of many pictures."""

@@ -427,8 +427,11 @@ def test_several_processes_share_the_jobs(opened) -> None:
     assert answers[0].result == answers[2].result
 
 
-def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, small_stage) -> None:
-    """The stage's detector has no noise; the run is ended where that is said."""
+def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, spin_usd) -> None:
+    """The detector of an ideal camera has no noise; the run is ended where that is said."""
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    given = ("--poses", poses, "--camera", "speedplus", "--target", "tango", "--preset", "ideal")
+    spin_usd("author", *given, "--out", tmp_path / "stage")
 
     class ToldError(Exception):
         pass
@@ -437,4 +440,4 @@ def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_render
         raise ToldError(note)
 
     with pytest.raises(ToldError, match=r"has no noise \(spin:sensor:gain is 0\), so --error auto"):
-        spin_usd_api.measure(small_stage, out=tmp_path / "out", on_note=stop)
+        spin_usd_api.measure(tmp_path / "stage" / "dataset.usda", out=tmp_path / "out", on_note=stop)

@@ -72,7 +72,7 @@ def test_it_says_which_body_each_pixel_is_of(rendered) -> None:
     of_part = np.array([0, *(part.target for part in dataset.parts.values())])
     for picture in dataset:
         np.testing.assert_array_equal(of_part[picture.segmentation], picture.label("instance"))
-    with pytest.raises(InputError, match="has no target 3; choose among 1, 2"):
+    with pytest.raises(InputError, match="there is no target 3; choose among 1 'craft', 2 'debris'"):
         first.mask(3)
 
 
