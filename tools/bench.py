@@ -8,41 +8,24 @@ import argparse
 import json
 import os
 import sys
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-
-from benchmarks import (
-    agreement,
-    calibrate,
-    debug,
-    equal_error,
-    frames,
-    gallery,
-    glints,
-    growth,
-    labels,
-    plan,
-    predict,
-    render_parts,
-    sensor,
-    stages,
-    startup,
-    variants,
-    watch,
-)
 
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.processors import machine
 
-PICTURES = (frames, render_parts, equal_error, glints, labels, sensor, stages, agreement, debug)
-RUNS = (growth, variants, plan, predict, calibrate, gallery, watch, startup)
-COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
+PICTURES = ("frames", "render_parts", "equal_error", "glints", "labels", "sensor", "stages", "agreement", "debug")
+RUNS = ("device", "growth", "variants", "plan", "predict", "calibrate", "gallery", "watch", "startup")
+COMMANDS = (*PICTURES, *RUNS)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="NAME")
-    for name, module in COMMANDS.items():
+    modules = {}
+    for name in set(sys.argv[1:2]) & set(COMMANDS) or COMMANDS:  # one alone needs not what others do
+        modules[name] = module = import_module(f"benchmarks.{name}")
         first = (module.__doc__ or "").partition("\n")[0]
         formatter = argparse.RawDescriptionHelpFormatter
         command = commands.add_parser(name, help=first, description=module.__doc__, formatter_class=formatter)
@@ -50,7 +33,7 @@ def main() -> None:
         command.add_argument("--quick", action="store_true", help="the smallest sizes: to try it, not to measure")
         command.add_argument("--json", type=Path, metavar="FILE", help="also put the figures into this file")
     options = parser.parse_args()
-    module = COMMANDS[options.command]
+    module = modules[options.command]
     figures = module.measure(options)
     print(module.table(figures))
     if options.json:
