@@ -25,7 +25,7 @@ NOTEBOOK = DOCS / "how-to" / "notebook.ipynb"
 PACKAGE = REPOSITORY / "spin_usd"
 GUIDES = [README, *sorted(DOCS.rglob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
-TOOLS = ("tools/demo", "tools/test", "tools/environment")
+TOOLS = ("tools/bundle", "tools/demo", "tools/test", "tools/environment")
 SHELL = ("source",)
 READ_ELSEWHERE = DOCS / "reference" / "dataset.md"
 """Its Python is for another version of OpenCV: tests/readers runs it."""
