@@ -18,7 +18,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
-MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "render_parts", "startup", "watch")
+MEASURED = ("device", "frames", "glints", "growth", "labels", "plan", "predict", "render_parts", "startup", "watch")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 

@@ -17,6 +17,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 import numpy as np
+
+os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")  # without it CUDA's sums are not the same twice
+
 import torch
 
 from train.fit import Fit, Training, fit, predicted

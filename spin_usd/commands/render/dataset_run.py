@@ -120,6 +120,8 @@ class DatasetRun:
             raise OutputError(f"the stage's copy {e.found}", where=self._store.root, do=e.do) from e
         if self._request.device == AUTO:
             self._note(f"--device auto: light is rendered on {planned.settings.device}")
+        if planned.settings.device != CPU:
+            self._note("before its first picture on a device a driver may compile for minutes, and keeps what it made")
         if (only := self._only) is not None:
             planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in only))
         kinds = wanted_kinds(self._request, planned)
