@@ -13,10 +13,12 @@ from spin_usd.files.folder import Folder
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
 from spin_usd.progress import Progress
 from spin_usd.resources import bundled
+from spin_usd.sampling.constraints import CONSTRAINTS
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of, stream
 from spin_usd.stage.augment.background import Background, background_of, beside, compose_background
 from spin_usd.stage.augment.parameters import BACKGROUND
+from spin_usd.stage.augment.planet import find_planet
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
@@ -120,13 +122,18 @@ def _sampled(
     background = _background(stage, behind, spec.seed, entry.name, folder, checked)
     environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
+    constraints = dict(entry.constraints)
+    of_planet = [name for name in constraints if CONSTRAINTS[name].needs_planet]
+    if of_planet and background and find_planet(base) is None:  # these bind the appearances that have one
+        for name in of_planet:
+            del constraints[name]
     values = sample_pictures(
         base,
         SampledPictures(names=frames),
         others,
         seed=spec.seed,
         name=entry.name,
-        constraints=entry.constraints,
+        constraints=constraints,
         progress=lambda done, total: counted.report(len(frames), done, total),
     )
     del environment
