@@ -12,7 +12,7 @@ from typing import Any
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, write_json_file
 from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, LinkedFile, MadeFile, Output
-from spin_usd.exchange.layout.limits import same_files
+from spin_usd.exchange.layout.limits import no_fisheye, same_files
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows
 from spin_usd.sha256 import sha256_of
@@ -181,7 +181,7 @@ LAYOUT = Layout(
     files=_files,
     file=_image_of,
     last=_last,
-    limits=(same_files,),
+    limits=(no_fisheye, same_files),
 )
 
 

@@ -60,11 +60,14 @@ def camera_to_world(T_cam_body: Transform) -> list[list[float]]:
     return rows
 
 
-def lens(camera: Camera) -> dict[str, float]:
-    """Return what transforms.json says of a camera."""
-    k1, k2, p1, p2, k3 = camera.distortion
+def lens(camera: Camera) -> dict[str, Any]:
+    """Return what transforms.json says of a camera; of a fisheye its model too, which it says of any other once."""
     sizes = {"w": camera.width, "h": camera.height}
     lengths = {"fl_x": camera.fx, "fl_y": camera.fy, "cx": camera.cx, "cy": camera.cy}
+    if camera.fisheye:
+        model = {"camera_model": "OPENCV_FISHEYE"}
+        return sizes | lengths | model | dict(zip(("k1", "k2", "k3", "k4"), camera.distortion, strict=True))
+    k1, k2, p1, p2, k3 = camera.distortion
     return sizes | lengths | {"k1": k1, "k2": k2, "k3": k3, "p1": p1, "p2": p2}
 
 

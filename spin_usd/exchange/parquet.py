@@ -20,7 +20,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import depth_numbers, eight_bits
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout, MadeFile, Output
-from spin_usd.exchange.layout.limits import depth_at_most, same_files
+from spin_usd.exchange.layout.limits import depth_at_most, no_fisheye, same_files
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
@@ -229,7 +229,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         files=_files,
         file=lambda dataset, picture: _name(shard_with(dataset, picture)),
         card_head=_card_head,
-        limits=(has_pyarrow, same_files, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
+        limits=(has_pyarrow, no_fisheye, same_files, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
         several=True,
     )
 

@@ -11,7 +11,7 @@ from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedP
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
-from spin_usd.exchange.layout.limits import one_camera, one_variant
+from spin_usd.exchange.layout.limits import no_fisheye, one_camera, one_variant
 from spin_usd.exchange.speedplus import POSE_CONVENTIONS, camera_file, pose_row
 
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
@@ -31,7 +31,7 @@ def layout(options: Mapping[str, Any]) -> Layout:
         shared=_shared,
         indexes=_indexes,
         files=_files,
-        limits=(one_camera, one_variant),
+        limits=(no_fisheye, one_camera, one_variant),
         splits={"train": options["trajectory"]},
     )
 

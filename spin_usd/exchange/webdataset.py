@@ -21,6 +21,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
 from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, MadeFile, Output
+from spin_usd.exchange.layout.limits import no_fisheye
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.record_poses import pose_of_record
@@ -133,7 +134,15 @@ def _numbers(values: Float | float) -> Any:
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:
-    return Layout(needs=(), conventions=CONVENTIONS, files=_files, file=_shard_of, indexes=_indexes, several=True)
+    return Layout(
+        needs=(),
+        conventions=CONVENTIONS,
+        files=_files,
+        file=_shard_of,
+        indexes=_indexes,
+        limits=(no_fisheye,),
+        several=True,
+    )
 
 
 WEBDATASET = ExportFormat(

@@ -33,7 +33,8 @@ def tight_bands(
     """
     if region.empty:
         return []
-    if region.width * region.height <= band_cost_px:  # a second band would cost more than it could save
+    # A fisheye bows edges too much; and in a small region a second band would cost more than it could save.
+    if camera.fisheye or region.width * region.height <= band_cost_px:
         return [region]
     p = np.asarray(points_cam, np.float64)
     uv = camera.project(p)

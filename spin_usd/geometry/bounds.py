@@ -18,6 +18,7 @@ DIRECTIONS = 16  # in which a polygon's furthest points are found at once: withi
 TURNS = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)], -1)
 ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)
+ALONG_ARC = np.linspace(0, 1, 257, endpoint=False)  # of up to half a turn, none bowed by more than 2e-5 f
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
 NEAR = 1e-6  # metres before the camera: what is nearer has no place in the picture
@@ -126,8 +127,21 @@ def outline_in_view(camera: Camera, hull: Float) -> Float:
     outline = clip(hull, *field_of_view(camera)[1])
     if not camera.distorted:
         return outline
+    if camera.fisheye:
+        return _arcs(outline)
     start, along = outline.T[..., None], (_following(outline) - outline).T[..., None]
     return (start + ALONG_EDGE * along).reshape(2, -1).T  # x and y apart: numpy is slow along an axis of two
+
+
+def _arcs(outline: Float) -> Float:
+    """Return points (N, 2), normalised, along the polygon's edges, at equal angles of the rays to them."""
+    rays = np.concatenate([outline, np.ones((len(outline), 1))], 1)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    start, end = rays[:, None], _following(rays)[:, None]
+    turn = np.maximum(2 * np.arcsin(np.clip(np.linalg.norm(end - start, axis=-1, keepdims=True) / 2, 0, 1)), 1e-12)
+    share = ALONG_ARC[:, None]
+    along = np.sin((1 - share) * turn) * start + np.sin(share * turn) * end
+    return np.asarray((along[..., :2] / along[..., 2:]).reshape(-1, 2))
 
 
 @lru_cache(maxsize=16)

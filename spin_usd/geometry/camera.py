@@ -1,10 +1,12 @@
-"""The pinhole camera with Brown-Conrady distortion: points to pixels and pixels to rays.
+"""The camera, a pinhole with Brown-Conrady distortion or a fisheye: points to pixels and pixels to rays.
 
 Pixel coordinates have (0, 0) at the *corner* of the image; the first pixel's centre is (0.5, 0.5).
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from spin_usd.arrays import Float, digest, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry import lens
+from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.region import Region
 
 MAX_PIXELS_PER_SIDE = 65536  # Blender silently clamps above this
@@ -22,7 +25,8 @@ MAX_GRID_PIXELS = 2**23  # cameras up to this keep their pixel centres' inverse,
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """Intrinsics: size in pixels, focal lengths and principal point in pixels, distortion k1, k2, p1, p2, k3."""
+    """Intrinsics: size in pixels, focal lengths and principal point in pixels, distortion k1, k2, p1, p2, k3, or a
+    `Fisheye`."""
 
     width: int
     height: int
@@ -30,7 +34,7 @@ class Camera:
     fy: float
     cx: float
     cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -38,7 +42,7 @@ class Camera:
             if not (isinstance(value, int) and 1 <= value <= MAX_PIXELS_PER_SIDE):
                 raise GeometryError(f"camera {name} is {value!r}, expected 1 to {MAX_PIXELS_PER_SIDE} pixels")
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.distortion)
-        if len(self.distortion) != 5 or not np.isfinite(numbers).all():
+        if len(self.distortion) != (4 if self.fisheye else 5) or not np.isfinite(numbers).all():
             raise GeometryError(f"camera holds NaN, infinity or not five distortion coefficients: {numbers}")
         if self.fx <= 0 or self.fy <= 0:
             raise GeometryError(f"camera focal length is ({self.fx}, {self.fy}) px, expected above zero")
@@ -47,7 +51,15 @@ class Camera:
                 raise GeometryError(f"camera holds {number}, expected 0, or {SMALLEST:g} to {LARGEST:g} in magnitude")
         for name in ("fx", "fy", "cx", "cy"):  # 3000 and 3000.0 are one camera and have one key
             object.__setattr__(self, name, float(getattr(self, name)))
-        object.__setattr__(self, "distortion", tuple(float(k) for k in self.distortion))
+        numbers = tuple(float(k) for k in self.distortion)
+        object.__setattr__(self, "distortion", Fisheye(*numbers) if self.fisheye else numbers)
+
+    @classmethod
+    def recorded(cls, said: Mapping[str, Any]) -> "Camera":
+        """Return the camera that a record describes."""
+        numbers = {name: value for name, value in said.items() if name != "model"}
+        distortion = Fisheye(*said["distortion"]) if said.get("model") == "fisheye" else tuple(said["distortion"])
+        return cls(**{**numbers, "distortion": distortion})
 
     @property
     def matrix(self) -> Float:
@@ -60,8 +72,17 @@ class Camera:
         return not (0 <= self.cx <= self.width and 0 <= self.cy <= self.height)
 
     @property
+    def fisheye(self) -> bool:
+        return isinstance(self.distortion, Fisheye)
+
+    @property
     def distorted(self) -> bool:
-        return any(self.distortion)
+        return any(self.distortion) or self.fisheye
+
+    @property
+    def pinhole(self) -> "Camera":
+        """The same camera without distortion."""
+        return replace(self, distortion=(0.0,) * 5)
 
     @property
     def frame(self) -> Region:
@@ -120,14 +141,23 @@ class Camera:
             return np.moveaxis(_centres(self, region), 0, -1)
         return np.moveaxis(_frame_centres(self)[:, *region.slices], 0, -1)
 
+    def blind(self, region: Region) -> NDArray[np.bool_] | None:
+        """Return (rows, columns) which pixels of `region` lie beyond a right angle from a fisheye's axis; None where no
+        pixel of the frame does."""
+        rim = lens.image_radius(self.distortion) if self.fisheye else np.inf
+        if np.hypot(*self._distorted(self.rim(1)).T).max() < rim:
+            return None
+        u, v = np.meshgrid(np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5)
+        return np.asarray(np.hypot((u - self.cx) / self.fx, (v - self.cy) / self.fy) >= rim)
+
     def check_invertible(self) -> None:
-        """Raise GeometryError unless every pixel of the frame, its rim included, has a ray.
+        """Raise GeometryError unless every pixel of the frame, its rim included, has a ray, or is `blind`.
 
         The lens is one to one where it can be inverted: if the rim is there, so is all that the rim encloses.
         """
         rim = self.rim(RIM_STEPS)
         there = lens.inverse(self._distorted(rim), self.distortion)[1]
-        if not there.all():
+        if not there.all() and not lens.sees_right_angle(self.distortion):
             raise self._folded(rim[~there])
 
     def _distorted(self, uv: ArrayLike) -> Float:

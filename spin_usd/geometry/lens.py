@@ -1,6 +1,7 @@
-"""Brown-Conrady distortion of normalised image coordinates, and its inverse, in double precision.
+"""Distortion of normalised image coordinates, and its inverse, in double precision: Brown-Conrady with five
+coefficients, in OpenCV's order k1, k2, p1, p2, k3; with four that of a fisheye (`fisheye.py`).
 
-Coefficients in OpenCV's order k1, k2, p1, p2, k3. Source: D. C. Brown, "Decentering distortion of lenses" (1966);
+Source of the first: D. C. Brown, "Decentering distortion of lenses" (1966);
 OpenCV's calib3d documentation gives the same formula. It stands in `distort` and `distortion_jacobian`, once more in
 `_errors_and_steps`, where both share their terms for speed, and as text in the camera shader
 (renderers.camera_shader.View.shader); tests hold them against one another.
@@ -13,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
+from spin_usd.geometry import fisheye
+from spin_usd.geometry.fisheye import Fisheye
 
 Coefficients = tuple[float, ...]
 NEWTON_STEP = 1e-8  # of the points' largest radius; Newton squares the error, so a step of 1e-8 leaves 1e-16
@@ -25,10 +28,17 @@ TOUCHING = 1e-6  # relative: a pair of complex roots so near to a real one is a 
 MONOTONE = "use coefficients that stay monotone over the whole frame"
 
 
+def sees_right_angle(distortion: ArrayLike) -> bool:
+    """Return whether the lens is a fisheye that is one to one up to a right angle from its axis."""
+    return isinstance(distortion, Fisheye) and fisheye.seen_angle(distortion) == fisheye.RIGHT_ANGLE
+
+
 def distort(xy: ArrayLike, distortion: ArrayLike) -> Float:
     """Distorted normalised coordinates (..., 2) of the undistorted `xy` (..., 2)."""
     points = np.asarray(xy, np.float64)
     x, y = points[..., 0], points[..., 1]
+    if isinstance(distortion, Fisheye):
+        return fisheye.distort(points, distortion)
     k1, k2, p1, p2, k3 = np.asarray(distortion, np.float64).tolist()
     r2 = x * x + y * y
     radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -41,6 +51,8 @@ def distort(xy: ArrayLike, distortion: ArrayLike) -> Float:
 
 def distortion_jacobian(xy: ArrayLike, distortion: ArrayLike) -> Float:
     """d(distorted)/d(undistorted), (..., 2, 2), at the undistorted `xy` (..., 2)."""
+    if isinstance(distortion, Fisheye):
+        return fisheye.jacobian(np.asarray(xy, np.float64), distortion)
     x, y = np.moveaxis(np.asarray(xy, np.float64), -1, 0)
     k1, k2, p1, p2, k3 = np.asarray(distortion, np.float64)
     r2 = x * x + y * y
@@ -55,10 +67,11 @@ def distortion_jacobian(xy: ArrayLike, distortion: ArrayLike) -> Float:
 def undistort(xy: ArrayLike, distortion: ArrayLike) -> Float:
     """Undistorted normalised coordinates (..., 2) of the distorted `xy` (..., 2).
 
-    Raises GeometryError when a point has no inverse on the lens's own branch (the one that holds the centre).
+    Raises GeometryError when a point has no inverse on the lens's own branch (the one that holds the centre). Beyond a
+    right angle from a fisheye's axis there is nothing to see: those points have a ray next to it.
     """
     found, there = inverse(xy, distortion)
-    if not there.all():
+    if not there.all() and not (sees_right_angle(distortion) and np.isfinite(found).all()):
         radius = np.linalg.norm(np.asarray(xy, np.float64)[~there], axis=-1).max()
         k = np.asarray(distortion, np.float64).tolist()
         raise GeometryError(
@@ -71,6 +84,8 @@ def inverse(xy: ArrayLike, distortion: ArrayLike) -> tuple[Float, NDArray[np.boo
     """Undistorted normalised coordinates (..., 2) of the distorted `xy` (..., 2), and (...) whether there are any on
     the lens's own branch."""
     want = np.asarray(xy, np.float64)
+    if isinstance(distortion, Fisheye):
+        return fisheye.inverse(want, distortion)
     k = tuple(float(c) for c in np.asarray(distortion, np.float64))
     if not any(k):
         return want.copy(), np.ones(want.shape[:-1], bool)
@@ -144,6 +159,9 @@ def invertible_radius(distortion: Coefficients) -> float:
     and its gradient one to one. The disc ends at the least root of the determinant, a polynomial of the radius along
     each of DIRECTIONS.
     """
+    if isinstance(distortion, Fisheye):
+        end = fisheye.seen_angle(distortion)
+        return float(np.tan(end)) if end < fisheye.RIGHT_ANGLE else float("inf")
     if not any(distortion):
         return float("inf")
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
@@ -156,6 +174,8 @@ def image_radius(distortion: Coefficients) -> float:
 
     The image of the invertible disc holds the disc around its centre that all but touches the image of its rim.
     """
+    if isinstance(distortion, Fisheye):
+        return float(fisheye.distances(np.array(fisheye.seen_angle(distortion)), distortion)[0])
     limit = invertible_radius(distortion)
     if not np.isfinite(limit):
         return float("inf")

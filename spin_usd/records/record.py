@@ -30,7 +30,8 @@ AtLeastOne = Annotated[int, Meta(ge=1)]
 
 
 class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
-    """Intrinsics in pixels; (0, 0) is the corner of the image. Distortion k1, k2, p1, p2, k3 as OpenCV orders them."""
+    """Intrinsics in pixels; (0, 0) is the corner of the image. Distortion k1, k2, p1, p2, k3 as OpenCV orders them; k1,
+    k2, k3, k4 of OpenCV's module fisheye where the model is that."""
 
     width: AtLeastOne
     height: AtLeastOne
@@ -38,7 +39,8 @@ class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
     fy: Positive
     cx: float
     cy: float
-    distortion: Annotated[list[float], Meta(min_length=5, max_length=5)]
+    distortion: Annotated[list[float], Meta(min_length=4, max_length=5)]
+    model: Literal["fisheye"] | UnsetType = UNSET
 
 
 class RecordedPose(JsonStruct, frozen=True, kw_only=True):

@@ -13,8 +13,9 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
-from spin_usd.geometry import lens
+from spin_usd.geometry import fisheye, lens
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.scene.model import Scene, ThinLens
 
@@ -93,7 +94,8 @@ class View:
 
     @property
     def shader(self) -> str:
-        """OSL text of the camera shader. Its Newton step is that of geometry.lens._errors_and_steps, in float32.
+        """OSL text of the camera shader. Its Newton step is that of geometry.lens._errors_and_steps, in float32; a
+        fisheye's is the plain one of its angle.
 
         Blender calls it with a camera that looks along +z with y up. Its numbers are constants in the text: parameters
         would need Blender's `oslquery` bindings, which clash with OpenImageIO's. Pixels go through integers because
@@ -103,7 +105,7 @@ class View:
         """
         c, inverse = self.camera, lens_inverse(self.camera)
         half, snap, unit = SUBPIXELS // 2, round(centre_radius(c) * SUBPIXELS), inverse.unit
-        k1, k2, p1, p2, k3 = map(_number, inverse.distortion)
+        undistorted = _fisheye(inverse) if c.fisheye else _brown(inverse)
         return f"""
 shader spin_camera(output point position = 0.0, output vector direction = 0.0, output color throughput = 1.0)
 {{
@@ -115,32 +117,7 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
   float column = i + (0.5 + di / {SUBPIXELS}.0), row = j + (0.5 + dj / {SUBPIXELS}.0);
   float x0 = (column - {_number(c.cx)}) * {_number(1 / (c.fx * unit))};
   float y0 = (row - {_number(c.cy)}) * {_number(1 / (c.fy * unit))};
-  float s = x0 * x0 + y0 * y0, start = {_horner(inverse.start, "s")}, x = x0 * start, y = y0 * start;
-  for (int step = 0; step < {inverse.steps}; ++step) {{
-    float xx = x * x, yy = y * y, r2 = xx + yy;
-    if (r2 > {_number(inverse.max_radius**2)}) {{
-      float back = {_number(inverse.max_radius)} / sqrt(r2);
-      x *= back;
-      y *= back;
-      xx = x * x;
-      yy = y * y;
-      r2 = xx + yy;
-    }}
-    float xy = x * y;
-    float radial = 1.0 + r2 * ({k1} + r2 * ({k2} + r2 * {k3}));
-    float ex = x * radial + 2.0 * {p1} * xy + {p2} * (r2 + 2.0 * xx) - x0;
-    float ey = y * radial + {p1} * (r2 + 2.0 * yy) + 2.0 * {p2} * xy - y0;
-    float slope = 2.0 * ({k1} + r2 * (2.0 * {k2} + 3.0 * {k3} * r2));
-    float a = radial + slope * xx + 2.0 * {p1} * y + 6.0 * {p2} * x;
-    float b = slope * xy + 2.0 * {p1} * x + 2.0 * {p2} * y;
-    float d = radial + slope * yy + 6.0 * {p1} * y + 2.0 * {p2} * x;
-    float det = a * d - b * b;
-    x -= (d * ex - b * ey) / det;
-    y -= (a * ey - b * ex) / det;
-  }}
-  x *= {_number(unit)};
-  y *= {_number(unit)};
-  {self._thin_lens() if self.thin_lens else "direction = normalize(vector(x, -y, 1.0));"}
+{undistorted}  {self._thin_lens() if self.thin_lens else "direction = normalize(vector(x, -y, 1.0));"}
   {self._position()}
 }}
 """
@@ -173,6 +150,57 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         )
 
 
+def _brown(inverse: "LensInverse") -> str:
+    """Return the statements that find the undistorted x and y of x0 and y0."""
+    unit = inverse.unit
+    k1, k2, p1, p2, k3 = map(_number, inverse.distortion)
+    return f"""\
+  float s = x0 * x0 + y0 * y0, start = {_horner(inverse.start, "s")}, x = x0 * start, y = y0 * start;
+  for (int step = 0; step < {inverse.steps}; ++step) {{
+    float xx = x * x, yy = y * y, r2 = xx + yy;
+    if (r2 > {_number(inverse.max_radius**2)}) {{
+      float back = {_number(inverse.max_radius)} / sqrt(r2);
+      x *= back;
+      y *= back;
+      xx = x * x;
+      yy = y * y;
+      r2 = xx + yy;
+    }}
+    float xy = x * y;
+    float radial = 1.0 + r2 * ({k1} + r2 * ({k2} + r2 * {k3}));
+    float ex = x * radial + 2.0 * {p1} * xy + {p2} * (r2 + 2.0 * xx) - x0;
+    float ey = y * radial + {p1} * (r2 + 2.0 * yy) + 2.0 * {p2} * xy - y0;
+    float slope = 2.0 * ({k1} + r2 * (2.0 * {k2} + 3.0 * {k3} * r2));
+    float a = radial + slope * xx + 2.0 * {p1} * y + 6.0 * {p2} * x;
+    float b = slope * xy + 2.0 * {p1} * x + 2.0 * {p2} * y;
+    float d = radial + slope * yy + 6.0 * {p1} * y + 2.0 * {p2} * x;
+    float det = a * d - b * b;
+    x -= (d * ex - b * ey) / det;
+    y -= (a * ey - b * ex) / det;
+  }}
+  x *= {_number(unit)};
+  y *= {_number(unit)};
+"""
+
+
+def _fisheye(inverse: "LensInverse") -> str:
+    """Return the statements that find the undistorted x and y of x0 and y0, and put out the light from beyond a right
+    angle."""
+    k1, k2, k3, k4 = map(_number, inverse.distortion)
+    far, most = (_number(each) for each in (inverse.max_radius, np.tan(fisheye.GRAZING)))
+    return f"""\
+  float far = sqrt(x0 * x0 + y0 * y0), s = min(far, {far}), t = s * {_horner(inverse.start, "(s * s)")};
+  for (int step = 0; step < {inverse.steps}; ++step) {{
+    float tt = t * t;
+    float e = t * (1.0 + tt * ({k1} + tt * ({k2} + tt * ({k3} + tt * {k4})))) - s;
+    t -= e / (1.0 + tt * (3.0 * {k1} + tt * (5.0 * {k2} + tt * (7.0 * {k3} + tt * 9.0 * {k4}))));
+  }}
+  float flat = cos(t), wide = flat > 0.0 ? min(sin(t) / max(flat, 1e-9), {most}) : {most};
+  float x = far > 0.0 ? x0 * (wide / far) : 0.0, y = far > 0.0 ? y0 * (wide / far) : 0.0;
+  if (far >= {far}) throughput = 0.0;
+"""
+
+
 def _around(views: Sequence[View]) -> View:
     """Return the view of what the `views` show together."""
     low = np.min([view.centre - view.radius for view in views], axis=0)
@@ -194,14 +222,15 @@ class LensInverse:
 
     start: a polynomial in the squared distorted radius, lowest power first, that scales distorted to undistorted
     coordinates · steps: how many Newton steps must follow, none of which begins beyond the undistorted radius
-    `max_radius`, that of the frame · distortion: the lens's coefficients in that unit.
+    `max_radius`, that of the frame · distortion: the lens's coefficients in that unit. A fisheye's start takes
+    distances to angles, and its max_radius is the distance of what lies at a right angle.
     """
 
     unit: float
     start: tuple[float, ...]
     steps: int
     max_radius: float
-    distortion: tuple[float, float, float, float, float]
+    distortion: tuple[float, ...]
 
 
 @lru_cache(maxsize=16)
@@ -210,6 +239,8 @@ def lens_inverse(camera: Camera) -> LensInverse:
 
     Raises RenderError when MAX_INVERSE_STEPS do not reach INVERSE_ERROR_PX somewhere in the frame.
     """
+    if camera.fisheye:
+        return _inverse_of_fisheye(camera)
     if not camera.distorted:
         return LensInverse(unit=1.0, start=(1.0,), steps=0, max_radius=1.0, distortion=camera.distortion)
     u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
@@ -230,10 +261,32 @@ def lens_inverse(camera: Camera) -> LensInverse:
         if float(np.abs((guess - true) * unit * (camera.fx, camera.fy)).max()) <= INVERSE_ERROR_PX:
             return replace(made, steps=steps)
         guess = _newton_step(guess, distorted, made)
-    raise RenderError(
+    raise _too_many_steps(camera)
+
+
+def _too_many_steps(camera: Camera) -> RenderError:
+    return RenderError(
         f"the lens distortion {list(camera.distortion)} needs more than {MAX_INVERSE_STEPS} steps to invert",
         do="use coefficients that stay well within the lens's invertible range over the whole frame",
     )
+
+
+def _inverse_of_fisheye(camera: Camera) -> LensInverse:
+    """Return the cheapest inverse of a fisheye, from distances to angles; raises as `lens_inverse`."""
+    assert isinstance(camera.distortion, Fisheye)
+    k, corners = camera.distortion, camera.rim(1) - (camera.cx, camera.cy)
+    end = lens.image_radius(k)
+    far = np.linspace(0, min(end, float(np.hypot(*(corners / (camera.fx, camera.fy)).T).max())), GRID**2)[1:]
+    true = fisheye.angles(far, k)
+    powers = (far**2)[:, None] ** np.arange(INVERSE_DEGREE + 1)
+    start = np.linalg.lstsq(powers * far[:, None], true, rcond=None)[0]
+    guess = far * (powers @ start)
+    for steps in range(MAX_INVERSE_STEPS + 1):
+        if float(np.abs(guess - true).max()) * max(camera.fx, camera.fy) <= INVERSE_ERROR_PX:
+            return LensInverse(unit=1.0, start=tuple(map(float, start)), steps=steps, max_radius=end, distortion=k)
+        reached, slope = fisheye.distances(guess, k)
+        guess = guess - (reached - far) / slope
+    raise _too_many_steps(camera)
 
 
 def _radial_start(distorted: Float, true: Float) -> tuple[float, ...]:

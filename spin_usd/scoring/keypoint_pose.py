@@ -25,6 +25,11 @@ def pose_from_keypoints(points: Float, pixels: Float, camera: Camera) -> tuple[F
 
     if len(points) < LEAST:
         return None
+    if camera.fisheye:  # OpenCV solves for the other lens alone: each pixel is moved to where a pinhole has it
+        xy, there = camera.normalised_where_seen(np.asarray(pixels, np.float64))
+        points, pixels, camera = points[there], camera.pinhole.pixels(xy[there]), camera.pinhole
+        if len(points) < LEAST:
+            return None
     points, lens = np.ascontiguousarray(points), np.array(camera.distortion)
     # The same half pixel in pixels and in cx and cy: OpenCV's formulas hold as they are.
     pixels = np.ascontiguousarray(pixels, np.float64)

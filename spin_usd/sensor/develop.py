@@ -94,6 +94,9 @@ def _collected(
         light = collect(sky, sensor)
         light[slices] *= 1 - rgba[..., 3:]
         light[slices] += front
+    blind = scene.camera.blind(scene.camera.frame)
+    if blind is not None:
+        light[blind] = 0
     return through_optics(light, scene.optics, scene.camera, exposure=sensor.exposure)
 
 

@@ -165,7 +165,8 @@ class Picture:
 
     @property
     def distortion(self) -> Float:
-        """The lens's k1, k2, p1, p2, k3 (5,) float64, as OpenCV orders them."""
+        """The lens's k1, k2, p1, p2, k3 (5,) float64, as OpenCV orders them; k1, k2, k3, k4 (4,) of a fisheye, as its
+        module fisheye has them."""
         return frozen(self.camera.distortion)
 
     @property
@@ -221,7 +222,7 @@ class Picture:
 
     @property
     def _whole_camera(self) -> Camera:
-        return _camera(self.record)
+        return Camera.recorded(self.record["camera"])
 
     def target_of(self, target: int | str) -> PicturedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""
@@ -363,7 +364,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
             index=record["index"],
             files={kind: _file(entry) for kind, entry in record["files"].items()},
             record=record,
-            camera=_camera(record),
+            camera=Camera.recorded(record["camera"]),
             T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
             description=description,
         )
@@ -384,12 +385,6 @@ def _reading_record(path: Path) -> Iterator[None]:
 
 def _named(targets: Iterable[Named]) -> str:
     return ", ".join(f"{target.id} {target.name!r}" for target in targets) or "none"
-
-
-def _camera(record: Mapping[str, Any]) -> Camera:
-    """Return the camera of the whole picture."""
-    camera = record["camera"]
-    return Camera(**{**camera, "distortion": tuple(camera["distortion"])})
 
 
 def _file(entry: dict[str, Any]) -> PictureFile:

@@ -142,6 +142,7 @@ def recorded_camera(camera: Camera) -> RecordedCamera:
         cx=camera.cx,
         cy=camera.cy,
         distortion=list(camera.distortion),
+        model="fisheye" if camera.fisheye else UNSET,
     )
 
 

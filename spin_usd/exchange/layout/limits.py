@@ -22,6 +22,15 @@ def undistorted(remedy: str) -> Limit:
     return limit
 
 
+def no_fisheye(survey: Survey) -> None:
+    """Raise UnsupportedError where a camera is a fisheye: the format has the five coefficients of the other lens, and
+    readers of it would take the four for those."""
+    for camera, picture in survey.cameras.items():
+        if camera.fisheye:
+            found = f"has a fisheye lens, and {survey.format} holds k1, k2, p1, p2, k3 of OpenCV's other one alone"
+            raise UnsupportedError(found, where=picture, do="export to colmap or nerfstudio, which hold it")
+
+
 no_distortion = undistorted("export to speedplus, or render with a camera without distortion")
 """The limit of formats that pictures are not rectified for."""
 

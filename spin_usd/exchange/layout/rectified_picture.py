@@ -84,7 +84,7 @@ class Resampling:
 def resampling(camera: Camera) -> Resampling:
     """Return how a picture of the camera becomes one without distortion, of the same size, focal lengths and principal
     point."""
-    pinhole = replace(camera, distortion=(0.0,) * 5)
+    pinhole = camera.pinhole
     xy = pinhole.centres(pinhole.frame)
     uv = camera.project(np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], -1))
     with np.errstate(invalid="ignore"):

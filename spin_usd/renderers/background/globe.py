@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.lens import distortion_jacobian
 from spin_usd.renderers.background.elementary import Float32, exp, length, rotated
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Image
@@ -76,6 +77,9 @@ class Rays:
         length = np.sqrt((1 + x * x + y * y).astype(np.float32))
         # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
         angle = 1 / (length * np.sqrt(length) * np.float32(np.sqrt(camera.fx * camera.fy)))
+        if camera.fisheye:
+            stretch = np.linalg.det(distortion_jacobian(np.stack([x, y], -1), camera.distortion))
+            angle = angle / np.sqrt(np.abs(stretch))
         return cls(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
 
     def at(self, places: NDArray[np.intp]) -> "Rays":

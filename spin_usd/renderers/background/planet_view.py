@@ -95,6 +95,10 @@ class PlanetView:
 
     def _points_in(self, cells: Cells, *, ground: bool) -> Points:
         xy = np.stack(in_cells(list(self._xy), cells, SPACING))
+        if self._camera.fisheye:  # whose rays between nodes are not those of straight lines
+            starts, counts = (self._whole.x0, self._whole.y0), self._xy.shape[:0:-1]
+            nodes = (start + SPACING * np.arange(n) + 0.5 for start, n in zip(starts, counts, strict=True))
+            xy = self._camera.normalised(np.stack(in_cells(np.meshgrid(*nodes), cells, SPACING), -1)).T
         points = Points.of(self._globe, self._suns, Rays.through(self._camera, xy))
         if not ground:
             return points

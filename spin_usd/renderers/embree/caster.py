@@ -131,7 +131,9 @@ class EmbreeCaster:
         face = np.full(region.shape, -1, np.int32)
         for band in region.bands():
             xy = scene.camera.centres(band)
-            face[band.y0 - region.y0 : band.y1 - region.y0] = self._cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
+            found = self._cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
+            blind = scene.camera.blind(band)
+            face[band.y0 - region.y0 : band.y1 - region.y0] = found if blind is None else np.where(blind, -1, found)
         return Visibility(region=region, face=face)
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:

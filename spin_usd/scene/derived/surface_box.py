@@ -31,6 +31,7 @@ INSIDE = 1 - 1e-9  # of the lens's invertible radius: its rim has no pixel
 STEPS = np.linspace(0, 1, 33)  # along an edge
 ROUNDS = 4  # each looks between the neighbours of the best step before: at the end to 4e-6 of the edge
 CHUNK = 1 << 16  # edges worked on at once
+BEND = 0.65  # sqrt(27) / 8
 PARALLEL = 1e-12  # a line that is nearer than this to the cone's own slope is taken for one that is flatter
 NOTHING = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
 """The box of no points: any other holds it."""
@@ -151,12 +152,24 @@ def _with_bows(camera: Camera, first: Float, last: Float, box: Float) -> Float:
 def _bow(camera: Camera, first: Float, last: Float) -> Float:
     """Return (N, 2) pixels by which the image of each segment lies beside the straight line between its ends at most:
     an eighth of its length squared times the most that the lens curves it."""
-    k1, k2, p1, p2, k3 = camera.distortion
     a, b = _normalised(first), _normalised(last)
     r2 = np.maximum((a * a).sum(1), (b * b).sum(1))
-    curve = np.sqrt(r2) * (6 * abs(k1) + r2 * (20 * abs(k2) + r2 * 42 * abs(k3))) + 8 * (abs(p1) + abs(p2))
+    if camera.fisheye:
+        curve = _curve_of_fisheye(np.arctan(np.sqrt(r2)), camera.distortion)
+    else:
+        k1, k2, p1, p2, k3 = camera.distortion
+        curve = np.sqrt(r2) * (6 * abs(k1) + r2 * (20 * abs(k2) + r2 * 42 * abs(k3))) + 8 * (abs(p1) + abs(p2))
     bow: Float = (((b - a) ** 2).sum(1) * curve / 8)[:, None] * np.array([camera.fx, camera.fy])
     return bow
+
+
+def _curve_of_fisheye(angle: Float, distortion: tuple[float, ...]) -> Float:
+    """Return (N,) the most that a fisheye curves straight lines up to the `angle` (N,): twice a bound of the second
+    derivative of its distances by the tangent, that of an arcus tangent being BEND at most."""
+    curve = np.zeros_like(angle)
+    for n, k in zip((1, 3, 5, 7, 9), (1.0, *distortion), strict=True):
+        curve += 2 * abs(k) * n * ((n - 1) * angle ** max(n - 2, 0) + BEND * angle ** (n - 1))
+    return curve
 
 
 def _furthest(camera: Camera, first: Float, last: Float, axis: int, sign: int) -> float:

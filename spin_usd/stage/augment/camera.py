@@ -7,6 +7,7 @@ from pxr import Usd
 
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.stage.augment.attribute_change import (
     AttributeChange,
     BaseStage,
@@ -18,7 +19,7 @@ from spin_usd.stage.augment.attribute_change import (
 )
 from spin_usd.stage.augment.parameter import Maker
 from spin_usd.stage.read.camera import find_cameras
-from spin_usd.stage.read.lens import derived_values, read_lens
+from spin_usd.stage.read.lens import derived_values, lens_model, lens_numbers, read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
 
@@ -140,7 +141,12 @@ def lens(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     if not prim.HasAPI(schema.LENS_API):
         found = f"has no {schema.LENS_API}, so {names[0]} has nothing to be added to"
         raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or remove the parameter")
-    own, focal = read_lens(prim), float(read(prim.GetAttribute("focalLength"), base.first))
+    own = read_lens(prim)
+    model, asked = lens_model(own), {name.removeprefix("lens.") for name in names}
+    if foreign := asked - {*schema.PROJECTION, *schema.LENS_MODELS[model]}:
+        found = f"has a lens of the model {model}, without {', '.join(sorted(foreign))}"
+        raise InputError(found, where=prim.GetPath(), do="remove the parameter")
+    focal = float(read(prim.GetAttribute("focalLength"), base.first))
     before = _lens_values(own, focal)
     changed = {name for each in names for name in _changed(before, _lens_values(_offset(own, {each: 1e-3}), focal))}
     attributes = tuple(
@@ -156,8 +162,8 @@ def lens(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 def _lens_values(camera: Camera, focal_length: float) -> dict[str, Any]:
     """Return every attribute that describes the lens, by name."""
-    numbers = (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)
-    return {**dict(zip(schema.LENS_NUMBERS, numbers, strict=True)), **derived_values(camera, focal_length)}
+    names = schema.LENS_NUMBERS[lens_model(camera)]
+    return {**dict(zip(names, lens_numbers(camera), strict=True)), **derived_values(camera, focal_length)}
 
 
 def _changed(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
@@ -167,9 +173,8 @@ def _changed(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
 def _offset(camera: Camera, sampled: ParameterValues) -> Camera:
     """Return `camera` with the offsets lens.* of `sampled` added."""
     off = {name: float(sampled.get(f"lens.{name}", 0.0)) for name in LENS}
-    k1, k2, p1, p2, k3 = (
-        k + off[name] for k, name in zip(camera.distortion, ("k1", "k2", "p1", "p2", "k3"), strict=True)
-    )
+    names = schema.LENS_MODELS[lens_model(camera)]
+    moved_by = [k + off.get(name, 0.0) for k, name in zip(camera.distortion, names, strict=True)]
     try:
         moved = replace(
             camera,
@@ -177,7 +182,7 @@ def _offset(camera: Camera, sampled: ParameterValues) -> Camera:
             fy=camera.fy + off["fy"],
             cx=camera.cx + off["cx"],
             cy=camera.cy + off["cy"],
-            distortion=(k1, k2, p1, p2, k3),
+            distortion=Fisheye(*moved_by) if camera.fisheye else tuple(moved_by),
         )
         moved.check_invertible()
     except GeometryError as error:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
+from spin_usd.stage.read.camera import find_camera, foreign_lens, read_camera
 from spin_usd.stage.read.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing
@@ -18,6 +20,7 @@ from spin_usd.stage.usd.values import read
 
 SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
+FOREIGN = "The lens"  # with which the documentation of a layer begins that is made from another's lens
 IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
 PSF_SIGMA = 0.5  # pixels
@@ -76,13 +79,17 @@ def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -
 
 
 def open_camera_layer(path: str | Path) -> Sdf.Layer:
-    """Open an anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens.
+    """Open an anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens; of
+    another stage that has a lens by NVIDIA's names, make one for its camera.
 
     Raises InputError that names the file.
     """
     source = open_layer(path)
     stage = stage_on(source)
     prim = stage.GetDefaultPrim()
+    foreign = _foreign_camera(stage)
+    if foreign:
+        return _layer_of_foreign(foreign, path)
     if not (prim and prim.IsA(UsdGeom.Camera)):
         raise InputError("has no default prim that is a Camera", where=path, do="give a layer like stages/cameras/*")
     if UsdGeom.GetStageMetersPerUnit(stage) != 1:
@@ -94,6 +101,25 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
     copy = Sdf.Layer.CreateAnonymous(".usda")
     copy.TransferContent(source)
     return copy
+
+
+def _foreign_camera(stage: Usd.Stage) -> Usd.Prim | None:
+    """Return the stage's camera where it has a lens by others' names for it, and none of ours."""
+    with suppress(SpinError):
+        prim = find_camera(stage)
+        return prim if foreign_lens(prim) and not prim.HasAPI(schema.LENS_API) else None
+    return None
+
+
+def _layer_of_foreign(prim: Usd.Prim, path: str | Path) -> Sdf.Layer:
+    """Make the layer of a stage's camera with a lens by NVIDIA's names. Raises InputError that names the file."""
+    try:
+        camera = read_camera(prim, Usd.TimeCode.EarliestTime())
+    except SpinError as error:
+        raise InputError(str(error), where=path) from None
+    tenths = float(read(UsdGeom.Camera(prim).GetFocalLengthAttr())) * UsdGeom.GetStageMetersPerUnit(prim.GetStage())
+    documentation = f"{FOREIGN} {foreign_lens(prim)} of {Path(path).name}."
+    return new_camera_layer(camera, focal_length=tenths, documentation=documentation)
 
 
 def set_channels(path: Path, channels: str) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from itertools import islice
+from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdRender
 
@@ -9,8 +10,11 @@ from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.model import variant_of
 from spin_usd.stage.composition.open_stage import VARIANT_NAME, variants
+from spin_usd.stage.read.lens import OMNI_ZEROS, camera_of
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
+
+PINHOLE = ("", "pinhole", "none")
 
 
 def find_cameras(stage: Usd.Stage) -> dict[str, Usd.Prim]:
@@ -118,7 +122,10 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     if read(prim.GetAttribute("projection"), time) != UsdGeom.Tokens.perspective:
         raise UnsupportedError("is not a perspective camera", where=prim.GetPath(), do="set projection to perspective")
     try:
-        camera = _from_lens(prim, time) if prim.HasAPI(schema.LENS_API) else _from_apertures(prim, time)
+        if prim.HasAPI(schema.LENS_API):
+            camera = _from_lens(prim, time)
+        else:
+            camera = _from_omni(prim, time) if foreign_lens(prim) else _from_apertures(prim, time)
         camera.check_invertible()
     except GeometryError as error:
         raise StageError(error.found, where=prim.GetPath(), do=error.do or "fix the camera") from None
@@ -126,13 +133,12 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
-    read(prim.GetAttribute(schema.LENS_MODEL), time)  # refuses all but the schema's only one
+    model = str(read(prim.GetAttribute(schema.LENS_MODEL), time))
+    names = schema.LENS_NUMBERS[model]
     size = read(prim.GetAttribute(schema.LENS_IMAGE_SIZE), time)
-    numbers = [read(prim.GetAttribute(name), time) for name in schema.LENS_NUMBERS]
+    numbers = [read(prim.GetAttribute(name), time) for name in names]
     missing = [
-        name
-        for name, value in zip((schema.LENS_IMAGE_SIZE, *schema.LENS_NUMBERS), (size, *numbers), strict=True)
-        if value is None
+        name for name, value in zip((schema.LENS_IMAGE_SIZE, *names), (size, *numbers), strict=True) if value is None
     ]
     if missing:
         raise StageError(f"lacks {', '.join(missing)}", where=prim.GetPath(), do="author them")
@@ -140,9 +146,41 @@ def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     if resolution and resolution != tuple(size):
         found = f"has {size[0]}x{size[1]} pixels, but the resolution of its pictures is {resolution}"
         raise StageError(found, where=prim.GetPath(), do="make them equal")
-    fx, fy, cx, cy, *distortion = (float(n) for n in numbers)
-    k1, k2, p1, p2, k3 = distortion
-    return Camera(width=size[0], height=size[1], fx=fx, fy=fy, cx=cx, cy=cy, distortion=(k1, k2, p1, p2, k3))
+    return camera_of(size, [float(n) for n in numbers], model)
+
+
+def foreign_lens(prim: Usd.Prim) -> str:
+    """Return the lens that a camera has by other tools' names for it, "" where that is a pinhole, as without any."""
+    applied = [each for each in prim.GetAppliedSchemas() if each.startswith("OmniLensDistortion")]
+    for name in (schema.OMNI_LENS_MODEL, schema.OMNI_PROJECTION):
+        attribute = prim.GetAttribute(name)
+        if attribute and attribute.HasAuthoredValue() and (said := str(read(attribute))) not in PINHOLE:
+            return said
+    return applied[0] if applied else ""
+
+
+def _from_omni(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
+    """Read the lens that NVIDIA's schema of OpenCV's lenses has. Raises UnsupportedError for any other."""
+    said = foreign_lens(prim)
+    names = {name: model for each in (schema.OMNI_LENS, schema.OMNI_LENS_API) for model, name in each.items()}
+    model = names.get(said)
+    do = "give it one of OpenCV's, opencvPinhole or opencvFisheye, or SpinLensAPI"
+    if not model:
+        raise UnsupportedError(f"has the projection {said!r}, which cannot be rendered", where=prim.GetPath(), do=do)
+
+    def number(name: str, otherwise: Any = None) -> Any:
+        attribute = prim.GetAttribute(f"omni:lensdistortion:{schema.OMNI_LENS[model]}:{name}")
+        value = read(attribute, time) if attribute else None
+        if value is None and otherwise is None:
+            raise StageError(f"its lens {said} has no {name}", where=prim.GetPath(), do="author it")
+        return otherwise if value is None else value
+
+    if beyond := next((name for name in OMNI_ZEROS if model == "brownConrady" and number(name, 0.0)), None):
+        found = f"its lens has {beyond}, of OpenCV's rational, thin prism or tilted model"
+        raise UnsupportedError(found, where=prim.GetPath(), do="calibrate with k1, k2, p1, p2, k3 alone")
+    size = number("imageSize", _resolution(prim))
+    projection = [float(number(name)) for name in schema.PROJECTION]
+    return camera_of(size, projection + [float(number(name, 0.0)) for name in schema.LENS_MODELS[model]], model)
 
 
 def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:

@@ -38,7 +38,12 @@ APIS = (
 
 LENS_MODEL = "spin:lens:model"
 LENS_IMAGE_SIZE = "spin:lens:imageSize"
-LENS_NUMBERS = tuple(f"spin:lens:{name}" for name in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
+PROJECTION = ("fx", "fy", "cx", "cy")
+LENS_MODELS = {"brownConrady": ("k1", "k2", "p1", "p2", "k3"), "fisheye": ("k1", "k2", "k3", "k4")}
+"""The coefficients of each model, in the order of `Camera.distortion`."""
+LENS_NUMBERS = {
+    model: tuple(f"spin:lens:{name}" for name in (*PROJECTION, *names)) for model, names in LENS_MODELS.items()
+}
 """The lens's attributes in the order fx, fy, cx, cy, k1, k2, p1, p2, k3."""
 
 SENSOR = {
@@ -139,9 +144,14 @@ GROUP_LABELS = "semantics:labels:group"
 """What a part belongs to in the file that it comes from: no label, but names for `--parts`."""
 
 # Other USD tools' names for OpenCV lenses. Source: NVIDIA ovrtx documentation, "Lens Calibration".
-OMNI_LENS_API = "OmniLensDistortionOpenCvPinholeAPI"
+OMNI_LENS_API = {
+    "brownConrady": "OmniLensDistortionOpenCvPinholeAPI",
+    "fisheye": "OmniLensDistortionOpenCvFisheyeAPI",
+}
 OMNI_LENS_MODEL = "omni:lensdistortion:model"
-OMNI_LENS = "omni:lensdistortion:opencvPinhole:"
+OMNI_LENS = {"brownConrady": "opencvPinhole", "fisheye": "opencvFisheye"}
+OMNI_PROJECTION = "cameraProjectionType"
+"""What the models are called there; attributes are omni:lensdistortion:MODEL:NAME. The last name is older."""
 
 PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""

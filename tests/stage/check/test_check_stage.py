@@ -263,6 +263,8 @@ def test_a_lens_that_other_programs_cannot_read_is_one_warning(copied: Path) -> 
 
 def test_a_camera_without_a_lens_needs_a_resolution(copied: Path) -> None:
     text(CAMERA, '"SpinLensAPI", ', "")(copied)
+    text(CAMERA, "omni:lensdistortion:model", "omni:lensdistortion:was")(copied)
+    text(CAMERA, "Omni", "Other")(copied)
     assert [found for found in findings(copied) if found[0].startswith("lens")] == [("lens-none", "warning")]
     text("layers/render.usda", "uniform int2 resolution = (1920, 1200)", "")(copied)
     reader = StageReader(copied)

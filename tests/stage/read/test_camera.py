@@ -94,9 +94,9 @@ def test_render_settings_choose_among_cameras(make_stage) -> None:
         ),
         ({"camera": 'token projection = "orthographic"'}, UnsupportedError, "is not a perspective camera"),
         (
-            {"camera": 'uniform token spin:lens:model = "fisheye"'},
+            {"camera": 'uniform token spin:lens:model = "ftheta"'},
             StageError,
-            "lens:model: is 'fisheye'; choose one of",
+            "lens:model: is 'ftheta'; choose one of",
         ),
         ({"camera": "double spin:lens:k1 = -20"}, StageError, "cannot be inverted"),
         ({"camera": "double spin:lens:k1 = nan"}, StageError, "k1: is nan"),

@@ -13,7 +13,11 @@ from spin_usd.stage.usd import schema
 from tests.conftest import REPOSITORY
 
 SCHEMAS = {
-    schema.LENS_API: {schema.LENS_MODEL, schema.LENS_IMAGE_SIZE, *schema.LENS_NUMBERS},
+    schema.LENS_API: {
+        schema.LENS_MODEL,
+        schema.LENS_IMAGE_SIZE,
+        *(name for names in schema.LENS_NUMBERS.values() for name in names),
+    },
     schema.SENSOR_API: {
         *schema.SENSOR.values(),
         schema.AUTO_EXPOSURE,

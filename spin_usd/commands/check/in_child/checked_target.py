@@ -60,7 +60,7 @@ class CheckedTarget:
 def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
     """Yield the targets of a picture; none where its files are not of the camera's size, for which there is a rule, or
     where dataset.json does not list them."""
-    camera = _camera(picture.record["camera"])
+    camera = Camera.recorded(picture.record["camera"])
     if any(array.shape[:2] != camera.frame.shape for array in _pixels(picture)):
         return
     described = {target["id"]: target for target in picture.description["targets"]}
@@ -80,10 +80,6 @@ def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
 def _pixels(picture: CheckedPicture) -> Iterator[NDArray[Any]]:
     """Yield the files that have pixels."""
     yield from (array for kind, array in picture.arrays.items() if kind not in CLOUD_LABELS)
-
-
-def _camera(recorded: Mapping[str, Any]) -> Camera:
-    return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
 
 
 def _mask(picture: CheckedPicture, target: int) -> NDArray[np.bool_] | None:

@@ -41,7 +41,7 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
     parts, lidar = description["parts"], record.get("lidar")
     ids = class_ids(part["class"] for part in parts.values())
     return LabelledPicture(
-        camera=_camera(record["camera"]),
+        camera=Camera.recorded(record["camera"]),
         poses=_poses(record["targets"]),
         target_of_part=_by_part({number: part["target"] for number, part in parts.items()}),
         arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
@@ -57,11 +57,7 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
 def _other_view(recorded: Mapping[str, Any] | None) -> OtherView | None:
     if recorded is None:
         return None
-    return OtherView(camera=_camera(recorded["camera"]), poses=_poses(recorded["targets"]))
-
-
-def _camera(recorded: Mapping[str, Any]) -> Camera:
-    return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
+    return OtherView(camera=Camera.recorded(recorded["camera"]), poses=_poses(recorded["targets"]))
 
 
 def lidar_of_record(recorded: Mapping[str, Any]) -> Lidar:

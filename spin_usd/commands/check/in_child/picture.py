@@ -77,6 +77,8 @@ def pose_error(target: CheckedTarget) -> PoseError | None:
     chosen = np.linspace(0, len(dense[0]) - 1, min(SAMPLES, len(dense[0]))).astype(int)
     points, pixels = dense[0][chosen], dense[1][chosen]
     camera, T_cam_body = target.camera, target.T_cam_body
+    if camera.fisheye:  # OpenCV solves for the other lens alone
+        pixels, camera = camera.pinhole.pixels(camera.normalised(pixels)), camera.pinhole
     lens = camera.matrix, np.array(camera.distortion)
     turn = np.asarray(cv2.Rodrigues(T_cam_body.rotation)[0], np.float64)
     shift = T_cam_body.translation.reshape(3, 1).copy()

@@ -1,12 +1,14 @@
 "use strict";
-// The pinhole camera with Brown and Conrady's distortion, as spin_usd.geometry has it: (0, 0) is the image's corner.
+// The pinhole camera with Brown and Conrady's distortion, or a fisheye of four coefficients, as spin_usd.geometry has
+// them: (0, 0) is the image's corner.
 
 class Camera {
     /** limit: the radius, at z = 1, below which the lens is one to one; null for none. */
     constructor(found, limit) {
         Object.assign(this, found);
         this.limit = limit ?? Infinity;
-        this.plain = this.distortion.every((each) => each === 0);
+        this.fisheye = this.distortion.length === 4;
+        this.plain = !this.fisheye && this.distortion.every((each) => each === 0);
     }
 
     /** Return the pixel of the point in the camera's axes; null where the lens sees none. */
@@ -16,7 +18,22 @@ class Camera {
         return [u * this.fx + this.cx, v * this.fy + this.cy];
     }
 
+    /** Return how far from the principal point a fisheye sees the angle, in focal lengths, and the slope of that. */
+    distance(t) {
+        const [k1, k2, k3, k4] = this.distortion,
+            tt = t * t;
+        return [
+            t * (1 + tt * (k1 + tt * (k2 + tt * (k3 + tt * k4)))),
+            1 + tt * (3 * k1 + tt * (5 * k2 + tt * (7 * k3 + tt * 9 * k4))),
+        ];
+    }
+
     distorted(x, y) {
+        if (this.fisheye) {
+            const r = Math.hypot(x, y),
+                share = r ? this.distance(Math.atan(r))[0] / r : 1;
+            return [x * share, y * share];
+        }
         const [k1, k2, p1, p2, k3] = this.distortion;
         const r2 = x * x + y * y;
         const radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
@@ -32,6 +49,17 @@ class Camera {
         const wantX = (u - this.cx) / this.fx,
             wantY = (v - this.cy) / this.fy;
         if (this.plain) return [wantX, wantY];
+        if (this.fisheye) {
+            const far = Math.hypot(wantX, wantY);
+            let t = Math.min(far, 1.5);
+            for (let step = 0; step < 50; step += 1) {
+                const [reached, slope] = this.distance(t);
+                t = Math.min(Math.max(t - (reached - far) / slope, 0), Math.PI / 2);
+            }
+            const share = far ? Math.tan(t) / far : 1,
+                seen = Math.abs(this.distance(t)[0] - far) < 1e-12 && Math.tan(t) < Math.min(this.limit, 1e9);
+            return seen ? [wantX * share, wantY * share] : null;
+        }
         const [k1, k2, p1, p2, k3] = this.distortion;
         let [x, y] = start ?? [wantX, wantY];
         for (let step = 0; step < 50; step += 1) {
