@@ -58,6 +58,8 @@ def bundled(kind: str, name: str) -> Path:
     files = {file.stem: file for file in _files(kind)}
     if name not in files:
         found = f"there {'are' if kind == 'lights' else 'is'} no {kind} named {name!r}"
+        if Path(name).is_file():
+            found = f"{name!r} is a file that cannot be {BUNDLED[kind].instead}, to go by its ending"
         raise InputError(found, do=f"name one of {', '.join(files)}, or {BUNDLED[kind].instead}")
     return files[name]
 

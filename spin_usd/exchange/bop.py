@@ -14,6 +14,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.bop_scenes import (
     POSES_TO_CAMERA,
     RECTIFIED,
@@ -41,7 +42,7 @@ from spin_usd.exchange.layout.models import MILLIMETRES, body_models
 from spin_usd.exchange.layout.survey import Survey, reach
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
-from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.files.size_limits import MAX_POSE_LIST, MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.bounds import in_front
 from spin_usd.geometry.rotation import matrix_from_quaternion
@@ -255,4 +256,21 @@ BOP_POSES = PoseFormat(
     recognises=lambda path, head: path.name == FILE or (head.lstrip().startswith("{") and '"cam_R_m2c"' in head),
     read=read_poses,
     lists=files_like(FILE, f"*/{FILE}", f"*/*/{FILE}", f"*/*/*/{FILE}"),
+)
+
+
+def read_camera(path: Path) -> Calibration:
+    """Read BOP's camera.json at `path`. Raises InputError."""
+    said = read_json_file(path, MAX_SPECIFICATION)
+    numbers = [said.get(name) for name in ("width", "height", "fx", "fy", "cx", "cy")]
+    width, height, fx, fy, cx, cy = finite_numbers(numbers, 6, "width, height, fx, fy, cx or cy", str(path))
+    size = whole([width, height], path)
+    return Calibration(size=size, projection=(fx, fy, cx, cy), distortion=(0.0,) * 5)
+
+
+BOP_CAMERA = CameraFormat(
+    name="BOP",
+    first_centre=FIRST_CENTRE,
+    recognises=lambda path, head: all(f'"{name}"' in head for name in ("fx", "fy", "cx", "cy", "depth_scale")),
+    read=read_camera,
 )

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
+from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
@@ -36,6 +37,7 @@ from spin_usd.exchange.layout.surface_points import DENSE_POSE, SurfacePoints, s
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.lens_models import distortion_of
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.camera import Camera
 
@@ -60,7 +62,8 @@ CONVENTIONS = (
     "world's here, to the camera's: x right, y down, z forward; metres. Numbers have all their digits.",
     "Pixels have (0, 0) at the corner of the image, so the first one's centre is at 0.5, 0.5: COLMAP's way, and the "
     "dataset's.",
-    "A camera is PINHOLE without lens distortion, OPENCV with k1, k2, p1, p2 alone, else FULL_OPENCV.",
+    "A camera is PINHOLE without lens distortion, OPENCV with k1, k2, p1, p2 alone, else FULL_OPENCV; a fisheye is "
+    "OPENCV_FISHEYE.",
     "masks/NAME.png, where NAME has its own ending too, is 255 where the target is visible and to be used, else 0.",
     "Points are places on the target's surface, of the label dense_pose, with the colours of the images that they are "
     "taken from. A point is in an image where dense_pose has the same place there; its pixel is the exact projection, "
@@ -72,12 +75,13 @@ CONVENTIONS = (
 
 def camera_line(number: int, camera: Camera) -> str:
     """Return the line of cameras.txt, with the simplest model that holds the lens exactly."""
-    k1, k2, p1, p2, k3 = camera.distortion
-    model, more = "PINHOLE", []
-    if k3:
-        model, more = "FULL_OPENCV", [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0]
+    model, more = "PINHOLE", camera.distortion[:0]
+    if camera.fisheye:
+        model, more = "OPENCV_FISHEYE", camera.distortion
+    elif camera.distortion[4]:
+        model, more = "FULL_OPENCV", (*camera.distortion, 0.0, 0.0, 0.0)
     elif camera.distorted:
-        model, more = "OPENCV", [k1, k2, p1, p2]
+        model, more = "OPENCV", camera.distortion[:4]
     numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, *more)
     return " ".join(map(str, (number, model, *numbers)))
 
@@ -202,4 +206,48 @@ COLMAP_POSES = PoseFormat(
     recognises=lambda path, head: path.name == FILE or head.startswith(HEAD),
     read=read_poses,
     lists=files_like(FILE, f"sparse/{FILE}", f"sparse/*/{FILE}"),
+)
+
+PARAMETERS: Mapping[str, tuple[int, str]] = {
+    "SIMPLE_PINHOLE": (1, ""),
+    "PINHOLE": (2, ""),
+    "SIMPLE_RADIAL": (1, ""),
+    "RADIAL": (1, ""),
+    "OPENCV": (2, ""),
+    "FULL_OPENCV": (2, ""),
+    "OPENCV_FISHEYE": (2, "fisheye"),
+    "SIMPLE_RADIAL_FISHEYE": (1, "fisheye"),
+    "RADIAL_FISHEYE": (1, "fisheye"),
+}
+"""COLMAP's models of a camera that are ours: how many focal lengths come first, and the lens of the rest."""
+
+
+def read_camera(path: Path) -> Calibration:
+    """Read the first camera of the cameras.txt at `path`. Raises InputError."""
+    lines = [line.split() for line in lines_of(path, MAX_POSE_LIST) if line.strip() and not line.startswith("#")]
+    words = lines[0] if lines else []
+    model = words[1] if len(words) > 1 else ""
+    if model not in PARAMETERS or len(words) < 6 + PARAMETERS[model][0]:
+        do = f"undistort with COLMAP's image_undistorter, or choose among {', '.join(PARAMETERS)}"
+        raise InputError(f"has no whole camera of a known model, but {model or 'none'}", where=path, do=do)
+    focal, lens = PARAMETERS[model]
+    try:
+        width, height, *numbers = [float(word) for word in words[2:]]
+    except ValueError:
+        raise InputError("holds something else than numbers after the camera's model", where=path) from None
+    cx, cy, *k = finite_numbers(numbers, len(numbers), "the camera", str(path))[focal:]
+    note = (f"holds {len(lines)} cameras, and {words[0]} is taken: leave another alone there to take that",)
+    return Calibration(
+        size=whole([width, height], path),
+        projection=(numbers[0], numbers[focal - 1], cx, cy),
+        distortion=distortion_of(k, lens, path),
+        notes=note if len(lines) > 1 else (),
+    )
+
+
+COLMAP_CAMERA = CameraFormat(
+    name="COLMAP",
+    first_centre=CORNER,
+    recognises=lambda path, head: path.name == CAMERAS or head.startswith("# Camera list"),
+    read=read_camera,
 )

@@ -15,16 +15,17 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image, mask_image, part_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output, SecondName
-from spin_usd.exchange.layout.limits import one_camera, parts_at_most
+from spin_usd.exchange.layout.limits import no_fisheye, one_camera, parts_at_most
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import open_file
-from spin_usd.formats.camera_file import camera_document
+from spin_usd.formats.camera_file import camera_document, read_camera_file
 from spin_usd.formats.json_file import read_json_file
 
 TWICE = (
@@ -65,7 +66,7 @@ def layout(options: Mapping[str, Any]) -> Layout:
         shared=lambda dataset: iter((camera_file(dataset),)),
         indexes=_indexes,
         files=_files,
-        limits=(one_camera, *([parts_at_most(255, 8)] if masks == "parts" else [])),
+        limits=(no_fisheye, one_camera, *([parts_at_most(255, 8)] if masks == "parts" else [])),
         splits=SPLITS,
     )
 
@@ -178,4 +179,22 @@ SPEEDPLUS_POSES = PoseFormat(
     recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
     read=read_poses,
     lists=_lists,
+)
+
+
+def read_camera(path: Path) -> Calibration:
+    """Read the camera.json of SPEED+ and its kin at `path`. Raises InputError."""
+    found = read_camera_file(path)
+    camera, notes = found.camera, tuple(note.removeprefix(f"{path.name} ") for note in found.notes)
+    return Calibration(
+        size=(camera.width, camera.height),
+        projection=(camera.fx, camera.fy, camera.cx, camera.cy),
+        distortion=camera.distortion,
+        pixel_pitch=found.pixel_pitch,
+        notes=notes,
+    )
+
+
+SPEEDPLUS_CAMERA = CameraFormat(
+    name="SPEED+", first_centre=CORNER, recognises=lambda path, head: '"Nu"' in head or '"Nv"' in head, read=read_camera
 )

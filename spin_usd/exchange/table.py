@@ -1,22 +1,24 @@
 """The data sets of others that are written and read. A new one is a file of its own and an entry here."""
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.bop import BOP, BOP_POSES
+from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES
+from spin_usd.exchange.camera_format import CameraFormat
 from spin_usd.exchange.coco import COCO, COCO_POSES
-from spin_usd.exchange.colmap import COLMAP, COLMAP_POSES
+from spin_usd.exchange.colmap import COLMAP, COLMAP_CAMERA, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.layout import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_POSES
+from spin_usd.exchange.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
 from spin_usd.exchange.pose_format import PoseFormat
 from spin_usd.exchange.record_poses import RECORD
 from spin_usd.exchange.shirt import SHIRT
 from spin_usd.exchange.spark import SPARK, SPARK_POSES
 from spin_usd.exchange.speed import SPEED
-from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_POSES
+from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_CAMERA, SPEEDPLUS_POSES
 from spin_usd.exchange.swisscube import SWISSCUBE
 from spin_usd.exchange.urso import URSO, URSO_POSES
 from spin_usd.exchange.video import VIDEO
@@ -59,6 +61,16 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     SPEEDPLUS_POSES,
 )
 """The formats of pose lists, in the order in which they are asked whether they recognise a file."""
+
+CAMERA_FORMATS: tuple[CameraFormat, ...] = (
+    SPEEDPLUS_CAMERA,
+    BOP_CAMERA,
+    COLMAP_CAMERA,
+    KALIBR_CAMERA,
+    ROS_CAMERA,
+    OPENCV_CAMERA,
+)
+"""The formats of calibrations, in the order in which they are asked whether they recognise a file."""
 
 
 def format_named(name: str) -> ExportFormat:

@@ -15,6 +15,7 @@ import numpy as np
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.lens_models import distortion_of
 from spin_usd.geometry.camera import Camera
 
 DEFAULT_PITCH = 5.86e-6  # metres: the Sony IMX174 behind SPEED, SPEED+ and SHIRT
@@ -46,7 +47,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
         camera.check_invertible()
     except GeometryError as error:
         raise InputError(error.found, where=path, do=error.do) from None
-    notes = tuple(f"{path.name} {note}" for note in _notes(document, camera))
+    notes = tuple(f"{path.name} {note}" for note in _notes(document))
     return CameraFile(camera=camera, pixel_pitch=pitch, source=str(path), notes=notes)
 
 
@@ -69,18 +70,12 @@ def camera_document(camera: Camera, *, pitch: float = DEFAULT_PITCH) -> dict[str
     }
 
 
-def _notes(document: dict[str, Any], camera: Camera) -> Iterator[str]:
+def _notes(document: dict[str, Any]) -> Iterator[str]:
     """Yield the ways in which the file differs from a calibration of its pictures, each as the end of a sentence."""
     if "distCoeffs" not in document:
         yield "has no 'distCoeffs': its lens is taken for one without distortion"
-    elif len(_listed(document["distCoeffs"])) == 4:
+    elif len(_listed(document["distCoeffs"])) == 4 and "distortion_model" not in document:
         yield "has four 'distCoeffs', k1, k2, p1 and p2: k3 is taken for 0"
-    if camera.looks_past_frame:
-        size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
-        yield (
-            f"has its principal point {point} outside its picture of {size} pixels: check that Nu and Nv are those of "
-            "the calibration"
-        )
 
 
 def _calibration(document: dict[str, Any], path: Path) -> tuple[float, float, float, float]:
@@ -105,9 +100,12 @@ def _nominal(document: dict[str, Any], path: Path) -> tuple[float, float, float,
     return focal[0] / pitch[0], focal[1] / pitch[1], cx, cy
 
 
-def _distortion(document: dict[str, Any], path: Path) -> tuple[float, float, float, float, float]:
-    """k1, k2, p1, p2, k3; OpenCV also writes four coefficients, without k3."""
+def _distortion(document: dict[str, Any], path: Path) -> tuple[float, ...]:
+    """k1, k2, p1, p2, k3; OpenCV also writes four coefficients, without k3. Where "distortion_model" says so, those of
+    another lens."""
     values = _listed(document.get("distCoeffs", [0.0] * 5))
+    if isinstance(values, list) and (model := document.get("distortion_model")):
+        return distortion_of(_numbers(values, len(values), "'distCoeffs'", path), str(model), path)
     if isinstance(values, list) and len(values) not in (4, 5):
         do = "give k1, k2, p1, p2 and k3 in this order, with 0 for those that there are not"
         raise InputError(f"'distCoeffs' holds {len(values)} values, expected 5", where=path, do=do)

@@ -9,14 +9,22 @@ import numpy as np
 
 from spin_usd.commands.author.model import USD_SUFFIXES
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.exchange.read_camera import read_camera
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
-from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.geometry.transform import Transform
 from spin_usd.resources import bundled
-from spin_usd.stage.author.camera_layer import FurtherCamera, camera_layer_of, open_camera_layer, set_resolution
+from spin_usd.stage.author.camera_layer import (
+    FOREIGN,
+    FurtherCamera,
+    camera_layer_of,
+    lens_of,
+    open_camera_layer,
+    set_resolution,
+)
 from spin_usd.stage.usd.layer_file import Layer
 
+CALIBRATIONS = (".json", ".yaml", ".yml", ".txt")
 NAME = re.compile("[a-z][a-z0-9_]*")
 FORMS = "write NAME_OR_FILE:X,Y,Z, :QW,QX,QY,QZ,X,Y,Z or :FILE of one pose: metres, in the first camera's axes"
 ROUNDED = 1e-3  # of a quaternion's norm: what three decimals leave
@@ -87,13 +95,15 @@ def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
     """Open the layer of the camera of that name or in that file, the file it comes from, and notes on that. Raises
     InputError."""
     suffix = Path(given).suffix.lower()
-    if suffix == ".json":
-        found = read_camera_file(given)
+    if suffix not in USD_SUFFIXES and (suffix in CALIBRATIONS or Path(given).exists()):
+        found = read_camera(given)
         documentation = f"The calibration in {Path(given).name}."
         layer = camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation)
         return layer, Path(given), found.notes
     path = Path(given) if suffix in USD_SUFFIXES else bundled("camera", given)
-    return open_camera_layer(path), path, ()
+    layer = open_camera_layer(path)
+    foreign = layer.documentation.startswith(FOREIGN)
+    return layer, path, (f"{path.name} is read by NVIDIA's names of lenses: {lens_of(layer)}",) if foreign else ()
 
 
 def mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:

@@ -8,6 +8,7 @@ from typing import Any
 from spin_usd.arrays import Float
 from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
+from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.choices import Choices, Sources, open_sources
 from spin_usd.commands.author.model import model_unit, write_model
 from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
@@ -233,7 +234,7 @@ def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
 
 def _colour_notes(camera: Path, composed: ComposedTarget, additions: Additions) -> tuple[str, ...]:
     """Return a note where the target has colours and the camera's file does not say that it sees them."""
-    if composed.grey and camera.suffix.lower() == ".json" and not additions.channels:
+    if composed.grey and camera.suffix.lower() in CALIBRATIONS and not additions.channels:
         return (f"{camera.name} says nothing of colour: pictures are grey; --channels rgb has colour",)
     return ()
 

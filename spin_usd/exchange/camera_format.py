@@ -1,0 +1,59 @@
+"""A format of calibrations, and what each of its files says of a camera in its own pixels."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.formats.camera_file import DEFAULT_PITCH
+
+CENTRE, CORNER = 0.0, 0.5
+"""Where the first pixel has its centre: at (0, 0), as OpenCV counts, or half a pixel from the corner, as here."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """size: width and height, pixels · projection: fx, fy, cx, cy in the file's pixels · pixel_pitch, metres · notes:
+    sentences, each of which goes on after the file's name."""
+
+    size: tuple[int, int]
+    projection: tuple[float, float, float, float]
+    distortion: tuple[float, ...]
+    pixel_pitch: float = DEFAULT_PITCH
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraFormat:
+    """name: for messages · first_centre: CENTRE or CORNER · recognises: whether a file is of it, from its path and its
+    first characters · read: its camera; raises InputError."""
+
+    name: str
+    first_centre: float
+    recognises: Callable[[Path, str], bool]
+    read: Callable[[Path], Calibration]
+
+
+def first_of(said: Mapping[str, Any], names: Sequence[str]) -> Any:
+    """Return the value of the first of the names that there is, written in any case, with or without "_"; else None."""
+    plain = {key.lower().replace("_", ""): value for key, value in said.items()}
+    return next((plain[name] for name in names if name in plain), None)
+
+
+def numbers_of(value: Any, counts: Sequence[int], name: str, path: Path) -> list[float]:
+    """Return the numbers of a list, of rows, or of OpenCV's matrix, as many as `counts` allow. Raises InputError."""
+    flat = value.get("data") if isinstance(value, dict) else value
+    if isinstance(flat, list) and all(isinstance(row, list) for row in flat):
+        flat = [each for row in flat for each in row]
+    if not isinstance(flat, list) or len(flat) not in counts or not all(type(v) in (int, float) for v in flat):
+        found = "has no" if value is None else "does not give as numbers the"
+        raise InputError(f"{found} {name}", where=path, do="see docs/how-to/own-camera.md for what is read")
+    return [float(each) for each in flat]
+
+
+def whole(numbers: Sequence[float], path: Path) -> tuple[int, int]:
+    """Return a width and a height in pixels. Raises InputError."""
+    if any(each != int(each) for each in numbers if abs(each) < 1e9) or max(map(abs, numbers)) >= 1e9:
+        raise InputError(f"has a size of {numbers[0]:g} x {numbers[1]:g}", where=path, do="give whole pixels")
+    return int(numbers[0]), int(numbers[1])

@@ -1,0 +1,47 @@
+"""The camera of a calibration in any of the formats of the table."""
+
+from contextlib import suppress
+from pathlib import Path
+
+from spin_usd.errors import GeometryError, InputError
+from spin_usd.exchange.table import CAMERA_FORMATS
+from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.files.user_file import open_file
+from spin_usd.formats.camera_file import CameraFile
+from spin_usd.geometry.camera import Camera
+
+HEAD_BYTES = 1 << 16
+LIKE = {0.0: "(0, 0), as OpenCV counts: half a pixel is added", 0.5: "(0.5, 0.5), as here: they stay"}
+
+
+def read_camera(path: str | Path) -> CameraFile:
+    """Read the camera of the file at `path`. Raises InputError that names the file and what it lacks."""
+    path, head = Path(path), ""
+    with suppress(InputError, OSError), open_file(path, MAX_SPECIFICATION) as file:
+        head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
+    found = next(each for each in CAMERA_FORMATS if each.recognises(path, head))
+    said, shift = found.read(path), 0.5 - found.first_centre
+    fx, fy, cx, cy = said.projection
+    try:
+        camera = Camera(
+            width=said.size[0],
+            height=said.size[1],
+            fx=fx,
+            fy=fy,
+            cx=cx + shift,
+            cy=cy + shift,
+            distortion=said.distortion,
+        )
+        camera.check_invertible()
+    except GeometryError as error:
+        raise InputError(error.found, where=path, do=error.do) from None
+    lens = "a fisheye" if camera.fisheye else "a pinhole with distortion" if camera.distorted else "a pinhole"
+    read = f"is read as {found.name}, {lens}: its cx and cy, {cx:.9g} and {cy:.9g}, have the first pixel's centre at"
+    notes = [f"{read} {LIKE[found.first_centre]}", *said.notes]
+    if camera.looks_past_frame:
+        size = f"{camera.width} x {camera.height}"
+        notes.append(f"has its principal point outside its picture of {size} pixels: check that this is its size")
+    if camera.blind(camera.frame) is not None:
+        notes.append("sees more than half a turn in its corners: what is beyond is black, and nothing in labels")
+    sentences = tuple(f"{path.name} {note}" for note in notes)
+    return CameraFile(camera=camera, pixel_pitch=said.pixel_pitch, source=str(path), notes=sentences)

@@ -1,0 +1,33 @@
+"""The lenses that calibrations of others name, and their coefficients as ours."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.geometry.fisheye import Fisheye
+
+BROWN = ("plumb_bob", "radtan", "radial-tangential", "brown", "brown_conrady", "opencv", "pinhole", "none", "")
+FISHEYES = ("equidistant", "equi", "fisheye", "opencv_fisheye", "kannala_brandt", "kannala_brandt4")
+RATIONAL = ("rational_polynomial", "rational", "full_opencv")
+
+
+def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous: bool = False) -> tuple[float, ...]:
+    """Return the coefficients of a lens that a file calls `model`. Raises InputError for one that is not ours, and,
+    where a file says no model and four may be of either lens, for those."""
+    name, k = model.lower().replace("-", "_"), [float(each) for each in values]
+    if name in FISHEYES:
+        if len(k) > 4:
+            raise InputError(f"has {len(k)} coefficients of a fisheye, expected four", where=path, do="give k1 to k4")
+        return Fisheye(*k, *[0.0] * (4 - len(k)))
+    if name not in {each.replace("-", "_") for each in BROWN + RATIONAL}:
+        do = "calibrate it as OpenCV's pinhole (k1, k2, p1, p2, k3) or fisheye (k1, k2, k3, k4)"
+        raise InputError(f"has a lens of the model {model!r}, which cannot be rendered", where=path, do=do)
+    if ambiguous and not name and len(k) == 4 and any(k):
+        do = "add distortion_model: plumb_bob, or equidistant"
+        found = "does not say whether its four coefficients are k1, k2, p1, p2 or a fisheye's"
+        raise InputError(found, where=path, do=do)
+    if any(k[5:]):
+        do = "calibrate without CALIB_RATIONAL_MODEL, CALIB_THIN_PRISM_MODEL and CALIB_TILTED_MODEL"
+        found = "has more than k1, k2, p1, p2, k3 of OpenCV's lens, which cannot be rendered"
+        raise InputError(found, where=path, do=do)
+    return tuple(k[:5]) + (0.0,) * (5 - len(k))

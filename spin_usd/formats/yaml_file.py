@@ -1,0 +1,112 @@
+"""YAML as calibrations are written in it: blocks, lists in brackets, numbers and words; OpenCV's and ROS's of it too.
+
+There are no anchors, no texts of several lines, and tags such as !!opencv-matrix say nothing. JSON is read as JSON.
+"""
+
+import re
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.text_file import lines_of
+from spin_usd.nesting import MAX_DEPTH
+
+Lines = deque[tuple[int, str]]
+"""What is left of a file: the indent of each line, and its text."""
+QUOTED = r'"[^"]*"|\'[^\']*\''
+KEY = re.compile(rf"({QUOTED}|[^\s\[\]{{}},#\"'-][^:]*?|-[^\s:][^:]*?)\s*:(?:\s+(.*))?$")
+COMMENT = re.compile(r"(^|\s)#.*$")
+TAG = re.compile(r"^!\S*\s*")
+TOKEN = re.compile(rf"\s*([\[\]{{}},]|:(?=\s|$)|{QUOTED}|[^\[\]{{}},:\s](?:[^\[\]{{}},:]|:(?!\s))*)")
+
+
+def read_yaml_file(path: Path) -> dict[str, Any]:
+    """Return what the file at `path` says, by its keys. Raises InputError."""
+    text = list(lines_of(path, MAX_SPECIFICATION))
+    do = "write names and values, lists as [1, 2, 3]"
+    if next((line for line in map(str.lstrip, text) if line), "").startswith(("{", "[")):
+        found = read_json_file(path, MAX_SPECIFICATION)
+    else:
+        lines = _lines(text)
+        try:
+            found = _block(lines, 0) if lines else None
+        except (IndexError, ValueError):
+            raise InputError("is no YAML that is read here", where=path, do=do) from None
+        if lines:
+            raise InputError(f"is no YAML that is read here, at {lines[0][1][:40]!r}", where=path, do=do)
+    if not isinstance(found, dict):
+        raise InputError("holds no names with values", where=path, do=do)
+    return found
+
+
+def _lines(text: list[str]) -> Lines:
+    """Return the lines that say something; what is in brackets on one line."""
+    found: Lines = deque()
+    opened = 0
+    for line in text:
+        plain = COMMENT.sub("", line).rstrip()
+        if not plain.strip() or plain.startswith(("%", "---", "...")):
+            continue
+        indent, said = len(plain) - len(plain.lstrip()), plain.strip()
+        if opened:
+            indent, before = found.pop()
+            said = f"{before} {said}"
+        found.append((indent, said))
+        opened = sum(map(said.count, "[{")) - sum(map(said.count, "]}"))
+    return found
+
+
+def _block(lines: Lines, depth: int) -> Any:
+    """Take the next value off the lines. Raises ValueError where it is nested too deeply."""
+    if depth > MAX_DEPTH:
+        raise ValueError(depth)
+    indent, text = lines[0]
+    if _is_item(text):
+        items = []
+        while lines and lines[0][0] == indent and _is_item(lines[0][1]):
+            _, text = lines.popleft()
+            if rest := TAG.sub("", text[1:].lstrip()):
+                lines.appendleft((indent + len(text) - len(rest), rest))
+            items.append(_block(lines, depth + 1))
+        return items
+    if not KEY.match(text):
+        return _value(deque(TOKEN.findall(lines.popleft()[1])), 0)
+    found: dict[str, Any] = {}
+    while lines and lines[0][0] == indent and (key := KEY.match(lines[0][1])):
+        lines.popleft()
+        name, rest = key[1].strip("\"'"), TAG.sub("", key[2] or "")
+        if rest:
+            found[name] = _value(deque(TOKEN.findall(rest)), 0)
+        elif lines and (lines[0][0] > indent or (lines[0][0] == indent and _is_item(lines[0][1]))):
+            found[name] = _block(lines, depth + 1)
+    return found
+
+
+def _is_item(text: str) -> bool:
+    return text == "-" or text.startswith("- ")
+
+
+def _value(tokens: deque[str], depth: int) -> Any:
+    """Take a number, a word, a list or names with values off the tokens. Raises IndexError or ValueError."""
+    token = tokens.popleft()
+    if token not in ("[", "{"):
+        try:
+            return float(token)
+        except ValueError:
+            return token.strip().strip("\"'")
+    items: list[Any] = []
+    named: dict[str, Any] = {}
+    while tokens[0] not in ("]", "}"):
+        item = _value(tokens, depth + 1) if depth < MAX_DEPTH else int("")
+        if tokens[0] == ":":
+            tokens.popleft()
+            named[str(item)] = _value(tokens, depth + 1)
+        else:
+            items.append(item)
+        if tokens[0] == ",":
+            tokens.popleft()
+    tokens.popleft()
+    return items if token == "[" else named

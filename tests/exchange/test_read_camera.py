@@ -1,0 +1,164 @@
+"""Calibrations of others: read with their own pixels, and projected as OpenCV projects with them."""
+
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.read_camera import read_camera
+
+EXACT_PX = 1e-9
+PINHOLE = [-0.21, 0.07, 1e-3, -2e-3, 0.01]
+FISHEYE = [0.012, -0.012, 0.02, -0.004]
+K = np.array([[501.5, 0, 318.25], [0, 502.5, 241.75], [0, 0, 1.0]])
+POINTS = np.random.default_rng(1).uniform((-0.5, -0.4, 1), (0.5, 0.4, 2), (50, 3))
+
+
+def opencv(distortion, fisheye):
+    """Where OpenCV sees the points, in its own pixels."""
+    project = cv2.fisheye.projectPoints if fisheye else cv2.projectPoints
+    return project(POINTS[:, None], np.zeros(3), np.zeros(3), K, np.array(distortion))[0][:, 0]
+
+
+def storage(path, **values):
+    """Write the values with cv2.FileStorage."""
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for name, value in values.items():
+        file.write(name, value)
+    file.release()
+    return path
+
+
+def stored(suffix, model, distortion):
+    return lambda folder: storage(
+        folder / f"cv.{suffix}", image_width=640, image_height=480, camera_matrix=K,
+        distortion_coefficients=np.array(distortion)[None], **({"distortion_model": model} if model else {}),
+    )  # fmt: skip
+
+
+def text(name, content):
+    def write(folder):
+        (folder / name).write_text(content)
+        return folder / name
+
+    return write
+
+
+ROS = f"""image_width: 640
+image_height: 480
+camera_name: left
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: {K.ravel().tolist()}
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: {PINHOLE}
+"""
+CAMERA_INFO = f"""height: 480
+width: 640
+distortion_model: "equidistant"
+D: {FISHEYE}
+K: {K.ravel().tolist()}
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+"""
+KALIBR = f"""cam0:
+  camera_model: pinhole
+  distortion_coeffs: {FISHEYE}
+  distortion_model: equidistant
+  intrinsics: [{K[0, 0]}, {K[1, 1]}, {K[0, 2]}, {K[1, 2]}]
+  resolution: [640, 480]
+cam1:
+  T_cn_cnm1:
+  - [1.0, 0.0, 0.0, 0.1]
+  - [0.0, 1.0, 0.0, 0.0]
+  camera_model: pinhole
+  distortion_coeffs: [0.1, 0.0, 0.0, 0.0]
+  distortion_model: radtan
+  intrinsics: [400.0, 400.0, 320.0, 240.0]
+  resolution: [640, 480]
+"""
+EUROC = f"""# General sensor definitions.
+sensor_type: camera
+T_BS:
+  cols: 4
+  rows: 4
+  data: [1.0, 0.0, 0.0, 0.0,
+         0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+resolution: [640, 480]
+camera_model: pinhole
+intrinsics: [{K[0, 0]}, {K[1, 1]}, {K[0, 2]}, {K[1, 2]}] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: {PINHOLE[:4]}
+"""
+BOP = json.dumps({"width": 640, "height": 480, "fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2],
+                  "depth_scale": 0.1})  # fmt: skip
+BENCH = {"Nu": 640, "Nv": 480, "cameraMatrix": K.tolist(), "distortion_model": "equidistant", "distCoeffs": FISHEYE}
+COLMAP = f"1 OPENCV_FISHEYE 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, FISHEYE))}\n"
+FULL = f"# a\n1 FULL_OPENCV 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, PINHOLE))} 0 0 0\n"
+
+
+@pytest.mark.parametrize(
+    ("write", "kind", "distortion", "shift"),
+    [
+        (stored("yaml", "", PINHOLE), "OpenCV", PINHOLE, 0.5),
+        (stored("json", "", PINHOLE), "OpenCV", PINHOLE, 0.5),
+        (stored("yaml", "", [*PINHOLE, 0.0, 0.0, 0.0]), "OpenCV", PINHOLE, 0.5),
+        (stored("yml", "equidistant", FISHEYE), "ROS", FISHEYE, 0.5),
+        (text("ost.yaml", ROS), "ROS", PINHOLE, 0.5),
+        (text("info.yaml", CAMERA_INFO), "ROS", FISHEYE, 0.5),
+        (text("camchain.yaml", KALIBR), "Kalibr", FISHEYE, 0.5),
+        (text("sensor.yaml", EUROC), "Kalibr", PINHOLE[:4], 0.5),
+        (text("camera.json", BOP), "BOP", [0.0] * 5, 0.5),
+        (text("bench.json", json.dumps(BENCH)), "SPEED+", FISHEYE, 0.0),
+        (text("cameras.txt", COLMAP), "COLMAP", FISHEYE, 0.0),
+        (text("cameras.txt", FULL), "COLMAP", PINHOLE, 0.0),
+    ],
+)
+def test_it_projects_as_opencv_does_with_the_files_own_pixels(tmp_path, write, kind, distortion, shift) -> None:
+    """Where the first pixel's centre is (0, 0), ours are half a pixel more than those of the file."""
+    found = read_camera(write(tmp_path))
+    assert (found.camera.width, found.camera.height) == (640, 480)
+    seen = opencv(distortion, distortion == FISHEYE)
+    np.testing.assert_allclose(found.camera.project(POINTS), seen + shift, rtol=0, atol=EXACT_PX)
+    assert f"is read as {kind}" in found.notes[0]
+    assert ("half a pixel is added" if shift else "as here") in found.notes[0]
+
+
+def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
+    pycolmap_line = "2 SIMPLE_RADIAL_FISHEYE 640 480 501.5 318.25 241.75 0.012\n"
+    camera = read_camera(text("cameras.txt", pycolmap_line)(tmp_path)).camera
+    assert camera.fisheye
+    assert (camera.fx, camera.fy, camera.cx, camera.distortion) == (501.5, 501.5, 318.25, (0.012, 0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "found"),
+    [
+        ("cv.yaml", ROS.replace("image_width: 640\nimage_height: 480\n", ""), "has no image size"),
+        ("cv.yaml", "image_width: 640\nimage_height: 480\n", "has no camera matrix"),
+        ("cv.json", json.dumps({"w": 640, "h": 480, "K": K.tolist(), "D": FISHEYE}), "does not say whether its four"),
+        ("ros.yaml", ROS.replace("plumb_bob", "rational_polynomial").replace("0.01]", "0.01, 0.1, 0.0, 0.0]"),
+         "more than k1, k2, p1, p2, k3"),
+        ("kalibr.yaml", KALIBR.replace("camera_model: pinhole", "camera_model: omni", 1), "camera model 'omni'"),
+        ("kalibr.yaml", KALIBR.replace("equidistant", "fov"), "model 'fov'"),
+        ("cameras.txt", "1 FOV 640 480 500 500 320 240 0.1\n", "but FOV"),
+        ("cameras.txt", "1 PINHOLE 640 480 500 500\n", "no whole camera"),
+        ("calib.txt", "hello\n", "no names with values|no YAML"),
+        ("a.yaml", "a:\n  - [1, 2\n  b", "no YAML"),
+        ("a.yaml", "[" * 10000, "not JSON|nested"),
+        ("a.json", "[1]", "no names with values"),
+        ("a.yaml", ROS.replace("501.5", "nan"), "nine numbers|NaN|camera matrix"),
+    ],
+)  # fmt: skip
+def test_what_is_lacking_is_said_of_the_file(tmp_path, name, content, found) -> None:
+    path = text(name, content)(tmp_path)
+    with pytest.raises(InputError, match=re.compile(found)) as caught:
+        read_camera(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,48 @@
+"""Cameras whose lens others wrote: NVIDIA's names of OpenCV's lenses are read, any other projection is refused."""
+
+import pytest
+
+from spin_usd.commands.author.cameras import open_camera
+from spin_usd.errors import SpinError
+from spin_usd.stage.author.camera_layer import lens_of
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
+
+FLOAT32_PX = 1e-4
+POINT = [0.6, 0.0, 2.0]
+
+
+@pytest.mark.parametrize(("name", "u"), [("ocv", 495.14), ("fish", 494.8740767), ("none", 500.0)])
+def test_the_lens_is_read_as_its_names_say(shared, name, u) -> None:
+    """u = 320 + 600 (0.3 - 0.3 0.3^3), 320 + 600 arctan 0.3, and without a lens 320 + 600 0.3."""
+    reader = StageReader(shared / "data" / "strangers" / "lens" / f"{name}.usda")
+    found = reader.scene(reader.frames[0]).camera.project(POINT)
+    assert found.tolist() == pytest.approx([u, 240.0], abs=FLOAT32_PX)
+
+
+def test_author_takes_it_as_a_camera(shared) -> None:
+    layer, _, notes = open_camera(str(shared / "data" / "strangers" / "lens" / "fish.usda"))
+    assert lens_of(layer).project(POINT)[0] == pytest.approx(494.8740767, abs=FLOAT32_PX)
+    assert "NVIDIA" in notes[0]
+
+
+OTHERS = [
+    ("opencvFisheye", "ftheta", "projection 'ftheta'"),
+    ('"opencvPinhole"', '"generalizedProjection"', "generalizedProjection"),
+    ("uniform token omni:lensdistortion:model = \"opencvPinhole\"", "token cameraProjectionType = \"fisheyeSpherical\"",
+     "fisheyeSpherical"),
+    ("omni:lensdistortion:opencvPinhole:k1", "omni:lensdistortion:opencvPinhole:k4", "its lens has k4"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "found"), OTHERS)
+def test_any_other_projection_is_refused_and_found_by_check(shared, tmp_path, old, new, found) -> None:
+    lens = "fish" if "Fisheye" in old else "ocv"
+    path = tmp_path / "stage.usda"
+    path.write_text((shared / "data" / "strangers" / "lens" / f"{lens}.usda").read_text().replace(old, new))
+    reader = StageReader(path)
+    with pytest.raises(SpinError, match=found):
+        reader.scene(reader.frames[0])
+    assert any(found in each.message for each in check_stage(path))
+    with pytest.raises(SpinError, match=found):
+        open_camera(str(path))
