@@ -46,6 +46,7 @@ from spin_usd.files.size_limits import MAX_POSE_LIST, MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.bounds import in_front
 from spin_usd.geometry.rotation import matrix_from_quaternion
+from spin_usd.pluralise import pluralise
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.model import augmentation_and_camera
 from spin_usd.store.pictured_target import PicturedTarget
@@ -214,15 +215,22 @@ BOP = ExportFormat(
 )
 
 
-def read_poses(path: Path) -> Iterator[PoseEntry]:
+def read_poses(path: Path) -> Iterator[PoseEntry | str]:
     """Read the poses of the first body of each image. Raises InputError that names the image."""
     images = read_json_file(path, MAX_POSE_LIST)
     if not isinstance(images, dict):
         raise InputError("is not an object of images", where=path, do="give a scene_gt.json as BOP has it")
     scene = _scene_name(path)
+    empty = [number for number, bodies in images.items() if bodies == []]
+    several = [number for number, bodies in images.items() if isinstance(bodies, list) and len(bodies) > 1]
+    if empty:
+        yield f"left out {pluralise(len(empty), 'image')} without bodies, such as {empty[0]}"
+    if several:
+        images_with = pluralise(len(several), "image")
+        yield f"several bodies in {images_with}, such as {several[0]}: the first of the least obj_id is taken"
     for number in sorted(images, key=_number):
-        where = f"{path}, image {number}"
-        yield _entry(images[number], f"{scene}_{_number(number):06d}", where)
+        if images[number] != []:
+            yield _entry(images[number], f"{scene}_{_number(number):06d}", f"{path}, image {number}")
 
 
 def _entry(bodies: Any, name: str, where: str) -> PoseEntry:
@@ -230,11 +238,9 @@ def _entry(bodies: Any, name: str, where: str) -> PoseEntry:
         raise InputError("lists no bodies", where=where)
     body = min(bodies, key=lambda each: _number(each.get("obj_id", 0)))
     millimetres = finite_numbers(body.get("cam_t_m2c"), 3, "cam_t_m2c", where)
-    return PoseEntry(
-        filename=name,
-        q_cam_body=quaternion_of(body.get("cam_R_m2c"), "cam_R_m2c", where),
-        t_cam_body=[value / MILLIMETRES for value in millimetres],
-    )
+    rotation, off = quaternion_of(body.get("cam_R_m2c"), "cam_R_m2c", where)
+    place = [value / MILLIMETRES for value in millimetres]
+    return PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, off_rotation=off)
 
 
 def _scene_name(path: Path) -> str:

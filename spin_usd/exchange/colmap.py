@@ -197,8 +197,7 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
         except ValueError:
             raise InputError("holds something else than numbers before the image's name", where=where) from None
         pose = finite_numbers(numbers, 7, "the pose", where)
-        name = words[9].strip().rpartition("/")[2]
-        yield PoseEntry(filename=name, q_cam_body=pose[:4], t_cam_body=pose[4:])
+        yield PoseEntry(filename=words[9].strip(), q_cam_body=pose[:4], t_cam_body=pose[4:])
 
 
 COLMAP_POSES = PoseFormat(

@@ -35,7 +35,8 @@ DEPTH, YES = "depth", "yes"
 METRES = 1e-3  # of a millimetre, in which depth is
 WITHOUT_DEPTH = "export without depth: --option depth=no"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
-MATRIX = "transform_matrix"
+MATRIX, APPLIED = "transform_matrix", "applied_transform"
+IDENTITY = np.eye(4).tolist()
 CONVENTIONS = (
     "transform_matrix takes the camera's axes, which are OpenGL's (x right, y up, looking along -z), to the body axes "
     "of the target's model, which are the world's here; metres. Numbers have all their digits.",
@@ -141,24 +142,35 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
     frames = document.get(FRAMES) if isinstance(document, dict) else None
     if not isinstance(frames, list):
         raise InputError("has no list of frames", where=path, do="give a transforms.json as nerfstudio has it")
+    T_applied_body, scale = _applied(document, str(path))
     for i, frame in enumerate(frames):
         where = f"{path}, frame {i}"
         name = frame.get("file_path") if isinstance(frame, dict) else None
         if not isinstance(name, str):
             raise InputError("has no file_path", where=where, do="name the picture's file")
-        yield _entry(name.rpartition("/")[2], frame.get(MATRIX), where)
+        T_applied_usdcam, off = _transform(frame.get(MATRIX), MATRIX, where, of="usdcam", scale=scale)
+        T_cam_body = T_CAM_USDCAM @ T_applied_usdcam.inverse() @ T_applied_body
+        q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
+        yield PoseEntry(filename=name, q_cam_body=q, t_cam_body=t, off_rotation=off)
 
 
-def _entry(name: str, rows: Any, where: str) -> PoseEntry:
+def _applied(document: Mapping[str, Any], where: str) -> tuple[Transform, float]:
+    """Return what nerfstudio had already done to the poses that it wrote: how it turned and moved their world, and by
+    how much it then scaled it. Raises InputError."""
+    (scale,) = finite_numbers([document.get("applied_scale", 1.0)], 1, "applied_scale", where)
+    if scale <= 0:
+        raise InputError(f"applied_scale is {scale:g}", where=where, do="give a number above 0")
+    return _transform(document.get(APPLIED, IDENTITY), APPLIED, where, of="body")[0], scale
+
+
+def _transform(rows: Any, name: str, where: str, *, of: str, scale: float = 1.0) -> tuple[Transform, float]:
+    """Return the transform to the file's world, unscaled, that a matrix is, and by how much it misses being one. Raises
+    InputError."""
     if not isinstance(rows, list) or len(rows) not in (3, 4):
-        raise InputError(f"{MATRIX} is not a list of 4 rows", where=where)
-    matrix = np.array([finite_numbers(row, 4, f"a row of {MATRIX}", where) for row in rows])
-    to_world = quaternion_of(matrix[:3, :3].ravel().tolist(), MATRIX, where)
-    T_body_usdcam = Transform.from_quaternion(to="body", of="usdcam", q=to_world, t=matrix[:3, 3])
-    T_cam_body = T_CAM_USDCAM @ T_body_usdcam.inverse()
-    return PoseEntry(
-        filename=name, q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist()
-    )
+        raise InputError(f"{name} is not a list of 4 rows", where=where)
+    matrix = np.array([finite_numbers(row, 4, f"a row of {name}", where) for row in rows])
+    turn, off = quaternion_of(matrix[:3, :3].ravel().tolist(), name, where)
+    return Transform.from_quaternion(to="applied", of=of, q=turn, t=matrix[:3, 3] / scale), off
 
 
 NERFSTUDIO_POSES = PoseFormat(

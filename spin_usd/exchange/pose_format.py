@@ -7,14 +7,16 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PoseEntry:
-    """One pose of a file: the picture's file name, the scalar-first unit quaternion q_cam_body, t_cam_body in metres,
-    and the line that it ends in, 0 where entries are counted instead. What they say together, such as names that
-    repeat, is checked for all formats alike."""
+    """One pose of a file: the picture's file name, perhaps with folders before it, the scalar-first unit quaternion
+    q_cam_body, t_cam_body in metres, the line that it ends in, 0 where entries are counted instead, and by how much the
+    file's matrix missed being a rotation. What they say together, such as names that repeat, is checked for all formats
+    alike."""
 
     filename: str
     q_cam_body: Sequence[float]
     t_cam_body: Sequence[float]
     line: int = 0
+    off_rotation: float = 0.0
 
 
 SCALAR_FIRST, SCALAR_LAST = (
@@ -28,14 +30,15 @@ class PoseFormat:
     """A format of pose lists.
 
     name: for messages · recognises: whether a file is of it, from its path and its first characters · read: the file's
-    entries in order; raises InputError that names the file and the entry · lists: the files in the folder of a data set
+    entries in order, and between them, as text, what a user should know of how it is read; raises InputError that names
+    the file and the entry · lists: the files in the folder of a data set
     that may be its lists, in order; they are those that the format recognises · rotation: what the file's own numbers
     of a rotation must be, in words.
     """
 
     name: str
     recognises: Callable[[Path, str], bool]
-    read: Callable[[Path], Iterator[PoseEntry]]
+    read: Callable[[Path], Iterator[PoseEntry | str]]
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
     rotation: str = SCALAR_FIRST
 

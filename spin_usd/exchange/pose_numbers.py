@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -15,19 +16,23 @@ from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
+FEW_DECIMALS = 1e-3  # by which one of three or four does
 
 
-def csv_rows(path: Path, *, delimiter: str = ",") -> Iterator[tuple[int, str, Mapping[str, str]]]:
-    """Yield the line of each row of a CSV file with headings, where that is, for messages, and its cells by heading.
-    Raises InputError for a row with more cells than there are headings, unless they are empty."""
-    rows = csv.DictReader(lines_of(path, MAX_POSE_LIST), skipinitialspace=True, delimiter=delimiter)
+def csv_rows(path: Path, *, delimiter: str = ",", skip: int = 0) -> Iterator[tuple[int, str, Mapping[str, str]]]:
+    """Yield the line of each row of a CSV file with headings, where that is, for messages, and its cells by heading;
+    `skip` lines stand before. Raises InputError for a row with more cells than there are headings, unless they are
+    empty."""
+    lines = islice(lines_of(path, MAX_POSE_LIST), skip, None)
+    rows = csv.DictReader(lines, skipinitialspace=True, delimiter=delimiter)
     for row in rows:
-        where, beyond = f"{path}, line {rows.line_num}", row.pop(None, ())
+        line = rows.line_num + skip
+        where, beyond = f"{path}, line {line}", row.pop(None, ())
         if any(cell.strip() for cell in beyond):
             found = f"has {len(row) + len(beyond)} cells for {len(row)} headings"
             do = f"write numbers with a point, and quote cells that hold {delimiter!r}"
             raise InputError(found, where=where, do=do)
-        yield rows.line_num, where, {key: cell or "" for key, cell in row.items() if key}
+        yield line, where, {key: cell or "" for key, cell in row.items() if key}
 
 
 def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[float]:
@@ -55,13 +60,19 @@ def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float
     return numbers
 
 
-def quaternion_of(rows: Any, name: str, where: str) -> list[float]:
-    """Return the unit quaternion, scalar first, of nine numbers, a rotation matrix row by row. Raises InputError."""
+def quaternion_of(rows: Any, name: str, where: str) -> tuple[list[float], float]:
+    """Return the unit quaternion, scalar first, of nine numbers, a rotation matrix row by row, and by how much they
+    missed being one where six decimals do not account for it. Raises InputError."""
     matrix = np.array(finite_numbers(rows, 9, name, where)).reshape(3, 3)
     off, right_handed = off_rotation(matrix)
-    if off > ROUNDED or not right_handed:
-        raise InputError(f"{name} is no rotation (off by {off:.3g})", where=where, do="give it row by row")
-    return list(map(float, quaternion_from_matrix(_nearest_rotation(matrix))))
+    if off > FEW_DECIMALS or not right_handed:
+        scale = float(np.linalg.norm(matrix) / np.sqrt(3))
+        found = f"{name} is no rotation (off by {off:.3g})"
+        if right_handed and scale and off_rotation(matrix / scale)[0] <= FEW_DECIMALS:
+            found = f"{name} is a rotation times {scale:.6g}"
+            raise InputError(found, where=where, do="divide it by that; poses have no scale")
+        raise InputError(found, where=where, do="give it row by row")
+    return list(map(float, quaternion_from_matrix(_nearest_rotation(matrix)))), off if off > ROUNDED else 0.0
 
 
 def _nearest_rotation(matrix: Float) -> Float:

@@ -1,5 +1,6 @@
 """A file of poses, or a folder of such files, in any of the formats of the table, to a PoseList."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,9 +16,11 @@ from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.unique_names import UniqueNames
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
+NOT_IN_NAMES = re.compile("[^A-Za-z0-9._-]+")
 
 
 def read_pose_list(path: str | Path) -> PoseList:
@@ -27,7 +30,9 @@ def read_pose_list(path: str | Path) -> PoseList:
     """
     path = Path(path)
     lists = _lists_in(path) if path.is_dir() else ((path, _format_of(path)),)
-    entries = [entry for file, of in lists for entry in _entries(file, of)]
+    notes: list[str] = []
+    entries = [entry for file, of in lists for entry in _entries(file, of, notes)]
+    entries, renamed = _renamed(entries)
     if len(lists) > 1 and repeated_name([entry.name for entry in entries]):
         entries = [replace(entry, name=f"{_place(entry.list, path)}_{entry.name}") for entry in entries]
     names = [entry.name for entry in entries]
@@ -36,11 +41,15 @@ def read_pose_list(path: str | Path) -> PoseList:
         raise InputError(f"names the same picture as {entries[pair[0]].place}", where=entries[pair[1]].where, do=do)
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
-    q, notes = _normalised(q, entries, lists[0][1])
-    said = _said(lists) if path.is_dir() else ""
-    files = tuple(entry.pose.filename for entry in entries)
+    q, rounded = _normalised(q, entries, lists[0][1])
     return PoseList(
-        names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path), lists=said, notes=notes
+        names=tuple(names),
+        q_cam_body=q,
+        t_cam_body=t,
+        files=tuple(entry.pose.filename.rpartition("\0" if renamed else "/")[2] for entry in entries),
+        source=str(path),
+        lists=_said(lists) if path.is_dir() else "",
+        notes=(*notes, *renamed, *rounded, *_off_rotations(entries)),
     )
 
 
@@ -58,16 +67,49 @@ class NamedPose:
         return f"{self.list}, {self.place} ({self.name!r})"
 
 
-def _entries(file: Path, of: PoseFormat) -> Iterator[NamedPose]:
-    """Yield the entries of the list. Raises InputError."""
-    empty = True
-    for i, pose in enumerate(of.read(file)):
-        empty = False
-        place = f"line {pose.line}" if pose.line else f"entry {i}"
-        name = _picture_name(pose.filename, f"{file}, {place}")
-        yield NamedPose(name=name, pose=pose, list=file, place=place)
-    if empty:
+def _entries(file: Path, of: PoseFormat, notes: list[str]) -> Iterator[NamedPose]:
+    """Yield the entries of the list, and add what is to be known of it to the notes. Raises InputError."""
+    count = 0
+    for pose in of.read(file):
+        if isinstance(pose, str):
+            notes.append(f"{file}: {pose}")
+            continue
+        place = f"line {pose.line}" if pose.line else f"entry {count}"
+        count += 1
+        yield NamedPose(name=_picture_name(pose.filename, f"{file}, {place}"), pose=pose, list=file, place=place)
+    if not count:
         raise InputError("holds no poses: its list is empty", where=file)
+
+
+def _renamed(entries: list[NamedPose]) -> tuple[list[NamedPose], tuple[str, ...]]:
+    """Return the entries with names that can be pictures', and a note where those of the list cannot: with the folders
+    before them where several end in the same, "_" for what no name has, and a number where that makes two alike."""
+    names = [entry.name for entry in entries]
+    folders = [entry.pose.filename.replace("\\", "/").split("/")[:-1] for entry in entries]
+    if any(folders) and repeated_name(names):
+        alike = [len({*each}) == 1 for each in zip(*folders, strict=False)]
+        common = (*alike, False).index(False)
+        names = ["_".join([*folder[common:], name]) for folder, name in zip(folders, names, strict=True)]
+    clean = [NOT_IN_NAMES.sub("_", name).lstrip("._-") or "_" for name in names]
+    unique = UniqueNames()
+    clean = [each if each == name else unique.give(each) for each, name in zip(clean, names, strict=True)]
+    changed = [i for i, entry in enumerate(entries) if clean[i] != entry.name]
+    if not changed:
+        return entries, ()
+    first, was = clean[changed[0]], entries[changed[0]].pose.filename
+    note = f"{len(changed)} of {len(entries)} pictures have other names than in the list, such as {first} for {was!r}"
+    return [replace(entry, name=name) for entry, name in zip(entries, clean, strict=True)], (note,)
+
+
+def _off_rotations(entries: Sequence[NamedPose]) -> tuple[str, ...]:
+    """Return a note where matrices were made rotations."""
+    off = [entry.pose.off_rotation for entry in entries]
+    if not any(off):
+        return ()
+    worst = entries[int(np.argmax(off))]
+    count = sum(each > 0 for each in off)
+    told = f"are off one by up to {max(off):.2g} ({worst.where}), as few decimals leave them"
+    return (f"{count} of {len(off)} matrices were made rotations: they {told}",)
 
 
 def pose_files(path: Path) -> tuple[Path, ...]:
@@ -107,10 +149,11 @@ def _format_of(path: Path) -> PoseFormat:
 
 
 def _picture_name(filename: str, where: str) -> str:
-    """Return the picture's name: the file's without an image format's extension."""
-    stem, dot, suffix = filename.rpartition(".")  # no Path: lists have tens of thousands
-    name = stem if dot + suffix.lower() in IMAGE_SUFFIXES else filename
-    if not FRAME_NAME.fullmatch(name):
+    """Return the picture's name as the list has it: the file's without its folders and an image format's extension."""
+    base = filename.replace("\\", "/").rpartition("/")[2]
+    stem, dot, suffix = base.rpartition(".")  # no Path: lists have tens of thousands
+    name = stem if dot + suffix.lower() in IMAGE_SUFFIXES else base
+    if not name.isprintable() or not FRAME_NAME.fullmatch(NOT_IN_NAMES.sub("_", name).lstrip("._-")):
         raise InputError(
             f"has the filename {filename[:80]!r}, which cannot name a picture", where=where, do=FRAME_NAME_RULE
         )

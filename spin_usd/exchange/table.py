@@ -20,6 +20,7 @@ from spin_usd.exchange.spark import SPARK, SPARK_POSES
 from spin_usd.exchange.speed import SPEED
 from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_CAMERA, SPEEDPLUS_POSES
 from spin_usd.exchange.swisscube import SWISSCUBE
+from spin_usd.exchange.trajectories import EUROC_POSES, KITTI_POSES, TUM_POSES
 from spin_usd.exchange.urso import URSO, URSO_POSES
 from spin_usd.exchange.video import VIDEO
 from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
@@ -57,6 +58,9 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     PARQUET_POSES,
     NERFSTUDIO_POSES,
     COLMAP_POSES,
+    EUROC_POSES,
+    TUM_POSES,
+    KITTI_POSES,
     CSV_POSES,
     SPEEDPLUS_POSES,
 )

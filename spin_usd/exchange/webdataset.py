@@ -153,6 +153,9 @@ WEBDATASET = ExportFormat(
 )
 
 
+SUFFIXES = (".tar", ".tgz", ".tbz2", ".txz", ".tar.gz", ".tar.bz2", ".tar.xz")
+
+
 def read_poses(path: Path) -> Iterator[PoseEntry]:
     """Read the records of the shard, and the shard to its end. Raises InputError that names the member."""
     with decoding(path), open_file(path, MAX_SHARD) as shard, _opened(shard, path) as tar:
@@ -193,7 +196,7 @@ def _parsed(text: bytes, where: str) -> object:
 
 WEBDATASET_POSES = PoseFormat(
     name="WebDataset",
-    recognises=lambda path, head: path.suffix.lower() == ".tar",
+    recognises=lambda path, head: path.name.lower().endswith(SUFFIXES),
     read=read_poses,
     lists=files_like("*.tar", "*/*.tar"),
 )

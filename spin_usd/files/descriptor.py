@@ -15,6 +15,9 @@ NO_FILES = {
 # A pipe that nobody writes to would be waited for at opening; no child process inherits the file.
 FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
+POINTER, MAX_POINTER = b"version https://git-lfs.github.com/spec/", 1024
+"""What a repository holds in place of a large file begins with, and how many bytes it has at most."""
+
 
 def checked(descriptor: int, max_bytes: int, where: object) -> int:
     """Return the open `descriptor`, which is closed where it is of no regular file, or of more than `max_bytes`. Raises
@@ -29,6 +32,18 @@ def checked(descriptor: int, max_bytes: int, where: object) -> int:
     except BaseException:
         os.close(descriptor)
         raise
+    return descriptor
+
+
+def to_read(descriptor: int, max_bytes: int, where: object) -> int:
+    """Return the `descriptor` as `checked` does, of a file to be read. Raises InputError for a stand-in of one too."""
+    checked(descriptor, max_bytes, where)
+    if os.fstat(descriptor).st_size <= MAX_POINTER:
+        if os.read(descriptor, len(POINTER)) == POINTER:
+            os.close(descriptor)
+            found = "is a pointer of Git LFS, not the file that it stands for"
+            raise InputError(found, where=where, do="run git lfs pull")
+        os.lseek(descriptor, 0, os.SEEK_SET)
     return descriptor
 
 

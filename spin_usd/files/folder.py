@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from spin_usd.errors import InputError
-from spin_usd.files.descriptor import FLAGS, checked, read_all
+from spin_usd.files.descriptor import FLAGS, read_all, to_read
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE, Node, NodeType, type_of_entry, type_of_mode
 from spin_usd.files.size_limits import UNBOUNDED
@@ -124,7 +124,7 @@ class Folder:
         except OSError as error:
             found = f"is not a file, or is reached over a link ({error.strerror})"
             raise InputError(found, where=self.root / name, do="put the file itself there") from None
-        return checked(descriptor, max_bytes, self.root / name)
+        return to_read(descriptor, max_bytes, self.root / name)
 
     def _walk(self, descriptor: int, within: str, depth: int) -> Iterator[Node]:
         """Yield what lies below the open folder, which is closed in the end."""

@@ -8,7 +8,7 @@ from io import BufferedReader
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.files.descriptor import FLAGS, checked, read_all
+from spin_usd.files.descriptor import FLAGS, read_all, to_read
 
 
 def open_file(path: str | Path, max_bytes: int) -> BufferedReader:
@@ -59,4 +59,4 @@ def _opened(path: str | Path, max_bytes: int) -> int:
         raise InputError(f"cannot be read ({error.strerror})", where=path, do="check the path") from None
     except ValueError:  # NUL, or what no file system's encoding has
         raise InputError("cannot be the path of a file", where=path, do="check the path") from None
-    return checked(descriptor, max_bytes, path)
+    return to_read(descriptor, max_bytes, path)

@@ -1,0 +1,71 @@
+"""Trajectories of a camera in a world, as odometry and SLAM write them: of TUM, EuRoC and KITTI. They are read alone.
+
+TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks; EuRoC nanoseconds, a
+position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three rows. All take the
+camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time is the name of its
+picture, as it is of the images of TUM and EuRoC.
+
+Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat
+from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.text_file import lines_of
+from spin_usd.geometry.transform import Transform
+
+NOTE = (
+    "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
+    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
+)
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], float]]
+"""A line's numbers, and where they are, to the quaternion, scalar first, the position, and how far it missed one."""
+
+
+def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose) -> Iterator[PoseEntry | str]:
+    yield NOTE.format(name)
+    place = 0
+    for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
+        words, where = line.replace(",", " ").split(), f"{path}, line {number}"
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            values = [float(word) for word in words[timed : count + timed]]
+        except ValueError:
+            raise InputError("holds something else than numbers", where=where) from None
+        q, t, off = pose(finite_numbers(values, count, "the pose", where), where)
+        T_cam_body = Transform.from_quaternion(to="body", of="cam", q=q, t=t).inverse()
+        q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
+        filename = words[0] if timed else f"{place:06}"
+        yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off)
+        place += 1
+
+
+def _matrix(values: list[float], where: str) -> tuple[Sequence[float], Sequence[float], float]:
+    rows = [values[4 * row : 4 * row + 4] for row in range(3)]
+    q, off = quaternion_of([each for row in rows for each in row[:3]], "the matrix", where)
+    return q, [row[3] for row in rows], off
+
+
+def _of(name: str, first: str, *, count: int, pose: Pose, timed: bool = True) -> PoseFormat:
+    """Return the format whose head matches the pattern `first`."""
+    return PoseFormat(
+        name=name,
+        recognises=lambda path, head: bool(re.match(rf"(?:\s*#[^\n]*\n)*?\s*(?:{first})", head)),
+        read=partial(_read, name=name, count=count, timed=timed, pose=pose),
+        rotation=SCALAR_LAST,
+    )
+
+
+EUROC_POSES = _of("EuRoC", "#time[^\n]*,[^\n]*p_", count=7, pose=lambda v, _: (v[3:], v[:3], 0.0))
+TUM_POSES = _of(
+    "TUM", rf"{NUMBER}(?:[ \t]+{NUMBER}){{7}}\s*(?:\n|$)", count=7, pose=lambda v, _: ([v[6], *v[3:6]], v[:3], 0.0)
+)
+KITTI_POSES = _of("KITTI", rf"{NUMBER}(?:[ \t]+{NUMBER}){{11}}\s*(?:\n|$)", count=12, pose=_matrix, timed=False)
