@@ -17,12 +17,6 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.bop_scenes import (
     POSES_TO_CAMERA,
-    RECTIFIED,
-    RECTIFY,
-    RECTIFY_IT,
-    RECTIFYING,
-    YES,
-    as_exported,
     camera_matrix,
     depth_file,
     image_file,
@@ -39,6 +33,7 @@ from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json
 from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import INSTANCE, UINT16_MAX, bodies_told_apart, depth_at_most, undistorted
 from spin_usd.exchange.layout.models import MILLIMETRES, body_models
+from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported
 from spin_usd.exchange.layout.survey import Survey, reach
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of

@@ -33,6 +33,14 @@ from spin_usd.exchange.layout.layout import (
     from_one,
 )
 from spin_usd.exchange.layout.limits import bodies_told_apart
+from spin_usd.exchange.layout.rectified_picture import (
+    RECTIFIED,
+    RECTIFY,
+    RECTIFYING,
+    YES,
+    as_exported,
+    exported_cameras,
+)
 from spin_usd.exchange.layout.surface_points import DENSE_POSE, SurfacePoints, surface_points
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
@@ -91,12 +99,13 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return {f"{MODEL}/{FILE}": text_lines(IMAGES_HEAD), **lists}
 
 
-def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
+    picture = as_exported(dataset, original)
     name = f"{picture.name}{own_suffix(picture)}"
     yield any_image(picture, f"images/{name}")
     yield mask_image(picture, f"masks/{name}.png")
     pose = (*picture.target.q_cam_body.tolist(), *picture.target.t_cam_body.tolist())
-    camera = FIRST + dataset.cameras.index(picture.camera)
+    camera = FIRST + exported_cameras(dataset).index(picture.camera)
     line = " ".join(map(str, (FIRST + picture.number, *pose, camera, name)))
     yield IndexRow(path=f"{MODEL}/{FILE}", value=f"{line}\n{_points_line(_points(dataset), picture)}")
     yield IndexRow(path=f"{MODEL}/{picture.split}.txt", value=name)
@@ -114,7 +123,7 @@ def _points_line(points: SurfacePoints, picture: ExportedPicture) -> str:
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
-    lines = [camera_line(FIRST + place, camera) for place, camera in enumerate(dataset.cameras)]
+    lines = [camera_line(FIRST + place, camera) for place, camera in enumerate(exported_cameras(dataset))]
     text = CAMERAS_HEAD + "".join(f"{line}\n" for line in lines)
     yield MadeFile(path=f"{MODEL}/{CAMERAS}", write=write_text_file(text))
 
@@ -161,7 +170,7 @@ def _image_lines(path: Path) -> Iterator[tuple[int, str, str]]:
 def _layout(options: Mapping[str, Any]) -> Layout:
     return Layout(
         needs=("image", "segmentation", DENSE_POSE),
-        conventions=CONVENTIONS,
+        conventions=CONVENTIONS + (RECTIFIED if options[RECTIFY] == YES else ()),
         files=_files,
         shared=_shared,
         last=_last,
@@ -179,6 +188,7 @@ COLMAP = ExportFormat(
         FormatOption(
             name="points", meaning="how many points the model has at most, from 1", default="2000", read=from_one
         ),
+        RECTIFYING,
     ),
 )
 

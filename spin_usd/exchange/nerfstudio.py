@@ -20,6 +20,14 @@ from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, 
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
 from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most
+from spin_usd.exchange.layout.rectified_picture import (
+    RECTIFIED,
+    RECTIFY,
+    RECTIFYING,
+    YES,
+    as_exported,
+    exported_cameras,
+)
 from spin_usd.exchange.layout.surface_points import DENSE_POSE, cloud_file
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
@@ -31,7 +39,7 @@ from spin_usd.geometry.transform import Transform
 
 FILE, CLOUD, FRAMES = "transforms.json", "points.ply", "frames"
 POINTS = 100_000  # of the cloud, at most
-DEPTH, YES = "depth", "yes"
+DEPTH = "depth"
 METRES = 1e-3  # of a millimetre, in which depth is
 WITHOUT_DEPTH = "export without depth: --option depth=no"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
@@ -76,13 +84,14 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     head: dict[str, Any] = {"camera_model": "OPENCV", "orientation_override": "none", "ply_file_path": CLOUD}
     if dataset.options[DEPTH] == YES:
         head["depth_unit_scale_factor"] = METRES
-    if len(dataset.cameras) == 1:
-        head |= lens(dataset.camera)
+    if len(cameras := exported_cameras(dataset)) == 1:
+        head |= lens(cameras[0])
     lists = [f"{split}_filenames" for split in SPLITS.values()] if len(dataset.splits) > 1 else []
     return {FILE: json_lists(head, [FRAMES, *lists])}
 
 
-def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
+    picture = as_exported(dataset, original)
     image = any_image(picture, f"images/{picture.name}{own_suffix(picture)}")
     mask = mask_image(picture, f"masks/{picture.name}.png")
     yield image
@@ -92,7 +101,7 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
         depth = depth_image(picture, f"depths/{picture.name}.png")
         yield depth
         frame["depth_file_path"] = depth.path
-    if len(dataset.cameras) > 1:
+    if len(exported_cameras(dataset)) > 1:
         frame |= lens(picture.camera)
     target = picture.target
     pose = Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)
@@ -118,7 +127,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
     depth = options[DEPTH] == YES
     return Layout(
         needs=("image", "segmentation", DENSE_POSE, *([DEPTH] if depth else [])),
-        conventions=CONVENTIONS + ((IN_MILLIMETRES,) if depth else ()),
+        conventions=CONVENTIONS + ((IN_MILLIMETRES,) if depth else ()) + (RECTIFIED if options[RECTIFY] == YES else ()),
         files=_files,
         shared=_shared,
         indexes=_indexes,
@@ -131,7 +140,10 @@ NERFSTUDIO = ExportFormat(
     name="nerfstudio",
     holds="as transforms.json with images, masks, depth and points",
     layout=_layout,
-    options=(FormatOption(name=DEPTH, meaning="whether depth is exported", default=YES, choices=(YES, "no")),),
+    options=(
+        FormatOption(name=DEPTH, meaning="whether depth is exported", default=YES, choices=(YES, "no")),
+        RECTIFYING,
+    ),
 )
 
 

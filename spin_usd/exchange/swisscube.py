@@ -11,12 +11,6 @@ import numpy as np
 
 from spin_usd.exchange.layout.bop_scenes import (
     POSES_TO_CAMERA,
-    RECTIFIED,
-    RECTIFY,
-    RECTIFY_IT,
-    RECTIFYING,
-    YES,
-    as_exported,
     camera_matrix,
     image_file,
     mask_file,
@@ -31,6 +25,7 @@ from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_jso
 from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, undistorted
 from spin_usd.exchange.layout.models import MILLIMETRES, body_models
+from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported
 
 SPLITS = {"train": "training", "validation": "validation", "test": "testing"}
 INDEXES = ("scene_camera", "scene_gt")

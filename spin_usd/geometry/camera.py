@@ -4,7 +4,7 @@ Pixel coordinates have (0, 0) at the *corner* of the image; the first pixel's ce
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -60,6 +60,12 @@ class Camera:
         numbers = {name: value for name, value in said.items() if name != "model"}
         distortion = Fisheye(*said["distortion"]) if said.get("model") == "fisheye" else tuple(said["distortion"])
         return cls(**{**numbers, "distortion": distortion})
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What `recorded` reads."""
+        said = {each.name: getattr(self, each.name) for each in fields(self)}
+        return said | ({"model": "fisheye"} if self.fisheye else {})
 
     @property
     def matrix(self) -> Float:

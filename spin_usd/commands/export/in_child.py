@@ -231,7 +231,8 @@ def _cameras(plan: ExportPlan) -> str:
 
 def _camera(camera: Camera) -> str:
     numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
-    return " | ".join((*map(str, numbers), ", ".join(map(str, camera.distortion)) if camera.distorted else "none"))
+    lens = ", ".join(map(str, camera.distortion)) if camera.distorted else "none"
+    return " | ".join((*map(str, numbers), f"fisheye, k1 to k4: {lens}" if camera.fisheye else lens))
 
 
 def statistics_table(columns: "Mapping[str, array[float]]") -> str:

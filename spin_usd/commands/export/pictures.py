@@ -58,7 +58,7 @@ class PictureMaker:
             entries=tuple(Entry(*entry) for entry in said["entries"]),
             splits=tuple(said["splits"]),
             target=said["target"],
-            cameras=tuple(Camera(**{**each, "distortion": tuple(each["distortion"])}) for each in said["cameras"]),
+            cameras=tuple(Camera.recorded(each) for each in said["cameras"]),
             farthest=said["farthest"],
             options=options,
         )
@@ -120,7 +120,7 @@ def made_by_children(
         "entries": exported.entries,
         "splits": exported.splits,
         "target": exported.target,
-        "cameras": [asdict(camera) for camera in exported.cameras],
+        "cameras": [camera.record for camera in exported.cameras],
         "farthest": exported.farthest,
     }
     write_json(Folder(work), plan, said, work=work)

@@ -134,16 +134,7 @@ def _provenance(
 
 def recorded_camera(camera: Camera) -> RecordedCamera:
     """Return what the record says of a camera."""
-    return RecordedCamera(
-        width=camera.width,
-        height=camera.height,
-        fx=camera.fx,
-        fy=camera.fy,
-        cx=camera.cx,
-        cy=camera.cy,
-        distortion=list(camera.distortion),
-        model="fisheye" if camera.fisheye else UNSET,
-    )
+    return RecordedCamera(**{**camera.record, "distortion": list(camera.distortion)})
 
 
 def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:

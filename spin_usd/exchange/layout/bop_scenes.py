@@ -18,31 +18,17 @@ from spin_usd.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import VISIBLE, any_image, depth_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_object, write_json_file
-from spin_usd.exchange.layout.layout import FormatOption, IndexRow, LinkedFile, MadeFile
+from spin_usd.exchange.layout.layout import IndexRow, LinkedFile, MadeFile
 from spin_usd.exchange.layout.models import MILLIMETRES, Model, body_models, diameter, ply_bytes
-from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
 
-RECTIFY, YES, NO = "rectify", "yes", "no"
-RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
-RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
 POSES_TO_CAMERA = (
     "cam_R_m2c (row by row) and cam_t_m2c take the body's axes to the camera's, which are OpenCV's: x right, y down, z "
     "forward. obj_id is the target's id."
 )
-RECTIFIED = (
-    "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest pixel, "
-    "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "
-    "what is projected from them are exact. What the lens did not show is black.",
-)
 NO_BOX = [-1, -1, -1, -1]
-
-
-def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedPicture:
-    """Return the picture without lens distortion where the export's options say so."""
-    return RectifiedPicture.of(picture) if dataset.options[RECTIFY] == YES else picture
 
 
 def scene_number(dataset: ExportedDataset, variant: str) -> int:

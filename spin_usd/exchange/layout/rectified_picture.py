@@ -13,13 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.exchange.layout.exported_dataset import ExportedPicture
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.layout import FormatOption
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.mesh import BOX
 from spin_usd.store.description import DescribedTarget
 from spin_usd.store.pictured_target import PicturedTarget
 
 OUTSIDE = "outside"
+RECTIFY, YES, NO = "rectify", "yes", "no"
+RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
+RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
+RECTIFIED = (
+    "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest pixel, "
+    "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "
+    "what is projected from them are exact. What the lens did not show is black.",
+)
 Array = NDArray[Any]
 
 
@@ -174,3 +183,14 @@ def _box(mask: NDArray[np.bool_]) -> Float:
 def _left(pixel: Float, size: tuple[int, int]) -> bool:
     """Return whether the pixel (2,) lies outside an image of that size; False where there is none."""
     return bool(((pixel < 0) | (pixel >= size)).any())
+
+
+def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedPicture:
+    """Return the picture without lens distortion where that is asked for."""
+    return RectifiedPicture.of(picture) if dataset.options.get(RECTIFY) == YES else picture
+
+
+def exported_cameras(dataset: ExportedDataset) -> tuple[Camera, ...]:
+    """Return the cameras of the pictures as exported, each once."""
+    rectify = dataset.options.get(RECTIFY) == YES
+    return tuple(dict.fromkeys(each.pinhole if rectify else each for each in dataset.cameras))

@@ -15,6 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import eight_bits
 from spin_usd.exchange.layout.layout import MadeFile
+from spin_usd.exchange.layout.rectified_picture import as_exported
 from spin_usd.files.new_file import write_whole
 
 DENSE_POSE = "dense_pose"
@@ -76,7 +77,9 @@ def surface_points(dataset: ExportedDataset, count: int) -> SurfacePoints:
     """Return `count` points or fewer, as many of each of the pictures that they are taken from, evenly over what those
     show: the same in every run."""
     numbers = _some(np.arange(len(dataset)), min(MAX_PICTURES, count))
-    found = [_points_in(dataset.picture(number), count // len(numbers)) for number in numbers.tolist()]
+    found = [
+        _points_in(as_exported(dataset, dataset.picture(number)), count // len(numbers)) for number in numbers.tolist()
+    ]
     return SurfacePoints(
         points=np.concatenate([each.points for each in found]),
         normals=np.concatenate([each.normals for each in found]),
