@@ -1,11 +1,12 @@
 """A dataset as those who train and test with it read it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from numbers import Real
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
@@ -207,11 +208,16 @@ class Dataset(Sequence[Picture]):
         return self._of(self._names, Resized(size=size_of(size)))
 
     @staticmethod
-    def collate(pictures: Sequence[Picture], labels: str | Sequence[str] = ("image",)) -> dict[str, Any]:
+    def collate(
+        pictures: Sequence[Picture],
+        labels: str | Sequence[str] = ("image",),
+        types: Mapping[str, str] = MappingProxyType({}),
+    ) -> dict[str, Any]:
         """Return a batch of B pictures of one size, as PyTorch's DataLoader takes it from its `collate_fn`.
 
         labels: what is stacked of the pictures' files, by these names: "image" (B, H, W) or (B, H, W, 3), "depth" and
-        so on; another choice is `functools.partial(Dataset.collate, labels=("image", "depth"))`. Beside them it has
+        so on; another choice is `functools.partial(Dataset.collate, labels=("image", "depth"))`. types: other types of
+        arrays by their names, such as {"segmentation": "int64", "T_cam_body": "float32"}. Beside the labels it has
         "camera_matrix" (B, 3, 3), and of the first target "T_cam_body" (B, 4, 4), "q_cam_body" (B, 4), "t_cam_body"
         (B, 3), "box_visible" (B, 4), "keypoints" (B, K, 2) pixels and "keypoints_visible" (B, K); and the lists "frame"
         and "variant". Arrays are numpy's: `torch.from_numpy` takes them without a copy. Raises InputError where the
@@ -227,7 +233,7 @@ class Dataset(Sequence[Picture]):
             if len(shapes) > 1:
                 found, do = f"cannot be stacked: {label} is {shapes[0]} and {shapes[1]}", "try dataset.resize(256)"
                 raise InputError(found, where=pictures[0].root, do=do)
-        return {
+        batch: dict[str, Any] = {
             **{label: np.stack(arrays) for label, arrays in stacked.items()},
             "camera_matrix": np.stack([picture.camera_matrix for picture in pictures]),
             "T_cam_body": np.stack([picture.T_cam_body for picture in pictures]),
@@ -239,6 +245,12 @@ class Dataset(Sequence[Picture]):
             "frame": [picture.frame for picture in pictures],
             "variant": [picture.variant for picture in pictures],
         }
+        for name, type in types.items():
+            if not isinstance(batch.get(name), np.ndarray):
+                there = ", ".join(each for each, array in batch.items() if isinstance(array, np.ndarray))
+                raise InputError(f"a batch has no array {name!r} to be {type}", do=f"choose among {there}")
+            batch[name] = batch[name].astype(type)
+        return batch
 
     def to_dataframe(self) -> "DataFrame":
         """Return a table of pandas with a row for each picture: frame, variant, index, the files' paths, the first

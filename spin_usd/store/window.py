@@ -18,6 +18,7 @@ from spin_usd.formats.image_file import resampled
 from spin_usd.geometry.camera import Camera
 
 MAX_SIDE = 2**14  # pixels
+BETWEEN = 1e-9  # pixels: so near to the border of two, a centre lies on it but for rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,13 +91,13 @@ class Window:
         """Return the window of an image whose rows from `top` on are the `array` (rows, W) or (rows, W, C).
 
         smooth: each pixel is a mean of those around its centre, as `resampled` makes it; else that of the image's in
-        which its centre lies.
+        which its centre lies, of two beside it the one and the other in turn.
         """
         return self._smooth(array, top) if smooth else self._nearest(array, top)
 
     def _nearest(self, array: NDArray[Any], top: int) -> NDArray[Any]:
-        columns = np.floor(self.x0 + (np.arange(self.size[0]) + 0.5) * (self.width / self.size[0])).astype(np.int64)
-        rows = np.floor(self.y0 + (np.arange(self.size[1]) + 0.5) * (self.height / self.size[1])).astype(np.int64) - top
+        columns = _holding(self.x0, self.width, self.size[0])
+        rows = _holding(self.y0, self.height, self.size[1]) - top
         inside_x, inside_y = ((at >= 0) & (at < n) for at, n in ((columns, array.shape[1]), (rows, array.shape[0])))
         found = np.zeros((self.size[1], self.size[0], *array.shape[2:]), array.dtype)
         found[np.ix_(inside_y, inside_x)] = array[np.ix_(rows[inside_y], columns[inside_x])]
@@ -113,6 +114,15 @@ class Window:
         made = [resampled(layer, box, self.size) for layer in np.moveaxis(layers, 2, 0)]
         found = np.stack(made, -1).reshape(self.size[1], self.size[0], *array.shape[2:])
         return np.rint(found).astype(array.dtype) if array.dtype.kind in "ui" else found.astype(array.dtype)
+
+
+def _holding(start: float, length: float, count: int) -> NDArray[np.int64]:
+    """Return (count,) the pixels that hold the centres of so many along a side. Where a centre lies between two, as
+    where a size is halved, it is the one and the other in turn: always the same one would move all by half a pixel."""
+    at = start + (np.arange(count) + 0.5) * (length / count)
+    between = np.abs(at - np.rint(at)) < BETWEEN
+    found: NDArray[np.int64] = np.where(between, np.rint(at) - np.arange(count) % 2, np.floor(at)).astype(np.int64)
+    return found
 
 
 def size_of(size: int | tuple[int, int]) -> tuple[int, int]:

@@ -55,6 +55,10 @@ def test_what_some_pictures_lack_meets_no_comparison(dataset) -> None:
         ("[p for p in frame]", "is not read in a condition"),
         ("range is 8", "is not read in a condition"),
         ("(" * 3000, "too long"),
+        ("'a' * 2000000000 == frame", "cannot be said of img.*'a' is no number"),
+        ("[1] * 2000000000 == [1]", "is no number"),
+        ("index * 1" + "0" * 400 + " > 1", "cannot be said of img.*too large"),
+        ("index * 10" + "0" * 300 + " * " + "1" + "0" * 400 + " > 1", "too large"),
         ("-" * 1900 + "1", "is no condition"),
     ],
 )

@@ -143,6 +143,28 @@ def test_a_dataset_of_crops_is_a_dataset(dataset) -> None:
         Dataset.collate([dataset[0], crops[0]])
 
 
+@pytest.mark.parametrize("factor", [2, 3, 4, 2.5, 6])
+def test_labels_move_neither_way_when_a_picture_is_made_smaller(factor) -> None:
+    """What a pixel shows of a label that says where it is, is on average its own centre."""
+    side = 120
+    where = np.stack(np.meshgrid(np.arange(side) + 0.5, np.arange(side) + 0.5), -1)
+    count = round(side / factor)
+    window = Window(x0=0.0, y0=0.0, width=float(side), height=float(side), size=(count, count))
+    centres = np.stack(np.meshgrid(*[(np.arange(count) + 0.5) * side / count] * 2), -1)
+    off = window.cut(where, 0, smooth=False) - centres
+    assert np.abs(off).max() <= 0.5 + 1e-9
+    assert np.abs(off.mean((0, 1))).max() < 1e-9
+
+
+def test_a_batch_has_the_types_that_are_asked_for(dataset) -> None:
+    types = {"segmentation": "int64", "T_cam_body": "float32", "image": "uint8"}
+    batch = Dataset.collate(list(dataset), labels=("image", "segmentation"), types=types)
+    assert {name: str(batch[name].dtype) for name in types} == types
+    assert (batch["segmentation"] > 0).any()
+    with pytest.raises(InputError, match="no array 'frame' to be int64"):
+        Dataset.collate(list(dataset), types={"frame": "int64"})
+
+
 @pytest.mark.parametrize("size", [0, -3, 2.5, (10,), (10, 0), (1, 2, 3), 10**6])
 def test_no_size_is_refused(dataset, size) -> None:
     with pytest.raises(InputError, match="of size"):
