@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import InputError
+from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
@@ -33,6 +34,7 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.lens_models import distortion_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
@@ -43,6 +45,7 @@ DEPTH = "depth"
 METRES = 1e-3  # of a millimetre, in which depth is
 WITHOUT_DEPTH = "export without depth: --option depth=no"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
+LENS = ("fl_x", "fl_y", "cx", "cy")
 MATRIX, APPLIED = "transform_matrix", "applied_transform"
 IDENTITY = np.eye(4).tolist()
 CONVENTIONS = (
@@ -147,13 +150,15 @@ NERFSTUDIO = ExportFormat(
 )
 
 
-def read_poses(path: Path) -> Iterator[PoseEntry]:
+def read_poses(path: Path) -> Iterator[PoseEntry | str]:
     """Read the frames of the file at `path`, whose world is taken for the body. Raises InputError that names the
     frame."""
     document = read_json_file(path, MAX_POSE_LIST)
     frames = document.get(FRAMES) if isinstance(document, dict) else None
     if not isinstance(frames, list):
         raise InputError("has no list of frames", where=path, do="give a transforms.json as nerfstudio has it")
+    if any(set(LENS) & set(frame) for frame in frames if isinstance(frame, dict)):
+        yield "frames have cameras of their own there: all pictures are taken with --camera alone"
     T_applied_body, scale = _applied(document, str(path))
     for i, frame in enumerate(frames):
         where = f"{path}, frame {i}"
@@ -191,4 +196,24 @@ NERFSTUDIO_POSES = PoseFormat(
     read=read_poses,
     lists=files_like(FILE, "transforms_*.json"),
     rotation="a rotation from OpenGL's camera axes to the body's, row by row",
+)
+
+
+def read_camera(path: Path) -> Calibration:
+    """Read the one camera of the transforms.json at `path`. Raises InputError."""
+    said = read_json_file(path, MAX_POSE_LIST)
+    if any(set(LENS) & set(frame) for frame in said.get(FRAMES, ()) if isinstance(frame, dict)):
+        do = "write the camera of one of them, as COLMAP's cameras.txt or as OpenCV does"
+        raise InputError("has cameras of its own in its frames", where=path, do=do)
+    model = str(said.get("camera_model", "OPENCV"))
+    fisheye = model == "OPENCV_FISHEYE"
+    names = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+    given = [said.get("w"), said.get("h"), *(said.get(name) for name in LENS), *(said.get(name, 0.0) for name in names)]
+    width, height, fx, fy, cx, cy, *k = finite_numbers(given, len(given), f"w, h, {', '.join(LENS)} or k", str(path))
+    distortion = distortion_of(k, model.removeprefix("SIMPLE_"), path)
+    return Calibration(size=whole([width, height], path), projection=(fx, fy, cx, cy), distortion=distortion)
+
+
+NERFSTUDIO_CAMERA = CameraFormat(
+    name="nerfstudio", first_centre=CORNER, recognises=lambda path, head: '"fl_x"' in head, read=read_camera
 )

@@ -26,7 +26,8 @@ from spin_usd.formats.lens_models import FISHEYES, distortion_of
 from spin_usd.formats.yaml_file import read_yaml_file
 
 MATRIX = ("cameramatrix", "k", "intrinsicmatrix", "intrinsicsmatrix", "mtx", "matrix", "newcameramatrix")
-COEFFICIENTS = ("distortioncoefficients", "distortioncoeffs", "distcoeffs", "dist", "d", "distortion")
+COEFFICIENTS = ("distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "dist", "d", "distortion")
+COEFFICIENTS_ARE = "distortion coefficients (distortion_coefficients)"
 WIDTH, HEIGHT = ("imagewidth", "width", "imgwidth", "w"), ("imageheight", "height", "imgheight", "h")
 SIZE = ("resolution", "imagesize", "size", "imgsize")
 MODEL = ("distortionmodel", "cameramodel", "model", "distortiontype")
@@ -42,6 +43,8 @@ def _read(path: Path, *, chain: bool) -> Calibration:
     size = [first_of(said, WIDTH), first_of(said, HEIGHT)] if size is None else size
     if size == [None, None]:
         raise InputError("has no image size", where=path, do="add image_width and image_height, in pixels")
+    if first_of(said, COEFFICIENTS) is None:
+        notes += (f"has no {COEFFICIENTS_ARE}: its lens is taken for one without distortion",)
     return Calibration(
         size=whole(numbers_of(size, [2], "image size", path), path),
         projection=_intrinsics(said, path) if chain else _matrix(said, path),
@@ -72,7 +75,7 @@ def _distortion(said: dict[str, Any], path: Path) -> tuple[float, ...]:
     model = said.get("distortion_model", model) or ""
     if fisheye not in (None, 0.0, 0, False, "false"):
         model = FISHEYES[0]
-    k = [] if found is None else numbers_of(found, range(15), "distortion coefficients", path)
+    k = [] if found is None else numbers_of(found, range(15), COEFFICIENTS_ARE, path)
     return distortion_of(k, str(model), path, ambiguous=fisheye is None)
 
 

@@ -10,7 +10,7 @@ from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.layout import ExportFormat
-from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_POSES
+from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_CAMERA, NERFSTUDIO_POSES
 from spin_usd.exchange.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
 from spin_usd.exchange.pose_format import PoseFormat
@@ -70,6 +70,7 @@ CAMERA_FORMATS: tuple[CameraFormat, ...] = (
     SPEEDPLUS_CAMERA,
     BOP_CAMERA,
     COLMAP_CAMERA,
+    NERFSTUDIO_CAMERA,
     KALIBR_CAMERA,
     ROS_CAMERA,
     OPENCV_CAMERA,

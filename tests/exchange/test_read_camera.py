@@ -98,6 +98,9 @@ distortion_coefficients: {PINHOLE[:4]}
 """
 BOP = json.dumps({"width": 640, "height": 480, "fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2],
                   "depth_scale": 0.1})  # fmt: skip
+NERFSTUDIO = json.dumps({"camera_model": "OPENCV_FISHEYE", "w": 640, "h": 480, "fl_x": K[0, 0], "fl_y": K[1, 1],
+                         "cx": K[0, 2], "cy": K[1, 2], **dict(zip(["k1", "k2", "k3", "k4"], FISHEYE, strict=True)),
+                         "frames": []})  # fmt: skip
 BENCH = {"Nu": 640, "Nv": 480, "cameraMatrix": K.tolist(), "distortion_model": "equidistant", "distCoeffs": FISHEYE}
 COLMAP = f"1 OPENCV_FISHEYE 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, FISHEYE))}\n"
 FULL = f"# a\n1 FULL_OPENCV 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, PINHOLE))} 0 0 0\n"
@@ -115,6 +118,7 @@ FULL = f"# a\n1 FULL_OPENCV 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '
         (text("camchain.yaml", KALIBR), "Kalibr", FISHEYE, 0.5),
         (text("sensor.yaml", EUROC), "Kalibr", PINHOLE[:4], 0.5),
         (text("camera.json", BOP), "BOP", [0.0] * 5, 0.5),
+        (text("transforms.json", NERFSTUDIO), "nerfstudio", FISHEYE, 0.0),
         (text("bench.json", json.dumps(BENCH)), "SPEED+", FISHEYE, 0.0),
         (text("cameras.txt", COLMAP), "COLMAP", FISHEYE, 0.0),
         (text("cameras.txt", FULL), "COLMAP", PINHOLE, 0.0),
@@ -152,6 +156,8 @@ def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
         ("calib.txt", "hello\n", "no names with values|no YAML"),
         ("a.yaml", "a:\n  - [1, 2\n  b", "no YAML"),
         ("a.yaml", "[" * 10000, "not JSON|nested"),
+        ("transforms.json", NERFSTUDIO.replace("OPENCV_FISHEYE", "EQUIRECTANGULAR"), "model 'EQUIRECTANGULAR'"),
+        ("transforms.json", NERFSTUDIO.replace("[]", '[{"fl_x": 3}]'), "cameras of its own"),
         ("a.json", "[1]", "no names with values"),
         ("a.yaml", ROS.replace("501.5", "nan"), "nine numbers|NaN|camera matrix"),
     ],
@@ -162,3 +168,10 @@ def test_what_is_lacking_is_said_of_the_file(tmp_path, name, content, found) -> 
         read_camera(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_file_without_coefficients_says_so(tmp_path) -> None:
+    plain = ROS.partition("distortion_coefficients")[0]
+    found = read_camera(text("ost.yaml", plain)(tmp_path))
+    assert not found.camera.distorted
+    assert "taken for one without distortion" in found.notes[1]
