@@ -5,6 +5,7 @@ pose's surface.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ UNIT = 1e-6  # float32 rounds each component to 6e-8
 SAME = 1e-6  # between components of normals that are of one plane
 ACROSS = 1e-3  # cosine between a normal and a way along its own plane, with room for float32 in a normal dense pose
 FLOAT32 = 2.4e-7  # four roundings of coordinates, relative
+FEW = 100  # neighbours, of whose share nothing follows
 MIN_SHARE = 0.5  # of the neighbours on one plane lie across the normal; others are of planes behind one another
 
 
@@ -54,7 +56,8 @@ def faults_body(picture: LabelledPicture) -> Iterator[LabelFault]:
     normals = picture.arrays["normals_body"].astype(np.float64)
     yield from _unit_faults(normals, picture.target_ids, "normals_body")
     if "dense_pose" in picture.arrays:
-        share = _share_across(normals, picture.arrays["dense_pose"].astype(np.float64))
+        parts = picture.arrays.get("segmentation", np.zeros(normals.shape[:2]))
+        share = _share_across(normals, picture.arrays["dense_pose"].astype(np.float64), parts)
         if share < MIN_SHARE:
             found = f"only {share:.0%} of neighbouring points of one plane lie across normals_body"
             yield LabelFault(code="normals", message=found)
@@ -80,11 +83,14 @@ def _largest_turn(picture: LabelledPicture, normals: Float) -> float:
     return max((float(np.abs(turned - found).max(initial=0)) for turned, found in turns), default=0.0)
 
 
-def _share_across(normals: Float, points: Float) -> float:
-    """Return the share, of neighbours in a row with the same normal, whose points (H, W, 3) lie one beside the other
-    across it; 1 where there are none."""
+def _share_across(normals: Float, points: Float, parts: NDArray[Any]) -> float:
+    """Return the share, of neighbours in a row of one part (H, W) with the same normal, whose points (H, W, 3) lie one
+    beside the other across it; 1 where there are fewer than FEW: a target of few pixels may show mostly planes behind
+    one another."""
     both = normals[:, :-1].any(-1) & normals[:, 1:].any(-1)
-    both &= (np.abs(normals[:, 1:] - normals[:, :-1]) <= SAME).all(-1)
+    both &= (np.abs(normals[:, 1:] - normals[:, :-1]) <= SAME).all(-1) & (parts[:, 1:] == parts[:, :-1])
+    if both.sum() < FEW:
+        return 1.0
     along, normal = (points[:, 1:] - points[:, :-1])[both], normals[:, 1:][both]
     rounding = FLOAT32 * np.abs(points[:, 1:][both]).max(-1, initial=0)
     across = np.abs((along * normal).sum(-1)) <= ACROSS * np.linalg.norm(along, axis=-1) + rounding

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spin_usd.geometry.camera import Camera
 from spin_usd.labels.normals import faults_body, faults_cam
 from tests.cases.labelled import labels_of, picture_of
 from tests.cases.scenes import BARREL, box, pose, scene, soup, target
@@ -79,3 +80,15 @@ def test_wrong_normals_are_found(labelled) -> None:
     assert [fault.code for fault in faults_body(picture_of(made, labels, normals_body=cam))] == ["normals"]
     less = np.where(np.indices(body.shape)[1] < 150, 0, body)
     assert "support" in [fault.code for fault in faults_body(picture_of(made, labels, normals_body=less))]
+
+
+def test_a_target_of_few_pixels_may_show_parallel_planes_alone() -> None:
+    """A flight of steps seen from above, each as wide as a pixel: no two neighbours are of one plane."""
+    steps = [box((0.1 * i - 0.4, -0.4, -0.5), (0.1 * i - 0.3, 0.4, 0.05 * (i % 3))) for i in range(8)]
+    points = np.concatenate([corners for corners, _ in steps])
+    faces = np.concatenate([each + 8 * i for i, (_, each) in enumerate(steps)])
+    small = Camera(width=12, height=12, fx=40.0, fy=40.0, cx=6.0, cy=6.0)
+    made = scene(target(points, faces), camera=small, T_cam_body=pose((0, 1, 0, 0), (0, 0, 4)))
+    labels = labels_of(made)
+    assert np.count_nonzero(labels["depth"]) >= 50
+    assert [*faults_body(picture_of(made, labels))] == []
