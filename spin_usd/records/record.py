@@ -393,6 +393,33 @@ class Provenance(JsonStruct, frozen=True, kw_only=True):
     ] = UNSET
 
 
+class RecordedLight(JsonStruct, frozen=True, kw_only=True):
+    """How strong a light is, in red, green and blue: a Sun in W/m2, a point in W/sr, surfaces and domes in W/m2/sr."""
+
+    path: str
+    strength: Annotated[list[float], Meta(min_length=3, max_length=3)]
+    unit: Literal["W/m2", "W/sr", "W/m2/sr"]
+
+
+class RecordedAppearance(JsonStruct, frozen=True, kw_only=True):
+    """How the image was exposed and lit, and what is behind; 0 for what there is not. The stage says the rest."""
+
+    exposure: Annotated[float, Meta(description="Factor from W/m2/sr to full scale, as the camera is set.")]
+    exposure_chosen: Annotated[
+        float | UnsetType, Meta(description="The same, as auto-exposure chose it; absent without.")
+    ] = UNSET
+    time: Annotated[float, Meta(description="Seconds, as the camera is set.")]
+    iso: float
+    gain: Annotated[float, Meta(description="Electrons for each step of the ADC at ISO 100.")]
+    full_well: Annotated[float, Meta(description="Electrons.")]
+    read_noise: Annotated[float, Meta(description="Electrons.")]
+    dark_current: Annotated[float, Meta(description="Electrons a second.")]
+    psf_sigma: Annotated[float, Meta(description="Pixels.")]
+    glare: float
+    lights: list[RecordedLight]
+    background: Annotated[str | UnsetType, Meta(description="The file of the picture behind; absent without.")] = UNSET
+
+
 class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="record-1"):
     """One picture of a spin_usd dataset."""
 
@@ -422,6 +449,9 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
     next: Annotated[
         NextFrame | UnsetType,
         Meta(description="Absent of the last frame, and of pictures without flow."),
+    ] = UNSET
+    appearance: Annotated[
+        RecordedAppearance | UnsetType, Meta(description="Absent without an image, and of older versions.")
     ] = UNSET
     rig: Annotated[RecordedRig | UnsetType, Meta(description="Absent where the stage has one camera.")] = UNSET
     paired: Annotated[PairedCamera | UnsetType, Meta(description="Absent of pictures without disparity.")] = UNSET

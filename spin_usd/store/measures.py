@@ -1,7 +1,7 @@
 """What is said of every picture beside what its record says: a table of names, units and formulas."""
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,11 +68,24 @@ def values_of(picture: Picture) -> dict[str, float | int | str]:
         **dict(zip(("qw", "qx", "qy", "qz"), picture.q_cam_body.tolist(), strict=True)),
         **dict(zip(("x", "y", "z"), picture.t_cam_body.tolist(), strict=True)),
         **{name: float(measure.of(picture, picture.targets[0])) for name, measure in OF_PICTURE.items()},
+        **dict(_flat("record.appearance", picture.record.get("appearance", {}))),
     }
     for place, target in enumerate(picture.targets):
         before = f"{target.name}." if place else ""
         found |= {f"{before}{name}": float(measure.of(picture, target)) for name, measure in MEASURES.items()}
     return found
+
+
+def _flat(path: str, value: Any) -> Iterator[tuple[str, float | str]]:
+    """Yield the numbers and texts of a record's part by their paths, as conditions name them."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from _flat(f"{path}.{name}", part)
+    elif isinstance(value, list):
+        for place, part in enumerate(value):
+            yield from _flat(f"{path}[{place}]", part)
+    else:
+        yield path, value
 
 
 def described(targets: int) -> Iterator[tuple[str, Measure, int | None]]:

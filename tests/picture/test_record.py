@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.store.dataset import Dataset
+from spin_usd.store.measures import values_of
 from tests.cases.records import record_at
 
 
@@ -39,3 +41,22 @@ def test_names_that_change_nothing_else_are_reported_and_nothing_is_made_again(s
     assert (out / "depth" / "nominal" / "img000001.exr").stat() == image
     assert after["targets"] == [{**before["targets"][0], "name": "mango"}]
     assert (after["source_file"], after["files"]) == (before["source_file"], before["files"])
+
+
+def test_it_says_how_the_image_was_exposed_and_lit(small_stage, tmp_path, spin_usd) -> None:
+    """The camera's numbers, what auto-exposure made of them, the Sun's strength, and nothing of labels alone."""
+    stage = tmp_path / "stage" / small_stage.name
+    shutil.copytree(small_stage.parent, stage.parent)
+    layer = stage.parent / "layers" / "camera.usda"
+    exposing = "float exposure:fStop"
+    layer.write_text(layer.read_text().replace(exposing, f"bool spin:sensor:autoExposure = 1\n    {exposing}", 1))
+    record = render(spin_usd, stage, tmp_path / "set", "--labels", "none")
+    found = record["appearance"]
+    (sun,) = found["lights"]
+    assert (sun["unit"], sun["strength"]) == ("W/m2", [pytest.approx(1361)] * 3)
+    assert found["exposure_chosen"] == pytest.approx(found["exposure"] * record["provenance"]["auto_exposure"])
+    assert found["read_noise"] == 7
+    pictures = Dataset(tmp_path / "set")
+    assert len(pictures.where("record.appearance.read_noise == 7 and record.appearance.lights[0].strength[0] > 1")) == 1
+    assert values_of(pictures[0])["record.appearance.exposure"] == found["exposure"]
+    assert "appearance" not in render(spin_usd, stage, tmp_path / "labels", "--labels-only")

@@ -13,7 +13,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.table import CLOUD_LABELS
-from spin_usd.picture.kinds import RENDERED
+from spin_usd.picture.kinds import IMAGE, RENDERED
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.shown_bodies import ShownBodies
 from spin_usd.picture.target_facts import TargetFacts
@@ -23,11 +23,13 @@ from spin_usd.records.record import (
     PosedTarget,
     Provenance,
     Record,
+    RecordedAppearance,
     RecordedBox,
     RecordedBox3d,
     RecordedCamera,
     RecordedFile,
     RecordedLidar,
+    RecordedLight,
     RecordedPixels,
     RecordedPose,
     RecordedRangeFinder,
@@ -39,12 +41,14 @@ from spin_usd.records.record import (
     RecordedTones,
     StageProvenance,
 )
+from spin_usd.renderers.background.sky import place_image
 from spin_usd.scene.body import Body
-from spin_usd.scene.derived.content_keys import picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import background_seed, picture_seed, render_seed
 from spin_usd.scene.derived.echoes import LaserRange
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.lidar import Lidar, RangeFinder
+from spin_usd.scene.light import DistantLight, DomeLight, Light, PointLight
 from spin_usd.scene.model import Rig, Scene
 
 OF_THE_SUN = RENDERED | {LIT.name}
@@ -96,6 +100,7 @@ def make_record(
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         sun=recorded_sun(sun) if sun else UNSET,
         next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,
+        appearance=recorded_appearance(picture, options) if IMAGE in files else UNSET,
         rig=recorded_rig(scene.rig) if scene.rig else UNSET,
         paired=recorded_pair(scene.paired) if scene.paired else UNSET,
         tones=picture.tones or UNSET,
@@ -129,6 +134,32 @@ def _provenance(
         options=dict(options.options) or UNSET,
         versions=versions,
         auto_exposure=picture.notes.get("auto_exposure", UNSET),
+    )
+
+
+def recorded_appearance(picture: CurrentPicture, options: WorkerOptions) -> RecordedAppearance:
+    """Return what the record says of the image's exposure, noise and light."""
+    scene, sensor = picture.scene, picture.scene.sensor
+    plate, factor = scene.environment.back_plate, picture.notes.get("auto_exposure")
+    placed = place_image(plate, background_seed(scene, options.settings)) if plate else None
+    same = ("exposure", "time", "iso", "gain", "full_well", "read_noise", "dark_current")
+    return RecordedAppearance(
+        **{name: float(getattr(sensor, name)) for name in same},
+        exposure_chosen=UNSET if factor is None else sensor.exposure * factor,
+        psf_sigma=scene.optics.psf_sigma,
+        glare=scene.optics.glare,
+        lights=[_recorded_light(light) for light in scene.lights],
+        background=placed.image.name if placed else UNSET,
+    )
+
+
+def _recorded_light(light: Light) -> RecordedLight:
+    if isinstance(light, DistantLight):
+        return RecordedLight(path=light.path, strength=list(light.irradiance), unit="W/m2")
+    if isinstance(light, DomeLight):
+        return RecordedLight(path=light.path, strength=list(light.radiance), unit="W/m2/sr")
+    return RecordedLight(
+        path=light.path, strength=list(light.emission), unit="W/sr" if isinstance(light, PointLight) else "W/m2/sr"
     )
 
 
