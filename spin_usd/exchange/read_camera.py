@@ -39,8 +39,9 @@ def read_camera(path: str | Path) -> CameraFile:
     read = f"is read as {found.name}, {lens}: its cx and cy, {cx:.9g} and {cy:.9g}, have the first pixel's centre at"
     notes = [f"{read} {LIKE[found.first_centre]}", *said.notes]
     if camera.looks_past_frame:
-        size = f"{camera.width} x {camera.height}"
-        notes.append(f"has its principal point outside its picture of {size} pixels: check that this is its size")
+        size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
+        aside = f"has its principal point {point} outside its picture of {size} pixels"
+        notes.append(f"{aside}: check that this is the size of the calibration")
     if camera.blind(camera.frame) is not None:
         notes.append("sees more than half a turn in its corners: what is beyond is black, and nothing in labels")
     sentences = tuple(f"{path.name} {note}" for note in notes)

@@ -43,20 +43,22 @@ def read_yaml_file(path: Path) -> dict[str, Any]:
 
 
 def _lines(text: list[str]) -> Lines:
-    """Return the lines that say something; what is in brackets on one line."""
-    found: Lines = deque()
+    """Return the lines that say something, without runs of blanks, over which patterns would take long; what is in
+    brackets on one line."""
+    found: list[tuple[int, list[str]]] = []
     opened = 0
     for line in text:
         plain = COMMENT.sub("", line).rstrip()
         if not plain.strip() or plain.startswith(("%", "---", "...")):
             continue
-        indent, said = len(plain) - len(plain.lstrip()), plain.strip()
-        if opened:
-            indent, before = found.pop()
-            said = f"{before} {said}"
-        found.append((indent, said))
-        opened = sum(map(said.count, "[{")) - sum(map(said.count, "]}"))
-    return found
+        said = " ".join(plain.split())
+        if opened > 0:
+            found[-1][1].append(said)
+        else:
+            found.append((len(plain) - len(plain.lstrip()), [said]))
+            opened = 0
+        opened += sum(map(said.count, "[{")) - sum(map(said.count, "]}"))
+    return deque((indent, " ".join(parts)) for indent, parts in found)
 
 
 def _block(lines: Lines, depth: int) -> Any:

@@ -175,3 +175,20 @@ def test_a_file_without_coefficients_says_so(tmp_path) -> None:
     found = read_camera(text("ost.yaml", plain)(tmp_path))
     assert not found.camera.distorted
     assert "taken for one without distortion" in found.notes[1]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "a" + " " * 3_000_000 + "b",
+        "K:\n  - " + "- " * 500_000,
+        "data: [" + "1,\n" * 500_000,
+        "x: " + "[" * 50 + "1 " * 500_000,
+        "a: b\n" * 300_000,
+        " " * 1_000_000 + ":x",
+    ],
+)
+@pytest.mark.timeout(20)
+def test_a_hostile_file_takes_no_time(tmp_path, content) -> None:
+    with pytest.raises(InputError):
+        read_camera(text("a.yaml", content)(tmp_path))

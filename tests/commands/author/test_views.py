@@ -193,8 +193,8 @@ def test_what_a_camera_file_lacks_is_told(tmp_path: Path) -> None:
     report = author(tmp_path / "craft.ply", (-0.9, -0.6, 5), units=1, camera=tmp_path / "camera.json")
     for said in (
         "camera.json has no 'distCoeffs': its lens is taken for one without distortion",
-        "camera.json has its principal point (960, 600) outside its picture of 640 x 480 pixels: check that Nu and Nv "
-        "are those of the calibration",
+        "camera.json has its principal point (960, 600) outside its picture of 640 x 480 pixels: check that this is "
+        "the size of the calibration",
         "camera.json says nothing of colour: pictures are grey; --channels rgb has colour",
     ):
         assert said in report.notes
