@@ -121,6 +121,9 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     resolution."""
     if read(prim.GetAttribute("projection"), time) != UsdGeom.Tokens.perspective:
         raise UnsupportedError("is not a perspective camera", where=prim.GetPath(), do="set projection to perspective")
+    if prim.HasAPI(UsdGeom.BackPlateAPI):
+        do = "take it off, and lay the image behind with SpinBackPlateAPI (author --background)"
+        raise UnsupportedError("has a back plate (BackPlateAPI), which would not be seen", where=prim.GetPath(), do=do)
     try:
         if prim.HasAPI(schema.LENS_API):
             camera = _from_lens(prim, time)

@@ -46,3 +46,16 @@ def test_any_other_projection_is_refused_and_found_by_check(shared, tmp_path, ol
     assert any(found in each.message for each in check_stage(path))
     with pytest.raises(SpinError, match=found):
         open_camera(str(path))
+
+
+def test_a_back_plate_of_usd_is_refused_not_left_out(shared, tmp_path) -> None:
+    text = (shared / "data" / "strangers" / "lens" / "none.usda").read_text()
+    opening = 'def Camera "C" ('
+    assert opening in text
+    (tmp_path / "stage.usda").write_text(
+        text.replace(opening, f'{opening}\n prepend apiSchemas = ["BackPlateAPI:sky"]')
+    )
+    reader = StageReader(tmp_path / "stage.usda")
+    with pytest.raises(SpinError, match="BackPlateAPI"):
+        reader.scene(reader.frames[0])
+    assert any("BackPlateAPI" in each.message for each in check_stage(tmp_path / "stage.usda"))
