@@ -44,7 +44,7 @@ class PartPicture:
 
 
 def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPicture, ...]:
-    """All pictures, or `count` of them: of each part the first, as many as is its share.
+    """All pictures, or `count` of them, of each part its share: the first; of a single sequence the whole way through.
 
     Raises InputError for more than there are, for none, and for names that are none or not unique.
     """
@@ -56,7 +56,9 @@ def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPic
     for part in spec.parts:
         before += part.count
         share = (count * before + spec.count // 2) // spec.count - len(found)
-        found += [PartPicture(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)]
+        every = part.count // max(share, 1) if part.sequences == 1 and not isinstance(part.law, PoseLaw) else 1
+        numbers = range(0, every * share, every)
+        found += [PartPicture(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in numbers]
     _check_names([picture.name for picture in found], spec.source)
     return tuple(found)
 

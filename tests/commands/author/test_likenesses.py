@@ -375,3 +375,10 @@ def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> 
         )
         assert reader.scene(frame).lights[0].direction_cam != changed.scene(other).lights[0].direction_cam
     assert [found for found in check_stage(str(out / "dataset.usda")) if found.severity == "error"] == []
+
+
+def test_a_few_pictures_of_an_orbit_go_all_the_way_round() -> None:
+    """Two turns in 1180 pictures: of 24 each is 49 after the one before, and is that of the whole orbit."""
+    found = [shot.picture for shot in part_pictures(open_spec("fly_around"), 24)]
+    assert found == [49 * number for number in range(24)]
+    assert [shot.picture for shot in part_pictures(open_spec("fly_around"))] == list(range(1180))
