@@ -96,6 +96,10 @@ def samples_of(table: Mapping[str, Mapping[str, Any]]) -> tuple[SampleEntry, ...
     )
 
 
+IN_TOML = {"object": "a table { ... }", "array": "a list [ ... ]"}
+"""What TOML's users call JSON's types."""
+
+
 def check_document(document: Any, schema: str, where: object) -> None:
     """Raise InputError, in a sentence that names the key, where `document` breaks the schema of that name."""
     error = best_match(_validator(schema).iter_errors(document))
@@ -117,6 +121,16 @@ def _sentence(error: ValidationError) -> str:
         return f"there is no {unknown!r}; {f'is {near[0]} meant? ' if near else ''}spin-usd augment --list shows all"
     if error.validator == "required":
         return str(error.message).replace(" is a required property", " is missing") + _choices_of_missing(error)
+    if error.validator == "type" and error.validator_value in IN_TOML:
+        schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
+        keys = ", ".join(schema.get("properties", schema.get("required", ())))
+        return f"{error.instance!r} is not {IN_TOML[error.validator_value]}{f' of {keys}' if keys else ''}"
+    if error.validator in ("anyOf", "oneOf") and error.context:
+        forms: dict[object, list[ValidationError]] = {}
+        for each in error.context:
+            forms.setdefault(each.schema_path[0], []).append(each)
+        nearest = [_sentence(best_match(errors)) for errors in forms.values()]
+        return f"fits none of its forms: {'; or '.join(dict.fromkeys(nearest))}"
     return str(error.message)
 
 

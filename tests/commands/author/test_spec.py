@@ -137,6 +137,8 @@ inertia_kg_m2 = [12, 20, 26]
         ("[12, 20, 26]", "[12, 20, 40]", "inertia_kg_m2: has the principal moments 12, 20, 40"),
         ("[12, 20, 26]", "[[12, 1, 0], [2, 20, 0], [0, 0, 26]]", "is not symmetric"),
         ("[12, 20, 26]", "[12, 20]", "inertia_kg_m2"),
+        ("[12, 20, 26]", "12", "inertia_kg_m2: fits none of its forms: 12 is not a list"),
+        ("attitude = {", 'attitude = "any" # {', "attitude: 'any' is not a table"),
         ("step_s = 10", "", "step_s"),
         ("start_m = [0, -20, 0]", "", "start_m"),
         ("approach", "approche", "approche"),
