@@ -14,6 +14,7 @@ TESTS = {
         "stage/composition/test_open_stage.py::test_paths_that_leave_the_stage_are_refused_before_opening",
         "stage/composition/test_open_layer.py::test_a_target_takes_in_files_of_its_own_folder_only",
         "hostile/test_outside.py::test_a_target_takes_no_file_from_outside_its_folder",
+        "commands/author/test_converted_models.py::test_a_model_takes_plain_files_of_its_own_folder_alone",
     ],
     "name a URL or another scheme": [
         "stage/composition/test_open_stage.py::test_paths_that_leave_the_stage_are_refused_before_opening",

@@ -1,10 +1,11 @@
 """One question to a child process of its own, which reads what others wrote and may die of it."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import RenderError, SpinError, StageError
-from spin_usd.processes.child import Child
+from spin_usd.processes.child import Child, in_process
 from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
@@ -17,16 +18,19 @@ def ask_child(
     memory: int | None = None,
     progress: Callable[..., None] | None = None,
     within_s: float = PATIENCE_S,
+    below: Path | None = None,
     **arguments: Any,
 ) -> Any:
     """Return what `call` returns in a child of its own, the one started ahead unless `memory`, that of Child, is given.
-    `reads`: the file that it does, for messages; `within_s` bounds the wait for each word from it. Its temporary files
-    are gone in the end.
+    `reads`: the file that it does, for messages; `within_s` bounds the wait for each word from it; `below`: a folder
+    below which alone it may read a user's files. Its temporary files are gone in the end.
 
     Raises what the child raises, and as `unreadable` says where it dies.
     """
     with next_child() if memory is None else Child(memory=memory) as child:
         try:
+            if below is not None and not in_process():
+                child.call("confine", root=str(below))
             return child.call(call, progress=progress, within_s=within_s, **arguments)
         except ChildDiedError as died:
             raise unreadable(died, reads) from died

@@ -104,8 +104,12 @@ def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
         glb = Path(folder) / f"{file.stem}.glb"
         ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
         by_step = file.suffix.lower() in STEP
-        said = ask("convert_step") if by_step else ask("convert_model", root=str(root_of(file)))
-        model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
+        root = root_of(file)
+        said = ask("convert_step") if by_step else ask("convert_model", root=str(root), below=root)
+        try:
+            model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
+        except InputError as error:  # of a file that will be gone
+            raise InputError(error.found.replace(str(glb), file.name), where=file, do=error.do) from None
     return replace(model, notes=(*said["notes"], *model.notes))
 
 

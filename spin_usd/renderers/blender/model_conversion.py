@@ -1,10 +1,12 @@
 """Models of the formats that Blender alone reads, FBX and its own, as GLB: what it would render, in metres.
 
-Scripts of a .blend are not run. Files that a model names are taken from below one folder; others are left out, with a
-note, before anything is written.
+Scripts of a .blend are not run. Files that a model names are plain files below one folder: other images are left out,
+with a note, and a model that needs anything else from elsewhere is refused, before anything is written.
 """
 
+import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,23 +25,27 @@ def convert_model(*, source: str, to: str, root: str) -> dict[str, Any]:
     """Write the model at `source` to the GLB `to`; files that it names lie below `root`. Return the length of its unit
     in metres as "metres_per_unit", and "notes". Raises InputError for a file that Blender cannot read."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    try:
+    with _converting(source, to):
         if source.lower().endswith(".fbx"):
             bpy.ops.wm.fbx_import(filepath=source, use_anim=False)
         else:
             bpy.ops.wm.open_mainfile(filepath=source, use_scripts=False, load_ui=False)
-    except RuntimeError as error:
-        said = str(error).strip().removeprefix("Error: ").splitlines()[0]
-        raise InputError(f"cannot be read by Blender ({said})", where=source) from None
-    _refuse_libraries(source, Path(root))
     notes = list(_without_images_from_elsewhere(Path(source).parent, Path(root)))
+    _refuse_outside(source, Path(root))
     notes += [*_as_rendered(), *_as_principled()]
     for each in bpy.data.objects:
-        if each.data is not None and each.data.users == 1:
+        if each.data is not None and each.data.users == 1 and each.data.library is None:
             each.data.name = each.name  # by which people know a part
+    with _converting(source, to):
+        _export(to)
+    unit = bpy.context.scene.unit_settings
+    return {"metres_per_unit": float(unit.scale_length), "notes": notes}
+
+
+def _export(filepath: str) -> None:
     bpy.ops.preferences.addon_enable(module=GLTF)
     bpy.ops.export_scene.gltf(
-        filepath=to,
+        filepath=filepath,
         export_format="GLB",
         export_apply=True,
         export_animations=False,
@@ -51,29 +57,54 @@ def convert_model(*, source: str, to: str, root: str) -> dict[str, Any]:
         export_current_frame=True,
         use_renderable=True,
     )
-    unit = bpy.context.scene.unit_settings
-    return {"metres_per_unit": float(unit.scale_length), "notes": notes}
 
 
-def _refuse_libraries(source: str, root: Path) -> None:
-    """Raise InputError for a .blend that links another from elsewhere: Blender has opened it already, and what it holds
-    must not end in a stage."""
-    for library in bpy.data.libraries:
-        if not _within(root, Path(bpy.path.abspath(library.filepath))):
-            found = f"links {library.filepath}, which lies outside the model's folder"
-            raise InputError(found, where=source, do="append it in Blender, or give --root")
+@contextmanager
+def _converting(source: str, to: str) -> Iterator[None]:
+    """Give whatever Blender's importers and exporters raise as InputError on the file `source`."""
+    try:
+        yield
+    except Exception as error:
+        lines = [line.strip() for line in str(error).replace(to, source).splitlines() if line.strip()]
+        told = [line for line in lines if not line.startswith("Location:")] or [type(error).__name__]
+        said = told[-1] if any("Traceback" in line for line in told) else told[0].removeprefix("Error: ")
+        raise InputError(f"cannot be read by Blender ({said})", where=source, do="export it as GLB there") from error
+
+
+def _refuse_outside(source: str, root: Path) -> None:
+    """Raise InputError for a model that takes more than images from elsewhere, or from what is no plain file: linked
+    files, caches of geometry, volumes, fonts, sounds. Where the kernel confines this process, none was opened."""
+    named = bpy.utils.blend_paths(absolute=True, packed=False, local=False)
+    for path in sorted({*named, *(bpy.path.abspath(each.filepath) for each in bpy.data.libraries)}):
+        if path and not path.startswith("<") and (lies := _elsewhere(root, Path(path))):
+            do = "append or pack it in Blender, apply what uses it, or give --root"
+            raise InputError(f"takes {path}, which {lies}", where=source, do=do)
+    for tree in bpy.data.node_groups:
+        if node := next((each for each in tree.nodes if each.bl_idname.startswith("GeometryNodeImport")), None):
+            found = f"imports files by geometry nodes ({node.name!r} of {tree.name!r})"
+            raise InputError(found, where=source, do="apply the modifier in Blender")
 
 
 def _without_images_from_elsewhere(folder: Path, root: Path) -> Iterator[str]:
-    """Remove the images that lie outside `root`, or are not there; yield a note on each."""
+    """Remove the images that are no plain files below `root`, or are not there; yield a note on each."""
     for image in list(bpy.data.images):
-        if image.source != "FILE" or image.packed_file:
+        if image.source in ("GENERATED", "VIEWER") or image.packed_file:
             continue
-        path = Path(bpy.path.abspath(image.filepath, start=str(folder)))
-        lost = "lies outside the model's folder" if not _within(root, path) else "is missing"
-        if not _within(root, path) or not path.is_file():
-            yield f"the texture {path.name!r} {lost}, and was left out"
+        named = bpy.path.abspath(image.filepath, start=str(folder), library=image.library)
+        files = [Path(named.replace("<UDIM>", str(tile.number))) for tile in image.tiles] or [Path(named)]
+        lies = next((found for file in files if (found := _elsewhere(root, file))), None)
+        if lies or not all(file.is_file() for file in files):
+            yield f"the texture {Path(named).name!r} {lies or 'is missing'}, and was left out"
             bpy.data.images.remove(image)
+        elif len(files) > 1:
+            yield f"the texture {Path(named).name!r} has {len(files)} tiles, of which the first is shown on all"
+
+
+def _elsewhere(root: Path, path: Path) -> str | None:
+    """Say what forbids to open that path, None where it may be opened or nothing is there."""
+    if not path.resolve().is_relative_to(root):
+        return "lies outside the model's folder"
+    return "is no plain file" if os.path.lexists(path) and not path.is_file() else None
 
 
 def _as_rendered() -> Iterator[str]:
@@ -158,7 +189,3 @@ def _set_principled(material: Any, color: Any, roughness: float, metallic: float
     shader.inputs["Base Color"].default_value = color
     shader.inputs["Roughness"].default_value, shader.inputs["Metallic"].default_value = roughness, metallic
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
-
-
-def _within(root: Path, path: Path) -> bool:
-    return path.resolve().is_relative_to(root)

@@ -1,6 +1,8 @@
 """FBX and .blend, made by Blender itself: size, axes, parts and textures of what it would render; no script runs."""
 
 import json
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -148,3 +150,111 @@ def test_a_model_is_what_blender_renders_and_not_what_its_viewport_shows(made: P
     faces = {part.name: int((target.mesh.face_part == part.id).sum()) for part in target.parts}
     assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12}
     np.testing.assert_allclose(target.mesh.box[1][0], 9.5, atol=1e-6)
+
+
+PATHS = """
+import bpy, os, sys
+from pathlib import Path
+folder = Path(sys.argv[1])
+inside, outside = folder / "model" / "in", folder / "outside"
+def saved(name, act):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    act(bpy.context.object)
+    bpy.ops.wm.save_as_mainfile(filepath=str(inside / f"{name}.blend"), relative_remap=False)
+def image(path, source="FILE"):
+    def act(plane):
+        found = bpy.data.images.new("I", 4, 4)
+        found.source, found.filepath = source, str(path)
+        material = bpy.data.materials.new("M")
+        material.use_nodes = True
+        node = material.node_tree.nodes.new("ShaderNodeTexImage")
+        node.image = found
+        material.node_tree.links.new(node.outputs[0], material.node_tree.nodes["Principled BSDF"].inputs[0])
+        plane.data.materials.append(material)
+    return act
+def cache(path):
+    def act(plane):
+        plane.modifiers.new("C", "MESH_CACHE").filepath = str(path)
+    return act
+def library(path):
+    def act(plane):
+        with bpy.data.libraries.load(str(path), link=True) as (there, here):
+            here.objects = there.objects
+        bpy.context.scene.collection.objects.link(here.objects[0])
+    return act
+def importing(plane):
+    tree = bpy.data.node_groups.new("G", "GeometryNodeTree")
+    tree.nodes.new("GeometryNodeImportOBJ")
+    plane.modifiers.new("G", "NODES").node_group = tree
+for place in (inside, outside):
+    saved("library", lambda plane: None)
+    os.rename(inside / "library.blend", place / "other.blend")
+    (place / "t.1001.png").write_bytes((outside / "secret.png").read_bytes())
+    (place / "c.mdd").write_bytes(bytes(8))
+(inside / "late.blend").write_bytes((inside / "other.blend").read_bytes())
+(inside / "link.png").symlink_to(outside / "secret.png")
+for name, act in {
+    "tiled inside": image(inside / "t.<UDIM>.png", "TILED"),
+    "tiled outside": image(outside / "t.<UDIM>.png", "TILED"),
+    "image link": image(inside / "link.png"),
+    "image pipe": image(inside / "pipe.png"),
+    "image device": image("/dev/zero"),
+    "cache outside": cache(outside / "c.mdd"),
+    "library inside": library(inside / "other.blend"),
+    "library outside": library(outside / "other.blend"),
+    "library pipe": library(inside / "late.blend"),
+    "import": importing,
+}.items():
+    saved(name, act)
+os.mkfifo(inside / "pipe.png")
+(inside / "late.blend").unlink()
+os.mkfifo(inside / "late.blend")
+"""
+LEFT_OUT = {
+    "tiled inside": "",
+    "tiled outside": "'t.<UDIM>.png' lies outside the model's folder, and was left out",
+    "image link": "'link.png' lies outside the model's folder, and was left out",
+    "image pipe": "'pipe.png' is no plain file, and was left out",
+    "image device": "'zero' lies outside the model's folder, and was left out",
+    "library inside": "",
+}
+REFUSED = {
+    "cache outside": "takes .*/outside/c.mdd, which lies outside the model's folder",
+    "library outside": "takes .*/outside/other.blend, which lies outside the model's folder",
+    "library pipe": "takes .*/in/late.blend, which is no plain file",
+    "import": "imports files by geometry nodes",
+}
+
+
+@pytest.fixture(scope="module")
+def naming(tmp_path_factory, made):
+    folder = tmp_path_factory.mktemp("naming")
+    (folder / "model" / "in").mkdir(parents=True)
+    shutil.copytree(made / "outside", folder / "outside")
+    subprocess.run([sys.executable, "-c", PATHS, str(folder)], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+@pytest.mark.children
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*LEFT_OUT, *REFUSED])
+def test_a_model_takes_plain_files_of_its_own_folder_alone(made, naming, tmp_path, spin_usd, name) -> None:
+    """Whatever kind of file it names; a pipe is not waited for."""
+    options = ("--poses", made / "poses.json", "--camera", "speedplus", "--out", tmp_path / "stage", "--any-size")
+    model, root = naming / "model" / "in" / f"{name}.blend", naming / "model"
+    code = 0 if name in LEFT_OUT else 2
+    done = spin_usd("author", *options, "--target", model, "--root", root, code=code)
+    assert re.search(re.escape(LEFT_OUT[name]) if name in LEFT_OUT else REFUSED[name], done.stdout + done.stderr)
+    copied = list((tmp_path / "stage").rglob("*.png"))
+    assert len(copied) == (name == "tiled inside")
+
+
+def test_what_a_foreign_exporter_raises_is_told_of_the_users_file(made, tmp_path, monkeypatch) -> None:
+    def fails(filepath: str, **_: object) -> None:
+        raise RuntimeError(f"Error: Python: Traceback (most recent call last):\nValueError: {filepath}\nLocation: x")
+
+    monkeypatch.setattr("spin_usd.renderers.blender.model_conversion._export", fails)
+    model = made / "model" / "in" / "craft.blend"
+    with pytest.raises(SpinError, match=rf"^{model}: cannot be read by Blender \(ValueError: {model}\)"):
+        author_stage(poses=made / "poses.json", out=tmp_path / "s", target=model, camera="speedplus")
