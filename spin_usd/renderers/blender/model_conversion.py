@@ -48,6 +48,7 @@ def _export(filepath: str) -> None:
         filepath=filepath,
         export_format="GLB",
         export_apply=True,
+        export_gn_mesh=True,
         export_animations=False,
         export_skins=False,
         export_morph=False,

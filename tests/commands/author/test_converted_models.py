@@ -258,3 +258,39 @@ def test_what_a_foreign_exporter_raises_is_told_of_the_users_file(made, tmp_path
     model = made / "model" / "in" / "craft.blend"
     with pytest.raises(SpinError, match=rf"^{model}: cannot be read by Blender \(ValueError: {model}\)"):
         author_stage(poses=made / "poses.json", out=tmp_path / "s", target=model, camera="speedplus")
+
+
+INSTANCES = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_cube_add(size=1)
+bpy.context.object.name = "Bus"
+tree = bpy.data.node_groups.new("G", "GeometryNodeTree")
+tree.interface.new_socket(name="Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+tree.interface.new_socket(name="Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+kinds = ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeMeshLine", "GeometryNodeMeshCube",
+         "GeometryNodeInstanceOnPoints", "GeometryNodeJoinGeometry")
+given, wanted, line, cube, instances, join = (tree.nodes.new(kind) for kind in kinds)
+line.inputs["Offset"].default_value = (3, 0, 0)
+tree.links.new(line.outputs[0], instances.inputs["Points"])
+tree.links.new(cube.outputs[0], instances.inputs["Instance"])
+tree.links.new(given.outputs[0], join.inputs[0])
+tree.links.new(instances.outputs[0], join.inputs[0])
+tree.links.new(join.outputs[0], wanted.inputs[0])
+bpy.context.object.modifiers.new("G", "NODES").node_group = tree
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+import numpy as np
+corners = [each.matrix_world @ __import__("mathutils").Vector(corner)
+           for each in bpy.context.evaluated_depsgraph_get().object_instances for corner in each.object.bound_box]
+print("BOX", *np.min(corners, 0), *np.max(corners, 0))
+"""
+
+
+def test_instances_of_geometry_nodes_stand_where_blender_renders_them(made: Path, tmp_path: Path) -> None:
+    model = tmp_path / "model" / "craft.blend"
+    model.parent.mkdir()
+    done = subprocess.run([sys.executable, "-c", INSTANCES, str(model)], check=True, capture_output=True, text=True)
+    box = np.array(next(line for line in done.stdout.splitlines() if line.startswith("BOX")).split()[1:], float)
+    report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
+    reader = StageReader(report.root)
+    np.testing.assert_allclose(reader.scene(reader.frames[0]).target.mesh.box.ravel(), box, atol=1e-5)
