@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, finite, frozen, shaped
 from spin_usd.errors import GeometryError
+from spin_usd.geometry.triangles import cross, parts
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
 
@@ -109,6 +111,24 @@ class MeshPart:
     def face_starts(self) -> NDArray[np.intp]:
         """(F,) index of each face's first corner."""
         return np.concatenate([[0], np.cumsum(self.face_counts[:-1], dtype=np.intp)])
+
+    @cached_property
+    def areas(self) -> tuple[Float, Float, Float]:
+        """(F, 3) twice the area vector of each face; (F,) twice the area of the triangles around its first corner,
+        more where it is concave or crosses itself; (F,) its longest edge."""
+        vectors, sums, longest = (np.empty((len(self.face_counts), *shape)) for shape in ((3,), (), ()))
+        starts = self.face_starts
+        for faces in parts(len(sums)):
+            own, counts = starts[faces] - starts[faces.start], self.face_counts[faces]
+            corners = self.points[self.face_indices[starts[faces.start] : starts[faces.stop - 1] + counts[-1]]]
+            following = np.arange(1, len(corners) + 1)
+            following[own + counts - 1] = own
+            first = np.repeat(corners[own], counts, axis=0)
+            around = cross(corners - first, corners[following] - first)
+            vectors[faces] = np.add.reduceat(around, own)
+            sums[faces] = np.add.reduceat(np.linalg.norm(around, axis=1), own)
+            longest[faces] = np.maximum.reduceat(np.linalg.norm(corners[following] - corners, axis=1), own)
+        return vectors, sums, longest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,7 +16,6 @@ from spin_usd.formats.mesh.gltf_file import read_gltf
 from spin_usd.formats.mesh.obj_file import read_obj
 from spin_usd.formats.mesh.ply_file import read_ply
 from spin_usd.formats.mesh.stl_file import read_stl
-from spin_usd.geometry.triangles import cross, parts
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.shape import MAX_FACES
 
@@ -46,7 +45,7 @@ def read_mesh_file(
         own = metres_per_unit or asset.metres_per_unit
         scale = 1 / own if units_per_metre is None else float(units_per_metre)
         asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
-        asset = _without_nan(_without_flat_faces(asset))
+        asset = _with_agreeing_normals(_without_nan(_without_flat_faces(asset)))
         return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale if metres_per_unit is None else 1.0)))
     except GeometryError as error:
         raise InputError(str(error), where=path) from None
@@ -99,18 +98,29 @@ def _without_nan(asset: MeshAsset) -> MeshAsset:
 
 def flat_faces(part: MeshPart) -> NDArray[np.bool_]:
     """Return (F,) which faces have no area."""
-    flat, starts = np.empty(len(part.face_counts), bool), part.face_starts
-    for faces in parts(len(flat)):
-        own, counts = starts[faces] - starts[faces.start], part.face_counts[faces]
-        corners = part.points[part.face_indices[starts[faces.start] : starts[faces.stop - 1] + counts[-1]]]
-        following = np.arange(1, len(corners) + 1)
-        following[own + counts - 1] = own
-        first = np.repeat(corners[own], counts, axis=0)
-        twice_areas = np.add.reduceat(cross(corners - first, corners[following] - first), own)
-        edges = np.linalg.norm(corners[following] - corners, axis=1)
-        longest = np.maximum.reduceat(edges, own)
-        flat[faces] = np.linalg.norm(twice_areas, axis=1) <= FLAT_FACE * longest**2
-    return flat
+    _, twice_areas, longest = part.areas
+    return np.asarray(twice_areas <= FLAT_FACE * longest**2)
+
+
+def _with_agreeing_normals(asset: MeshAsset) -> MeshAsset:
+    """Normals that point to the back of their face are turned, with a note: path tracers show black there, others do
+    not, and which side is meant nobody can know."""
+    found, against, whole = [], 0.0, 0.0
+    for part in asset.parts:
+        vectors, areas, _ = part.areas
+        whole += float(areas.sum())
+        if part.normals is not None:
+            mean = np.add.reduceat(part.normals, part.face_starts)
+            turned = (mean * vectors).sum(1) < 0
+            against += float(areas[turned].sum())
+            if turned.any():
+                sign = np.where(np.repeat(turned, part.face_counts), -1.0, 1.0)
+                part = replace(part, normals=part.normals * sign[:, None])
+        found.append(part)
+    if not against:
+        return asset
+    note = f"normals on {100 * against / whole:.3g} % of the area contradict their faces' winding, and were turned"
+    return replace(asset, parts=tuple(found), notes=(*asset.notes, note))
 
 
 def _kept(part: MeshPart, keep: NDArray[np.bool_]) -> MeshPart:

@@ -231,7 +231,7 @@ def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, 
     entry = None
     for number, line in enumerate(lines, 1):
         where = f"{path}, line {number}"
-        key, *rest = line.partition("#")[0].strip().split(None, 1)[:2] or [""]
+        key, *rest = [""] if line.lstrip().startswith("#") else line.strip().split(None, 1)[:2] or [""]
         if key == "newmtl":
             name = rest[0] if rest else ""
             entry = found[name] = _Entry(Material(path=name))
@@ -240,7 +240,7 @@ def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, 
         elif is_map(key):
             entry.maps.append(map_statement(key, "".join(rest), where))
         elif key in CONSTANTS:
-            _state(entry, key, "".join(rest).split(), where)
+            _state(entry, key, "".join(rest).partition("#")[0].split(), where)
     tr_is_d = tr_is_opacity([entry.opacity for entry in found.values()])
     notes: list[str] = []
     return {name: _finished(entry, tr_is_d, path, folder, notes) for name, entry in found.items()}, notes

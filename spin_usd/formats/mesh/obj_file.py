@@ -19,10 +19,12 @@ from spin_usd.formats.mesh.mtl_file import read_mtl
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.referenced_file import file_within
 from spin_usd.formats.text_file import MAX_LINE, lines_of
+from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 
 ST = "st"
+NAMING = {"o", "g", "usemtl", "mtllib"}  # whose names may hold a #
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
 
 
@@ -34,6 +36,8 @@ class _ObjFaces:
     counts: list[int] = field(default_factory=list)
     corners: list[tuple[int, int, int]] = field(default_factory=list)
     materials: list[int] = field(default_factory=list)
+    smoothing: list[int] = field(default_factory=list)
+    """The group within which a face is smooth, 0 where it is flat."""
 
 
 def read_obj(path: Path) -> MeshAsset:
@@ -45,7 +49,8 @@ def read_obj(path: Path) -> MeshAsset:
     materials: dict[str, int] = {}
     libraries: list[str] = []
     colors: list[list[float]] = []
-    group, material = ("", ""), -1
+    smoothings = {"off": 0, "0": 0, "": 0}
+    group, material, smoothing = ("", ""), -1, 0
     for where, key, rest in _statements(path):
         if key == "v":
             points.append(_vector(rest, where))
@@ -56,7 +61,7 @@ def read_obj(path: Path) -> MeshAsset:
             coordinates.append(_coordinates(rest, where))
         elif key == "f":
             if group not in parts:
-                parts[group] = _ObjFaces(_part_name(group, path))
+                parts[group] = _ObjFaces(path.stem)
             faces = parts[group]
             if len(parts) > MAX_PARTS:
                 many = f"has more than {MAX_PARTS} objects and groups"
@@ -68,10 +73,13 @@ def read_obj(path: Path) -> MeshAsset:
             faces.counts.append(len(corners))
             faces.corners += corners
             faces.materials.append(material)
+            faces.smoothing.append(smoothing)
         elif key == "o":
             group = (rest, "")
         elif key == "g":
             group = (group[0], rest)
+        elif key == "s":
+            smoothing = smoothings.setdefault(rest.strip().lower(), len(smoothings))
         elif key == "usemtl":
             material = materials.setdefault(rest, len(materials))
         elif key == "mtllib":
@@ -81,9 +89,12 @@ def read_obj(path: Path) -> MeshAsset:
     found, notes = read_materials(path, list(materials), libraries)
     xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
     st = np.array(coordinates, np.float64).reshape(-1, 2)
+    for (own, divided), faces in parts.items():  # a group divides an object, or says its name again
+        only = [name for name, _ in parts].count(own) == 1 and own.lower() not in NO_NAMES
+        faces.name = _part_name((own, "" if only else divided), path)
     asset = MeshAsset(
         name=path.stem,
-        parts=tuple(_part(faces, xyz, st, directions) for faces in parts.values()),
+        parts=_smoothed([_part(each, xyz, st, directions) for each in parts.values()], list(parts.values())),
         materials=found,
         notes=notes,
     )
@@ -97,7 +108,7 @@ def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
     pending: list[str] = []
     length = 0
     for number, line in enumerate(lines_of(path, MAX_MODEL), 1):
-        line = line.partition("#")[0].strip()
+        line = "" if line.lstrip().startswith("#") else line.strip()
         pending.append(line.removesuffix("\\"))
         length += len(line)
         if length > MAX_LINE:
@@ -108,7 +119,7 @@ def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
         line, pending, length = " ".join(pending), [], 0
         if line.strip():
             key, *rest = line.split(None, 1)
-            yield f"{path}, line {number}", key, "".join(rest)
+            yield f"{path}, line {number}", key, "".join(rest) if key in NAMING else "".join(rest).partition("#")[0]
 
 
 def _vector(rest: str, where: str) -> list[float]:
@@ -182,6 +193,33 @@ def _part(faces: _ObjFaces, points: Float, st: Float, normals: Float) -> MeshPar
         normals=normals[corners[:, 2]] if has_normals else None,
         face_material=np.array(faces.materials, np.int32),
         primvars={ST: np.where(mapped[:, None], st[corners[:, 1]], 0.0)} if mapped.any() else {},
+    )
+
+
+def _smoothed(parts: list[MeshPart], read: list[_ObjFaces]) -> tuple[MeshPart, ...]:
+    """Return the parts, those without normals with some where their faces are smooth: at each point the mean of the
+    normals of its smoothing group's faces, weighted by their angles there, as Blender has it."""
+    if not any(any(each.smoothing) for each in read):
+        return tuple(parts)
+    ways, flat, keys = [], [], []
+    groups = 1 + max(max(each.smoothing) for each in read)
+    for part, faces in zip(parts, read, strict=True):
+        corners, starts = part.points[part.face_indices], part.face_starts
+        before, after = np.arange(-1, len(corners) - 1), np.arange(1, len(corners) + 1)
+        before[starts], after[starts + part.face_counts - 1] = starts + part.face_counts - 1, starts
+        edges = unit_vectors(corners[before] - corners), unit_vectors(corners[after] - corners)
+        flat.append(np.repeat(unit_vectors(part.areas[0]), part.face_counts, axis=0))
+        ways.append(flat[-1] * np.arccos(np.clip((edges[0] * edges[1]).sum(1), -1, 1))[:, None])
+        points = np.array(faces.corners, np.int64)[:, 0]
+        keys.append(points * groups + np.repeat(faces.smoothing, part.face_counts))
+    _, place = np.unique(np.concatenate(keys), return_inverse=True)
+    sums = np.stack([np.bincount(place, column) for column in np.concatenate(ways).T], axis=1)[place]
+    means = np.split(sums, np.cumsum([len(each) for each in keys])[:-1])
+    return tuple(
+        part
+        if part.normals is not None or not any(faces.smoothing)
+        else replace(part, normals=np.where((own % groups > 0)[:, None], mean, plain))
+        for part, faces, own, mean, plain in zip(parts, read, keys, means, flat, strict=True)
     )
 
 

@@ -202,3 +202,25 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         read_mesh_file(write(tmp_path, CUBE, "model.step"), 1)
     with pytest.raises(InputError, match="not there"):
         read_mesh_file(tmp_path / "none.obj", 1)
+
+
+@pytest.mark.parametrize("ending", ["obj", "glb"])
+def test_normals_against_their_faces_are_turned(shared: Path, ending: str) -> None:
+    """Else Cycles shows black what others show lit."""
+    asset = read_mesh_file(shared / "data" / "strangers" / f"normals_against_winding.{ending}", 1)
+    for part in asset.parts:
+        assert part.normals is not None
+        mean = np.add.reduceat(part.normals, part.face_starts)
+        assert (np.einsum("ij,ij->i", mean, part.areas[0]) > 0).all()
+    assert any("normals on 100 % of the area contradict their faces' winding" in note for note in asset.notes)
+
+
+def test_normals_that_agree_stay_as_they_are(tmp_path: Path) -> None:
+    """Smooth ones too, though some lean over the edge of a face."""
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    ball.vertex_normals  # noqa: B018 - written where they are there
+    (tmp_path / "ball.obj").write_text(trimesh.exchange.obj.export_obj(ball, include_normals=True))
+    asset = read_mesh_file(tmp_path / "ball.obj", 1)
+    (part,) = asset.parts
+    assert not asset.notes
+    np.testing.assert_allclose(part.normals, ball.vertex_normals[ball.faces].reshape(-1, 3), atol=1e-6)
