@@ -16,15 +16,17 @@ Loop's scheme leaves of a tetrahedron, of which it leaves the least, 1 / 3.43 (7
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceBounds:
     """Boxes (2, 3), metres, in body axes: `polygons` holds the model's plain polygons exactly, None where it has none;
-    `whole` holds everything, and is tight only where `exact`, that is, where nothing but plain polygons is there."""
+    `whole` holds everything, and is tight only where `exact`, that is, where nothing but plain polygons is there.
+    `error`: how far the other reader's own box may be off, of the largest coordinate or edge."""
 
     whole: Float
     polygons: Float | None
     exact: bool
+    error: float = ROUNDING
 
     def agree_with(self, written: Float) -> bool:
         """Return whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""
-        within = ROUNDING * max(float(np.abs(self.whole).max()), float(np.ptp(self.whole, axis=0).max()))
+        within = self.error * max(float(np.abs(self.whole).max()), float(np.ptp(self.whole, axis=0).max()))
         if self.polygons is not None and not _holds(written, self.polygons, within):
             return False
         if self.exact:

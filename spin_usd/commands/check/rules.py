@@ -140,6 +140,14 @@ STAGE = {
         remedy="Remove what has it, or set spin:target:keepTransparent on the target.",
     ),
     "mesh-empty": Rule(meaning="A mesh has no faces.", remedy="Remove it, or give it faces."),
+    "faces-crossing": Rule(
+        meaning="Polygons cross themselves; each is shown as a fan of triangles.",
+        remedy="Split them into simple polygons.",
+    ),
+    "normals-turned": Rule(
+        meaning="Normals point to the back of their faces; they are turned, since path tracers show black there.",
+        remedy="Recalculate the normals, or turn the faces.",
+    ),
     "faces-coincident": Rule(
         meaning="Faces lie in one another where that is seen: labels show the first, and light is lost.",
         remedy="Remove one of each two, or move it.",

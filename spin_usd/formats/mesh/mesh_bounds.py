@@ -20,6 +20,7 @@ from spin_usd.scene.source_bounds import SourceBounds
 if TYPE_CHECKING:
     import trimesh
 
+STEP, STEP_ERROR = (".step", ".stp"), 0.02  # by its default, half a radian between the faces of a circle
 GLTF, DAE = (".gltf", ".glb"), ".dae"
 BEYOND_TRIMESH = (INSTANCING, VISIBILITY, MESHOPT)
 
@@ -42,7 +43,8 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
     if not len(points) or not np.isfinite(points).all():
         return None
     box = np.stack([points.min(0), points.max(0)])
-    return SourceBounds(whole=box, polygons=box, exact=True)
+    error = {"error": STEP_ERROR} if path.suffix.lower() in STEP else {}
+    return SourceBounds(whole=box, polygons=box, exact=True, **error)
 
 
 def _buffers_beside(path: Path) -> dict[str, bytes] | None:

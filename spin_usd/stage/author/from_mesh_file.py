@@ -19,6 +19,7 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.scene.asset import ImageFile, ImageMap, ImageTransform, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import TRANSPARENT, Material
 from spin_usd.scene.texture import Primvar
@@ -110,9 +111,9 @@ def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
     mesh.CreateFaceVertexIndicesAttr(int_array(part.face_indices))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(box(part.points))
-    if part.normals is not None:
-        mesh.CreateNormalsAttr(vec3f_array(_unit(part)))
-        mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    faceted = part.normals is None  # which Blender takes for smooth unless it is said
+    mesh.CreateNormalsAttr(vec3f_array(unit_vectors(part.areas[0]) if faceted else _unit(part)))
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.uniform if faceted else UsdGeom.Tokens.faceVarying)
     _author_primvars(mesh, part)
     mesh.GetPrim().SetDisplayName(part.name)
     _label(mesh.GetPrim(), "part", part.name)
@@ -131,11 +132,8 @@ def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
 def _unit(part: MeshPart) -> Float:
     """Return the corners' normals (C, 3) at unit length; the face's own where the file's is zero."""
     assert part.normals is not None
-    starts = part.face_starts
-    corners = part.points[part.face_indices]
-    face = np.cross(corners[starts + 1] - corners[starts], corners[starts + 2] - corners[starts])
     length = np.linalg.norm(part.normals, axis=1, keepdims=True)
-    normals = np.where(length > 0, part.normals, np.repeat(face, part.face_counts, axis=0))
+    normals = np.where(length > 0, part.normals, np.repeat(part.areas[0], part.face_counts, axis=0))
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny))
 
 

@@ -134,7 +134,9 @@ def test_normals_are_of_unit_length_and_the_faces_own_where_the_file_has_none(st
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/Model/Bus"))
     assert mesh.GetNormalsInterpolation() == "faceVarying"
     assert np.array_equal(mesh.GetNormalsAttr().Get(), [[0, 0, 1]] * 4 + [[0, -1, 0]] * 3)
-    assert not UsdGeom.Mesh(stage.GetPrimAtPath("/Model/bus_2")).GetNormalsAttr().HasAuthoredValue()
+    faceted = UsdGeom.Mesh(stage.GetPrimAtPath("/Model/bus_2"))  # which Blender would show smooth without any
+    assert faceted.GetNormalsInterpolation() == "uniform"
+    assert np.array_equal(np.linalg.norm(faceted.GetNormalsAttr().Get(), axis=1), [1, 1])
 
 
 def test_every_face_has_the_material_that_usd_computes(stage: Usd.Stage) -> None:

@@ -87,21 +87,25 @@ def _polygonal(
     primvars: Sequence[FoundPrimvar],
     deformation: Deformation | None,
 ) -> Triangles:
-    positions, source = triangulate(points, counts, indices, mesh.GetPath())
+    positions, source, crossing = triangulate(points, counts, indices, mesh.GetPath())
     corners = indices[positions]
     at = Corners(positions=positions, points=corners, faces=source, counts=(len(indices), len(points), len(counts)))
     flat = np.repeat(face_normals(points, corners)[:, None], 3, axis=1)
     if read(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         flat = -flat
-    normals = _authored_normals(mesh, time, at)
+    normals, turned = _authored_normals(mesh, time, at), np.zeros(0, np.int64)
     if normals is not None:
         own = deformation.normals(normals, corners, len(points)) if deformation else unit(normals)
+        against = (own.sum(1) * flat[:, 0]).sum(-1) < 0  # path tracers would show black there
+        turned = np.unique(source[against])
+        own = np.where(against[:, None, None], -own, own)
         flat = np.where((normals != 0).any(-1, keepdims=True), own, flat)
     return Triangles(
         points=points,
         corners=corners,
         normals=flat,
         source=source,
+        mended={"faces-crossing": crossing, "normals-turned": turned},
         primvars={p.name: p.elements[at.elements(p.interpolation, len(p.indices), p.where)] for p in primvars},
     )
 
@@ -128,30 +132,37 @@ def _without_holes(mesh: UsdGeom.Mesh, time: Usd.TimeCode, triangles: Triangles,
     return triangles.kept(~np.isin(triangles.source, holes)) if len(holes) else triangles
 
 
-def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tuple[Int, Int]:
-    """Return triangles (T, 3) as positions in `indices`, and the face (T,) of each, in face order.
+def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tuple[Int, Int, Int]:
+    """Return triangles (T, 3) as positions in `indices`, the face (T,) of each, in face order, and which faces cross
+    themselves.
 
     points (P, 3); counts (F,) corners of each face; indices (sum of counts,). Concave faces are cut in the plane that
-    fits them. Raises StageError for a face that crosses itself.
+    fits them; those that cross themselves are a fan, as Hydra shows them.
     """
     starts = np.cumsum(counts) - counts
-    corners, source = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    corners, source, crossing = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for size in np.unique(counts):
         faces = np.flatnonzero(counts == size)
         ring = starts[faces][:, None] + np.arange(size)
-        convex: NDArray[np.bool_] = np.ones(len(faces), bool) if size == 3 else _convex(points[indices[ring]])
+        convex, empty = np.ones(len(faces), bool), np.zeros(len(faces), bool)
+        if size > 3:
+            convex, empty = _convex(points[indices[ring]])
+        crossing.append(faces[empty])
         fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], -1)
         corners.append(ring[convex][:, fan].reshape(-1, 3))
         source.append(np.repeat(faces[convex], size - 2))
         for face, own in zip(faces[~convex], ring[~convex], strict=True):
-            corners.append(own[_clip_ears(_flattened(points[indices[own]]), f"{where} face {face}")])
+            ears = _clip_ears(_flattened(points[indices[own]]), f"{where} face {face}")
+            crossing.append(np.full(int(ears is None), face))
+            corners.append(own[fan if ears is None else ears])
             source.append(np.full(size - 2, face))
     order = np.argsort(np.concatenate(source), kind="stable")
-    return np.concatenate(corners)[order], np.concatenate(source)[order]
+    return np.concatenate(corners)[order], np.concatenate(source)[order], np.concatenate(crossing)
 
 
-def _convex(polygons: Float) -> NDArray[np.bool_]:
-    """Return which of the polygons (K, n, 3) are convex. Polygons without area count: a fan of them loses nothing."""
+def _convex(polygons: Float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which of the polygons (K, n, 3) are convex, and which have triangles whose areas cancel out. Those without
+    area count as convex: a fan of them loses nothing."""
     normal = newell(polygons)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
@@ -161,7 +172,8 @@ def _convex(polygons: Float) -> NDArray[np.bool_]:
     turn = np.arctan2(sine, (before * after).sum(-1))
     once: NDArray[np.bool_] = (turn > -STRAIGHT).all(1) & (turn.sum(1) < 3 * np.pi)
     empty: NDArray[np.bool_] = size[:, 0] == 0
-    return np.logical_or(once, empty)
+    cancelled = empty & np.linalg.norm(np.cross(after, np.roll(after, -1, axis=1)), axis=-1).any(-1)
+    return np.logical_or(once, empty), cancelled
 
 
 def _flattened(polygon: Float) -> Float:
@@ -174,13 +186,12 @@ def _flattened(polygon: Float) -> Float:
     return np.asarray((polygon - polygon[0]) @ plane, np.float64)
 
 
-def _clip_ears(p: Float, where: str) -> Int:
-    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3)."""
+def _clip_ears(p: Float, where: str) -> Int | None:
+    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3); None for one that crosses itself."""
     if len(p) > MAX_CONCAVE_CORNERS:
         raise UnsupportedError(f"is concave and has {len(p)} corners", where=where, do="triangulate it")
-    crossing = StageError("is a polygon that crosses itself", where=where, do="split it into simple polygons")
     if _crosses(p):
-        raise crossing
+        return None
     rest, ears = list(range(len(p))), []
     while len(rest) > 3:
         # A corner on a straight line goes last, so that it stays a corner of some triangle where it can.
@@ -189,7 +200,7 @@ def _clip_ears(p: Float, where: str) -> Int:
             (i for i in corners if _is_ear(p, rest, i)), next((i for i in corners if _straight(p, rest, i)), None)
         )
         if ear is None:
-            raise crossing
+            return None
         ears.append([rest[ear - 1], rest[ear], rest[(ear + 1) % len(rest)]])
         del rest[ear]
     return np.array([*ears, rest])

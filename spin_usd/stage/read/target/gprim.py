@@ -10,6 +10,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.geometry.triangles import areas
 from spin_usd.scene.material import Material
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.shapes.displacement import displaced
@@ -30,6 +31,11 @@ from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.visibility import PROXIES
+
+MENDED = {
+    "faces-crossing": "polygons cross themselves ({}, {:.2g} % of its area): each is shown as a fan of triangles",
+    "normals-turned": "normals contradict the winding of {} faces ({:.3g} % of its area), and are turned",
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -195,6 +201,11 @@ class GprimReader:
                 note_creases(UsdGeom.Mesh(prim), self.time, self.notes)
             read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
             triangles = read(prim, self.time, primvars, deformation)
+            for code, faces in triangles.mended.items():
+                if len(faces):
+                    area = areas(triangles.points[triangles.corners])
+                    share = 100 * area[np.isin(triangles.source, faces)].sum() / area.sum()
+                    self.notes.add(code, path, MENDED[code].format(len(faces), share))
             painter = painter_of(painting, triangles, prim, self.time)
             triangles = displaced(triangles, painter, amounts, prim.GetPath())
             self._meshes[key] = self._mesh_of(prim, triangles, painting, named, absent)
