@@ -110,7 +110,17 @@ def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
             model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
         except InputError as error:  # of a file that will be gone
             raise InputError(error.found.replace(str(glb), file.name), where=file, do=error.do) from None
+    model = _painted(model) if by_step else model
     return replace(model, notes=(*said["notes"], *model.notes))
+
+
+def _painted(model: MeshAsset) -> MeshAsset:
+    """Return a model of STEP, which has colours at most, without the metal that glTF has for a default."""
+    paints = tuple(replace(each, constants=replace(each.constants, metallic=0.0)) for each in model.materials)
+    bare = {-1, *(index for index, each in enumerate(model.materials) if each.constants.metallic)}
+    plain = sum(not bare.isdisjoint(part.face_material.tolist()) for part in model.parts)
+    notes = (f"{plain} of {len(model.parts)} parts have no colour in the file: they are of a plain paint",)
+    return replace(model, materials=paints, notes=(*model.notes, *(notes if plain else ())))
 
 
 def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -> ModelUnit:

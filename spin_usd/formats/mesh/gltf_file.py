@@ -43,6 +43,7 @@ from spin_usd.unique_names import UniqueNames
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
+USE_OF_PRODUCT = re.compile(r"NAUO\d+")  # a node's name by Open CASCADE, whose mesh has the product's
 DRACO = "KHR_draco_mesh_compression"
 
 
@@ -105,7 +106,8 @@ def _read_parts(model: _Model) -> None:
         if "weights" in mesh or any("targets" in primitive for primitive in primitives[index]):
             model.notes["its morph targets are not applied"] = None
         for place in places[index]:
-            name = place.name or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
+            own = "" if USE_OF_PRODUCT.fullmatch(place.name) else place.name
+            name = own or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
             for primitive in primitives[index]:
                 _read_primitive(model, primitive, replace(place, groups=(*place.groups, name)), names.give(name))
 

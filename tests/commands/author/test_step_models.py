@@ -34,8 +34,9 @@ class StepText(list[str]):
         return self.add(f"AXIS2_PLACEMENT_3D('',{point},{self.triple('DIRECTION', z)},{self.triple('DIRECTION', x)})")
 
 
-def step_box(size: tuple[float, float, float], unit: str) -> str:
-    """A box from the origin to `size`, called hull. Source: ISO 10303-214, by the entities' own names."""
+def step_box(size: tuple[float, float, float], unit: str, places: Sequence[float] = ()) -> str:
+    """A box from the origin to `size`, called hull; with `places` an assembly of it, moved so far along x. Source:
+    ISO 10303-214, by the entities' own names."""
     text = StepText()
     context = text.add("APPLICATION_CONTEXT('automotive_design')")
     text.add(f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{context})")
@@ -77,6 +78,23 @@ def step_box(size: tuple[float, float, float], unit: str) -> str:
     placed = text.axes((0, 0, 0), (0, 0, 1), (1, 0, 0))
     whole = text.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({placed},{solid}),{space})")
     text.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{whole})")
+    if places:
+        craft = text.add(f"PRODUCT('craft','craft','',({mechanical}))")
+        craft = text.add(f"PRODUCT_DEFINITION_FORMATION('','',{craft})")
+        craft = text.add(f"PRODUCT_DEFINITION('design','',{craft},{design})")
+        at_places = [text.axes((x, 0, 0), (0, 0, 1), (1, 0, 0)) for x in places]
+        joined = text.add(f"SHAPE_REPRESENTATION('',({','.join(at_places)}),{space})")
+        shape = text.add(f"PRODUCT_DEFINITION_SHAPE('','',{craft})")
+        text.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{joined})")
+        for number, place in enumerate(at_places, 1):
+            used = text.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('NAUO{number}','','',{craft},{definition},$)")
+            used = text.add(f"PRODUCT_DEFINITION_SHAPE('','',{used})")
+            moved = text.add(f"ITEM_DEFINED_TRANSFORMATION('','',{placed},{place})")
+            moved = text.add(
+                f"(REPRESENTATION_RELATIONSHIP('','',{whole},{joined}) "
+                f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({moved}) SHAPE_REPRESENTATION_RELATIONSHIP())"
+            )
+            text.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({moved},{used})")
     head = "FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));"
     return "\n".join(["ISO-10303-21;HEADER;", head, "ENDSEC;DATA;", *text, "ENDSEC;END-ISO-10303-21;"])
 
@@ -93,6 +111,22 @@ def test_a_box_is_in_metres_by_the_unit_of_its_file(tmp_path: Path, unit: str, m
     target = reader.scene(reader.frames[0]).target
     np.testing.assert_allclose(target.mesh.box, [[0, 0, 0], [1, 2, 3]], atol=1e-6)
     assert [part.name for part in target.parts] == ["hull"]
+
+
+def test_an_assembly_has_its_products_names_and_a_plain_paint(tmp_path: Path) -> None:
+    """Open CASCADE names each use NAUO1, NAUO2 and so on; glTF is metal where no colour is said."""
+    pytest.importorskip("cascadio")
+    (tmp_path / "poses.json").write_text(json.dumps(POSES))
+    (tmp_path / "craft.step").write_text(step_box((1, 2, 3), METRE, places=(0, 5)))
+    report = author_stage(
+        poses=tmp_path / "poses.json", out=tmp_path / "stage", target=tmp_path / "craft.step", camera="speedplus"
+    )
+    reader = StageReader(report.root)
+    target = reader.scene(reader.frames[0]).target
+    np.testing.assert_allclose(target.mesh.box, [[0, 0, 0], [6, 2, 3]], atol=1e-6)
+    assert [part.name for part in target.parts] == ["hull", "hull_1"]
+    assert {material.metallic for material in target.materials} == {0}
+    assert "2 of 2 parts have no colour in the file: they are of a plain paint" in report.notes
 
 
 def test_a_damaged_file_is_refused_in_a_sentence(tmp_path: Path) -> None:
