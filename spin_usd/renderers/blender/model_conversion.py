@@ -19,6 +19,12 @@ KEPT = ("ShaderNodeBsdfPrincipled", "ShaderNodeEmission")
 """Shaders that the exporter writes."""
 METALS = ("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic")
 IMAGES = ("ShaderNodeTexImage", "ShaderNodeVertexColor", "ShaderNodeAttribute")
+PLUMBING = ("ShaderNodeGroup", "NodeGroupInput", "NodeReroute")
+FOLLOWED = {
+    *(*IMAGES, *PLUMBING, "ShaderNodeTexCoord", "ShaderNodeUVMap", "ShaderNodeMapping", "ShaderNodeNormalMap"),
+    *("ShaderNodeSeparateColor", "ShaderNodeRGB", "ShaderNodeValue"),
+}
+"""Nodes between an image and a shader that the exporter writes, as far as glTF has them."""
 
 
 def convert_model(*, source: str, to: str, root: str) -> dict[str, Any]:
@@ -139,7 +145,8 @@ def _as_principled() -> list[str]:
     notes = []
     for material in bpy.data.materials:
         name, output = repr(material.name), material.node_tree and material.node_tree.get_output_node("ALL")
-        shaders = list(_behind(output.inputs["Surface"])) if output else []
+        found = _behind(output.inputs["Surface"]) if output else []
+        shaders = [each for each in found if each.bl_idname not in PLUMBING]
         kept = next((each for each in shaders if each.bl_idname in KEPT), None)
         if kept is None:
             what = str(shaders[0].name) if shaders else "no shader"  # it is gone then
@@ -148,25 +155,47 @@ def _as_principled() -> list[str]:
             notes.append(f"the material {name} has {what}, and no Principled BSDF: only its colour is taken")
         elif kept != shaders[0]:
             notes.append(f"the material {name} has {shaders[0].name}: of its shaders {kept.name} alone is taken")
-        elif made := [each.name for each in kept.inputs if each.links and not _has_image(each)]:
-            notes.append(f"the material {name} has {', '.join(made)} from nodes, which are left out")
+        else:
+            notes += [f"the material {name} has {remark}" for each in kept.inputs for remark in _passed_over(each)]
     return notes
 
 
+def _passed_over(socket: Any) -> Iterator[str]:
+    """Yield what a shader's input has that the exporter does not write. A height map, which it would write as a normal
+    map, is cut off."""
+    nodes = list(_behind(socket))
+    kinds = {each.bl_idname for each in nodes}
+    if kinds and kinds.isdisjoint(IMAGES):
+        yield f"{socket.name} from nodes, which are left out"
+    elif "ShaderNodeBump" in kinds:
+        yield f"a height map behind {socket.name} (ShaderNodeBump), which is left out: bake it as a normal map"
+        socket.id_data.links.remove(socket.links[0])
+    elif over := [said for each in nodes if (said := _unwritten(each, socket))]:
+        between = f"{', '.join(over)} between an image and {socket.name}"
+        yield f"{between}, which the image is shown without: bake it in Blender"
+
+
+def _unwritten(node: Any, socket: Any) -> str | None:
+    """Name what of a node behind a shader's input the exporter passes over, None for nothing."""
+    if node.bl_idname == "ShaderNodeTexImage" and node.projection != "FLAT":
+        return f"{node.projection.lower()} projection"
+    if node.bl_idname == "ShaderNodeTexCoord":
+        return next((f"{each.name} coordinates" for each in node.outputs if each.is_linked and each.name != "UV"), None)
+    factor = getattr(node, "blend_type", "") == "MULTIPLY" or (socket.name == "Alpha" and "Math" in node.bl_idname)
+    return None if factor or node.bl_idname in FOLLOWED else str(node.name)
+
+
 def _behind(socket: Any) -> Iterator[Any]:
-    """Yield the nodes behind an input, the nearest first, each once."""
+    """Yield the nodes behind an input, and within groups, the nearest first, each once."""
     waiting, seen = [link.from_node for link in socket.links], set()
     while waiting:
         node = waiting.pop(0)
-        if node.name not in seen:
-            seen.add(node.name)
+        if node.as_pointer() not in seen:
+            seen.add(node.as_pointer())
             yield node
-            waiting += [link.from_node for each in node.inputs for link in each.links]
-
-
-def _has_image(socket: Any) -> bool:
-    """Return whether an image is behind the input, or colours of the mesh, as the exporter follows them."""
-    return any(node.bl_idname in IMAGES for node in _behind(socket))
+            tree = node.node_tree if node.bl_idname == "ShaderNodeGroup" else None
+            inside = [each for each in tree.nodes if each.bl_idname == "NodeGroupOutput"] if tree else []
+            waiting += [link.from_node for at in (*inside, node) for each in at.inputs for link in each.links]
 
 
 def _taken(material: Any, shader: Any) -> tuple[Any, float, float]:

@@ -294,3 +294,69 @@ def test_instances_of_geometry_nodes_stand_where_blender_renders_them(made: Path
     report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
     reader = StageReader(report.root)
     np.testing.assert_allclose(reader.scene(reader.frames[0]).target.mesh.box.ravel(), box, atol=1e-5)
+
+
+BETWEEN = """
+import bpy, sys
+for name, kinds in {
+    "plain": ("ShaderNodeUVMap", "ShaderNodeMapping"), "invert": ("ShaderNodeInvert",), "ramp": ("ShaderNodeValToRGB",),
+    "bump": ("ShaderNodeBump",), "object": ("ShaderNodeTexCoord",), "box": (), "group": (),
+}.items():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    material = bpy.data.materials.new("M")
+    material.use_nodes = True
+    bpy.context.object.data.materials.append(material)
+    tree, new, link = material.node_tree, material.node_tree.nodes.new, material.node_tree.links.new
+    shader, texture = tree.nodes["Principled BSDF"], new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("I", 4, 4)
+    texture.image.pack()
+    texture.projection = "BOX" if name == "box" else "FLAT"
+    made = [new(kind) for kind in kinds]
+    if name in ("plain", "object"):
+        output = made[0].outputs["Object" if name == "object" else "UV"]
+        link(output, made[-1].inputs[0] if name == "plain" else texture.inputs[0])
+        if name == "plain":
+            link(made[-1].outputs[0], texture.inputs[0])
+        made = []
+    at = texture.outputs[0]
+    if made:
+        link(at, next(each for each in made[0].inputs if each.name in ("Color", "Factor", "Fac", "Height")))
+        at = made[0].outputs[0]
+    link(at, shader.inputs["Normal" if name == "bump" else "Base Color"])
+    if name == "group":
+        group = bpy.data.node_groups.new("G", "ShaderNodeTree")
+        group.interface.new_socket(name="Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        within, end = group.nodes.new("ShaderNodeBsdfPrincipled"), group.nodes.new("NodeGroupOutput")
+        within.inputs["Base Color"].default_value = (0.25, 0.5, 0.75, 1)
+        group.links.new(within.outputs[0], end.inputs[0])
+        use = new("ShaderNodeGroup")
+        use.node_tree = group
+        link(use.outputs[0], tree.nodes["Material Output"].inputs[0])
+    bpy.ops.wm.save_as_mainfile(filepath=f"{sys.argv[1]}/{name}.blend")
+"""
+TOLD = {
+    "plain": "",
+    "invert": "has Invert Color between an image and Base Color",
+    "ramp": "has Color Ramp between an image and Base Color",
+    "bump": "has a height map behind Normal",
+    "object": "has Object coordinates between an image and Base Color",
+    "box": "has box projection between an image and Base Color",
+    "group": "",
+}
+
+
+def test_what_stands_between_an_image_and_its_shader_is_told(made: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    folder.mkdir()
+    subprocess.run([sys.executable, "-c", BETWEEN, str(folder)], check=True, stdout=subprocess.DEVNULL)
+    for name, told in TOLD.items():
+        report = author_stage(
+            poses=made / "poses.json", out=tmp_path / name, target=folder / f"{name}.blend", camera="speedplus"
+        )
+        notes = [note for note in report.notes if "the material 'M'" in note]
+        assert len(notes) == bool(told), notes
+        assert all(told in note for note in notes)
+    reader = StageReader(tmp_path / "group" / "dataset.usda")
+    (material,) = reader.scene(reader.frames[0]).target.materials
+    np.testing.assert_allclose(material.diffuse_color, (0.25, 0.5, 0.75), atol=1e-6)
