@@ -14,6 +14,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
 
 SRGB, RAW = "sRGB", "raw"
+AT_REST = "it has animations, and stands as it is stored without them; --model-time 0 shows where they begin"
 MAX_PARTS = 8192  # of a model: each becomes a prim with labels of its own, at some milliseconds
 
 
@@ -134,13 +135,15 @@ class MeshPart:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshAsset:
     """A model from a mesh file. `notes` are sentences on what a user should know of how it was read;
-    `metres_per_unit`: how long the file says that its unit is."""
+    `metres_per_unit`: how long the file says that its unit is; `up`: the axis that it calls up, empty where it does not
+    say."""
 
     name: str
     parts: tuple[MeshPart, ...]
     materials: tuple[ModelMaterial, ...] = ()
     notes: tuple[str, ...] = ()
     metres_per_unit: float = 1.0
+    up: str = ""
 
     def __post_init__(self) -> None:
         if not self.parts:

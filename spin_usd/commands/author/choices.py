@@ -43,7 +43,8 @@ class Choices:
     resolution: the cameras' pixels, "W" or "WxH", instead of their own · earth: a
     map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
     chosen · background: a picture behind everything, or a folder of them, likewise for its back plate · augment: a
-    specification to write over the stage · prim: the path of the prim that is taken of a USD target
+    specification to write over the stage · prim: the path of the prim that is taken of a USD target · model_time: the
+    seconds after the beginning of the target's animations at which it is taken
     · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
     that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
     further targets, and what is fixed to the camera, each as `other_body` reads it · root: the folder below which
@@ -55,6 +56,7 @@ class Choices:
     resolution: str | int | None = None
     units_per_metre: float | None = None
     prim: str | None = None
+    model_time: float | None = None
     seed: int = 0
     sample: str | None = None
     preset: str | Path | None = None
@@ -162,6 +164,7 @@ def _options(choices: Choices, others: Sequence[OtherBody]) -> dict[str, Option]
         "sample": choices.sample,
         "units_per_metre": choices.units_per_metre,
         "prim": choices.prim,
+        "model_time": choices.model_time,
         "resolution": None if choices.resolution is None else str(choices.resolution),
         "channels": choices.additions.channels,
         "sun_direction": choices.additions.sun_from_camera,

@@ -10,7 +10,7 @@ from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.choices import Choices, Sources, open_sources
-from spin_usd.commands.author.model import model_unit, write_model
+from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
 from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
@@ -23,7 +23,7 @@ from spin_usd.faults import reading
 from spin_usd.files.model_root import model_roots
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh.mesh_file import GLTF, MESHES
+from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
@@ -139,9 +139,10 @@ def _author(
     sources = open_sources(choices, files)
     models = (sources.target_file, *(body.file for body in sources.others))
     with model_roots(models, Path(choices.root) if choices.root else None), new_folder(out) as folder:
-        asset, notes = write_model(sources.target_file, folder, choices.units_per_metre, choices.prim)
-        if sources.target_file.suffix.lower() in GLTF:
-            notes += ("body axes are the file's own x, y and z, of which glTF calls y up: poses are meant in these",)
+        units, time = choices.units_per_metre, choices.model_time
+        asset, notes = write_model(sources.target_file, folder, units, choices.prim, time)
+        if Path(choices.target).suffix:  # of the user's own
+            notes += (axes_note(asset),)
         notes += _unused(sources.preset, asset)
         corners, lens = box_corners(asset), lens_of(sources.cameras.layer)
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)
@@ -165,12 +166,12 @@ def _author(
         authored = AuthoredPictures(
             target=asset, poses=poses, camera=lens, laws=laws, frames=frames, whole=whole, seed=choices.seed
         )
-        units, any_size = choices.units_per_metre, choices.any_size
+        any_size = choices.any_size
         notes += write_others(sources.others, folder, authored, units, any_size=any_size, progress=progress)
         notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT, [each.name for each in sources.cameras.further])
         _write_light(folder / ROOT, len(poses), light, choices.additions)
-        composed, remarks = _composed_target(folder, poses, sources, asset, choices.units_per_metre)
+        composed, remarks = _composed_target(folder, poses, sources, asset, choices)
         hull = composed.mesh.hull
         if not choices.any_size:
             refuse_implausible(hull, unit, lens, poses)
@@ -206,14 +207,15 @@ def _composed_target(
     poses: PoseList,
     sources: Sources,
     asset: TargetAsset,
-    units_per_metre: float | None,
+    choices: Choices,
 ) -> tuple[ComposedTarget, tuple[str, ...]]:
     """Return what the pictures of the stage in `folder` show, and notes on that and on the target. Raises as
     check_written, and what a render of the stage would raise."""
     selected = sources.preset.chosen(asset.variants) if sources.preset else {}
     try:
         reader = StageReader(folder / ROOT)
-        notes = check_written(reader, sources.target_file, asset, units_per_metre, selected)
+        units, at_rest = choices.units_per_metre, choices.model_time is None
+        notes = check_written(reader, sources.target_file, asset, units, selected, at_rest=at_rest)
         composed = read_composed_target(reader, poses)
     except (StageError, UnsupportedError, GeometryError) as refused:
         where = str(refused.where).replace(f"{folder}/", "") if refused.where else None  # the folder will be gone
@@ -245,8 +247,11 @@ def check_written(
     asset: TargetAsset,
     units_per_metre: float | None,
     selections: Mapping[str, str],
+    *,
+    at_rest: bool = True,
 ) -> tuple[str, ...]:
-    """Return notes on the target that the stage of the `reader` has from the model `file`, with variants `selections`.
+    """Return notes on the target that the stage of the `reader` has from the model `file`, with variants `selections`;
+    `at_rest`: whether it stands as the file stores it.
 
     Raises InputError when its size is another than the file's, StageError or UnsupportedError as a render would.
     """
@@ -254,7 +259,7 @@ def check_written(
     target = reader.target_at(time_code)
     notes = (*in_sentences(reader.notes), *look_notes(reader))
     if file.suffix.lower() in MESHES:
-        source = mesh_bounds(file, units_per_metre)
+        source = mesh_bounds(file, units_per_metre) if at_rest else None
     else:
         metres = asset.metres_per_unit
         source = usd_bounds(file, asset.source_prim, metres_per_unit=metres, selections=selections, time_code=time_code)

@@ -6,21 +6,37 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
+from spin_usd.arrays import Float
 from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
 from spin_usd.formats.mesh.dae_document import unit_of
-from spin_usd.formats.mesh.mesh_file import CONVERTED, DAE, MESHES, STEP, read_mesh_file
+from spin_usd.formats.mesh.fbx_head import read_fbx_head
+from spin_usd.formats.mesh.mesh_file import (
+    BY_BLENDER,
+    CONVERTED,
+    DAE,
+    FBX,
+    GLTF,
+    MESHES,
+    STEP,
+    check_units,
+    read_mesh_file,
+)
 from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.resources import bundled
-from spin_usd.scene.asset import MeshAsset
+from spin_usd.scene.asset import AT_REST, MeshAsset, MeshPart
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import TargetAsset, describe
 
+GLTF_FROM_BLENDER = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+FBX_UNITS = 100  # in a metre, as Blender takes those of a file that does not say its own
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 
@@ -76,10 +92,14 @@ def other_body(given: str, *, occluder: bool) -> OtherBody:
 
 
 def write_model(
-    file: Path, folder: Path, units_per_metre: float | None, prim: str | None
+    file: Path, folder: Path, units_per_metre: float | None, prim: str | None, model_time: float | None = None
 ) -> tuple[TargetAsset, tuple[str, ...]]:
-    """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it.
-    Raises InputError."""
+    """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it. It
+    stands as it is stored, or as it is `model_time` seconds after its animations begin. Raises InputError."""
+    moving = (*BY_BLENDER, *GLTF)
+    if model_time is not None and file.suffix.lower() not in moving:
+        found = f"model_time is given, and only {', '.join(moving)} have animations that it chooses"
+        raise InputError(found, where=file, do="leave it out")
     plain = name = target_name(file.stem)
     number = 1
     while (place := folder / "targets" / name).exists():
@@ -92,26 +112,50 @@ def write_model(
     if prim is not None:
         raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
     with reading(file):
-        convert = file.suffix.lower() in CONVERTED
-        model = _converted(file, units_per_metre) if convert else read_mesh_file(file, units_per_metre)
-    return describe(write_mesh_target(model, place, name), name), model.notes
+        convert = file.suffix.lower() in CONVERTED or model_time is not None
+        model = _converted(file, units_per_metre, model_time) if convert else read_mesh_file(file, units_per_metre)
+    return replace(describe(write_mesh_target(model, place, name), name), up=model.up), model.notes
 
 
-def _converted(file: Path, units_per_metre: float | None) -> MeshAsset:
+def axes_note(target: TargetAsset) -> str:
+    """Say the one law of body axes, whatever the format: they are the file's own."""
+    called = f", of which it calls {target.up} up" if target.up else ", and it does not say which is up"
+    return f"body axes are the file's own x, y and z{called}: poses are meant in these"
+
+
+def _converted(file: Path, units_per_metre: float | None, model_time: float | None) -> MeshAsset:
     """Read a model that Blender or Open CASCADE converts, in a process of its own. Raises InputError, and StageError
     where that dies of it."""
+    check_units(file, units_per_metre)
+    suffix, axes, up, remarks = file.suffix.lower(), None, "", []
+    if suffix == FBX:
+        head = read_fbx_head(file)
+        axes, up, remarks = head.from_blender, head.up, [AT_REST] * (head.moves and model_time is None)
+        if units_per_metre is not None and not head.says_unit:
+            units_per_metre /= FBX_UNITS
+    elif suffix not in STEP:
+        axes, up = (GLTF_FROM_BLENDER, "y") if suffix in GLTF else (None, "z")
     with TemporaryDirectory(prefix="spin_usd-") as folder:
         glb = Path(folder) / f"{file.stem}.glb"
         ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
         by_step = file.suffix.lower() in STEP
         root = root_of(file)
-        said = ask("convert_step") if by_step else ask("convert_model", root=str(root), below=root)
+        said = (
+            ask("convert_step") if by_step else ask("convert_model", root=str(root), below=root, model_time=model_time)
+        )
         try:
             model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
         except InputError as error:  # of a file that will be gone
             raise InputError(error.found.replace(str(glb), file.name), where=file, do=error.do) from None
     model = _painted(model) if by_step else model
-    return replace(model, notes=(*said["notes"], *model.notes))
+    if axes is not None:
+        model = replace(model, parts=tuple(_turned(part, axes) for part in model.parts))
+    return replace(model, notes=(*said["notes"], *remarks, *model.notes), up=up)
+
+
+def _turned(part: MeshPart, axes: Float) -> MeshPart:
+    normals = None if part.normals is None else part.normals @ axes.T
+    return replace(part, points=part.points @ axes.T, normals=normals)
 
 
 def _painted(model: MeshAsset) -> MeshAsset:
@@ -127,5 +171,5 @@ def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -
     """Return how long a unit of the model in `file` is."""
     per_metre = units_per_metre or 1 / target.metres_per_unit
     if file.suffix.lower() in MESHES and units_per_metre is None:
-        per_metre = 1 / unit_of(file) if file.suffix.lower() == DAE else 1.0
+        per_metre = 1 / (unit_of(file) or 1.0) if file.suffix.lower() == DAE else 1.0
     return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)

@@ -69,6 +69,13 @@ class AuthorOptions(Listening):
     ] = None
     units_per_metre: UnitsPerMetre = None
     prim: Prim = None
+    model_time: Annotated[
+        float | None,
+        Option(
+            "Show the target so long after its animations begin (glTF, FBX, .blend), not as it is stored without them.",
+            "SECONDS",
+        ),
+    ] = None
     frames: Frames = None
     seed: Annotated[int, Option("The dataset's seed.", "N")] = 0
     preset: Annotated[

@@ -105,9 +105,25 @@ def read_dae_document(path: Path) -> DaeDocument:
     return DaeDocument(path, root, {(each.tag, each.get("id", "")): each for each in reversed(list(root.iter()))})
 
 
-def metres_per_unit(document: DaeDocument) -> float:
-    """Return the length of the file's unit, the metre where it does not say. Raises InputError."""
-    text = next((unit.get("meter", "1") for unit in document.root.iterfind("asset/unit")), "1")
+NAMED = {"meter": 1.0, "metre": 1.0, "centimeter": 0.01, "millimeter": 0.001, "inch": 0.0254, "foot": 0.3048}
+
+
+def unit_notes(document: DaeDocument) -> Iterator[str]:
+    """Yield a note where the unit's name says another length than its number, and one on animations."""
+    name = next((unit.get("name", "") for unit in document.root.iterfind("asset/unit")), "")
+    metres, named = metres_per_unit(document), NAMED.get(name.strip().lower())
+    if metres and named and abs(metres / named - 1) > 0.01:
+        yield f"its <unit> is called {name!r} and says {metres:g} metres, which was taken"
+    if document.root.find("library_animations/animation") is not None:
+        yield "its animations are not applied: it stands as it is stored without them"
+
+
+def metres_per_unit(document: DaeDocument) -> float | None:
+    """Return the length of the file's unit, None where it does not say: exporters differ in what they mean then. Raises
+    InputError."""
+    text = next((unit.get("meter") for unit in document.root.iterfind("asset/unit")), None)
+    if text is None:
+        return None
     try:
         metres = float(text)
     except ValueError:
@@ -117,8 +133,9 @@ def metres_per_unit(document: DaeDocument) -> float:
     return metres
 
 
-def unit_of(path: Path) -> float:
-    """Return the length in metres of the unit of the COLLADA file at `path`. Raises InputError."""
+def unit_of(path: Path) -> float | None:
+    """Return the length in metres of the unit of the COLLADA file at `path`, None where it does not say. Raises
+    InputError."""
     return metres_per_unit(read_dae_document(path))
 
 

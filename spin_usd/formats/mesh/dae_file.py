@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.formats.mesh.dae_document import DaeDocument, inputs, metres_per_unit, read_dae_document
+from spin_usd.formats.mesh.dae_document import DaeDocument, inputs, metres_per_unit, read_dae_document, unit_notes
 from spin_usd.formats.mesh.dae_materials import bindings, read_dae_material
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.geometry.rotation import matrix_from_quaternion
@@ -79,8 +79,9 @@ def read_dae(path: Path) -> MeshAsset:
         name=path.stem,
         parts=tuple(model.parts),
         materials=tuple(material for _, material in model.materials.values()),
-        notes=tuple(model.notes),
-        metres_per_unit=metres_per_unit(document),
+        notes=(*model.notes, *unit_notes(document)),
+        metres_per_unit=metres_per_unit(document) or 1.0,
+        up=document.root.findtext("asset/up_axis", "Y_UP").strip()[:1].lower(),
     )
     return with_colors(asset, model.colors)
 

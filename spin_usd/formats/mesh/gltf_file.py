@@ -35,7 +35,7 @@ from spin_usd.formats.mesh.gltf_materials import (
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
 from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedMesh, Values, placed_meshes
 from spin_usd.geometry.triangles import strip_triangles
-from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.asset import AT_REST, MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.texture import Primvar
@@ -74,8 +74,12 @@ def read_gltf(path: Path) -> MeshAsset:
         raise InputError("holds no faces", where=path, do="; ".join(model.notes) or None)
     unknown = sorted(set(document.json.texts("extensionsUsed")) - HANDLED)
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
+    if "animations" in document.json:
+        notes.append(AT_REST)
     materials = tuple(material for _, material in model.materials.values())
-    return MeshAsset(name=path.stem, parts=tuple(model.parts), materials=materials, notes=(*model.notes, *notes))
+    return MeshAsset(
+        name=path.stem, parts=tuple(model.parts), materials=materials, notes=(*model.notes, *notes), up="y"
+    )
 
 
 def _refuse_unread(document: Document) -> None:

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.formats.mesh.dae_document import unit_of
 from spin_usd.formats.mesh.dae_file import read_dae
+from spin_usd.formats.mesh.fbx_head import read_fbx_head
 from spin_usd.formats.mesh.gltf_file import read_gltf
 from spin_usd.formats.mesh.obj_file import read_obj
 from spin_usd.formats.mesh.ply_file import read_ply
@@ -21,7 +23,7 @@ from spin_usd.scene.shape import MAX_FACES
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 UNIT_LIMITS = (1e-9, 1e9)
-GLTF, DAE = (".gltf", ".glb"), ".dae"
+GLTF, DAE, FBX = (".gltf", ".glb"), ".dae", ".fbx"
 
 
 def read_mesh_file(
@@ -39,7 +41,7 @@ def read_mesh_file(
         raise InputError(f"is not one of the mesh formats {', '.join(READERS)}", where=path)
     if not path.exists():
         raise InputError("is not there", where=path)
-    _check_units(path, units_per_metre)
+    check_units(path, units_per_metre)
     try:
         asset = reader(path)
         own = metres_per_unit or asset.metres_per_unit
@@ -52,11 +54,16 @@ def read_mesh_file(
 
 
 def says_unit(path: Path) -> bool:
-    """Return whether the files of that mesh format say their unit of length."""
-    return path.suffix.lower() in (*GLTF, DAE, *CONVERTED)
+    """Return whether the mesh file at `path` says its unit of length. Raises InputError where it cannot be read."""
+    if path.suffix.lower() == DAE:
+        return unit_of(path) is not None
+    if path.suffix.lower() == FBX:
+        return read_fbx_head(path).says_unit
+    return path.suffix.lower() in (*GLTF, *CONVERTED)
 
 
-def _check_units(path: Path, units_per_metre: float | None) -> None:
+def check_units(path: Path, units_per_metre: float | None) -> None:
+    """Raise InputError where nobody says the unit of the model in a file, or it is no number."""
     if units_per_metre is None and not says_unit(path):
         raise InputError(
             "does not say its unit of length",
@@ -152,7 +159,7 @@ READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".glb": read_gltf,
     DAE: read_dae,
 }
-BY_BLENDER, STEP = (".fbx", ".blend"), (".step", ".stp")
+BY_BLENDER, STEP = (FBX, ".blend"), (".step", ".stp")
 CONVERTED = (*BY_BLENDER, *STEP)
 """Formats that are read in a process of their own, and written as GLB."""
 MESHES = (*READERS, *CONVERTED)

@@ -27,18 +27,22 @@ FOLLOWED = {
 """Nodes between an image and a shader that the exporter writes, as far as glTF has them."""
 
 
-def convert_model(*, source: str, to: str, root: str) -> dict[str, Any]:
-    """Write the model at `source` to the GLB `to`; files that it names lie below `root`. Return the length of its unit
-    in metres as "metres_per_unit", and "notes". Raises InputError for a file that Blender cannot read."""
+def convert_model(*, source: str, to: str, root: str, model_time: float | None = None) -> dict[str, Any]:
+    """Write the model at `source` to the GLB `to`; files that it names lie below `root`. It stands as it is
+    stored, or as it is `model_time` seconds after its animations begin. Return the length of its unit in metres as
+    "metres_per_unit", and "notes". Raises InputError for a file that Blender cannot read."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with _converting(source, to):
         if source.lower().endswith(".fbx"):
-            bpy.ops.wm.fbx_import(filepath=source, use_anim=False)
+            bpy.ops.wm.fbx_import(filepath=source, use_anim=model_time is not None)
+        elif source.lower().endswith((".glb", ".gltf")):
+            bpy.ops.preferences.addon_enable(module=GLTF)
+            bpy.ops.import_scene.gltf(filepath=source)
         else:
             bpy.ops.wm.open_mainfile(filepath=source, use_scripts=False, load_ui=False)
     notes = list(_without_images_from_elsewhere(Path(source).parent, Path(root)))
     _refuse_outside(source, Path(root))
-    notes += [*_as_rendered(), *_as_principled()]
+    notes += [*_at_time(source, model_time), *_as_rendered(), *_as_principled()]
     for each in bpy.data.objects:
         if each.data is not None and each.data.users == 1 and each.data.library is None:
             each.data.name = each.name  # by which people know a part
@@ -112,6 +116,20 @@ def _elsewhere(root: Path, path: Path) -> str | None:
     if not path.resolve().is_relative_to(root):
         return "lies outside the model's folder"
     return "is no plain file" if os.path.lexists(path) and not path.is_file() else None
+
+
+def _at_time(source: str, model_time: float | None) -> Iterator[str]:
+    """Go to a time of the animations, or yield a note on that at which the file was saved."""
+    scene = bpy.context.scene
+    begins = [action.frame_range[0] for action in bpy.data.actions]
+    if model_time is not None:
+        if not begins:
+            raise InputError("has no animations, and a model time is given", where=source, do="leave --model-time out")
+        at = min(begins) + model_time * scene.render.fps / scene.render.fps_base
+        scene.frame_set(int(at // 1), subframe=at % 1)
+    elif begins:
+        stands = f"it has animations, and stands as at frame {scene.frame_current}, at which it was saved"
+        yield f"{stands}; --model-time 0 shows where they begin"
 
 
 def _as_rendered() -> Iterator[str]:

@@ -25,7 +25,7 @@ class TargetAsset:
     transform · has_kind: whether the root has a kind · order: the root's xformOpOrder · keypoints: path of the Points
     prim below the root, or None · gprims: the number of gprims outside instances · variants: the variants of each
     variant set of the root · source_prim: path of the root in the file that was given · notes: sentences on which prims
-    of that file are the target.
+    of that file are the target · up: the axis that the file calls up, empty where it does not say.
     """
 
     name: str
@@ -40,6 +40,7 @@ class TargetAsset:
     variants: Mapping[str, tuple[str, ...]]
     source_prim: str | None = None
     notes: tuple[str, ...] = ()
+    up: str = ""
 
 
 def describe(
@@ -72,6 +73,7 @@ def describe(
         keypoints=str(keypoints[0].GetPath().MakeRelativePath(root.GetPath())) if keypoints else None,
         gprims=len(found) - len(keypoints),
         order=tuple(order or ()),
+        up=str(UsdGeom.GetStageUpAxis(stage)).lower(),
         variants={name: tuple(root.GetVariantSet(name).GetVariantNames()) for name in root.GetVariantSets().GetNames()},
     )
 
