@@ -22,6 +22,7 @@ from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.shape import MAX_FACES
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
+MIX = 0x9E3779B97F4A7C15  # odd, its bits without a pattern: 2**64 over the golden ratio
 UNIT_LIMITS = (1e-9, 1e9)
 GLTF, DAE, FBX = (".gltf", ".glb"), ".dae", ".fbx"
 
@@ -84,6 +85,32 @@ def _without_flat_faces(asset: MeshAsset) -> MeshAsset:
     if not parts:
         raise GeometryError("all faces have zero area")
     return replace(asset, parts=parts, notes=(*asset.notes, f"{dropped} of {asset.faces} faces have no area: dropped"))
+
+
+def without_doubles(asset: MeshAsset) -> MeshAsset:
+    """Of faces with the same corners, in whatever order, the first is kept, with a note: path tracers show two in one
+    place black."""
+    keys = np.concatenate([_corner_keys(part) for part in asset.parts])
+    chosen = np.zeros(len(keys), bool)
+    chosen[np.unique(keys, return_index=True)[1]] = True
+    if chosen.all():
+        return asset
+    ends = np.cumsum([len(part.face_counts) for part in asset.parts])
+    keep = np.split(chosen, ends[:-1])
+    parts = tuple(_kept(part, k) for part, k in zip(asset.parts, keep, strict=True) if k.any())
+    note = f"{(~chosen).sum()} of {asset.faces} faces have the corners of another: one of each two is kept"
+    return replace(asset, parts=parts, notes=(*asset.notes, note))
+
+
+def _corner_keys(part: MeshPart) -> NDArray[np.uint64]:
+    """Return (F,) a number that faces with the same corners share, and by chance no others of 2**64."""
+    mixed = np.zeros(len(part.points), np.uint64)
+    for column in (part.points + 0.0).T:  # -0 becomes 0
+        mixed ^= column.copy().view(np.uint64)
+        for shift in (30, 27, 31):
+            mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(MIX)
+    mixed ^= mixed >> np.uint64(32)
+    return np.add.reduceat(mixed[part.face_indices], part.face_starts)
 
 
 def _without_nan(asset: MeshAsset) -> MeshAsset:

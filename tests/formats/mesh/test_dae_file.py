@@ -90,7 +90,8 @@ def test_points_are_in_metres_in_the_axes_of_the_file(tmp_path: Path) -> None:
     assert np.array_equal(part.normals, np.tile([0, 0, 1], (6, 1)))
     assert np.array_equal(part.primvars["st"], SQUARE[[0, 1, 2, 0, 2, 3], :2])
     np.testing.assert_allclose(read_mesh_file(path, 10).parts[0].points, SQUARE / 10, rtol=1e-15)
-    np.testing.assert_allclose(read_mesh_file(dae(tmp_path, asset="")).parts[0].points, SQUARE, rtol=1e-15)
+    np.testing.assert_allclose(read_mesh_file(dae(tmp_path, asset=""), 1).parts[0].points, SQUARE, rtol=1e-15)
+    assert unit_of(dae(tmp_path, asset="")) is None
     assert unit_of(dae(tmp_path)) == 0.01
     assert mesh_bounds(path, None) is None, "trimesh forgets the unit, where it reads the file at all"
 

@@ -9,7 +9,7 @@ import trimesh
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh.mesh_file import read_mesh_file
+from spin_usd.formats.mesh.mesh_file import read_mesh_file, without_doubles
 from spin_usd.scene.asset import MeshPart
 
 DOUBLE = 1e-15  # relative; a division or a sum
@@ -224,3 +224,20 @@ def test_normals_that_agree_stay_as_they_are(tmp_path: Path) -> None:
     (part,) = asset.parts
     assert not asset.notes
     np.testing.assert_allclose(part.normals, ball.vertex_normals[ball.faces].reshape(-1, 3), atol=1e-6)
+
+
+@pytest.mark.parametrize(("name", "kept"), [("coincident_quad.obj", 1), ("coincident_tris.obj", 2)])
+def test_of_faces_with_the_same_corners_the_first_is_kept(shared: Path, name: str, kept: int) -> None:
+    asset = without_doubles(read_mesh_file(shared / "data" / "strangers" / name, 1))
+    assert asset.faces == kept
+    assert any("have the corners of another: one of each two is kept" in note for note in asset.notes)
+
+
+def test_faces_that_share_all_but_a_corner_stay(tmp_path: Path) -> None:
+    """Those of a grid, and of its reflection at the origin."""
+    x, y = np.meshgrid(np.arange(-20.0, 20), np.arange(-20.0, 20))
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
+    corner = np.arange(39 * 40).reshape(39, 40)[:, :-1].ravel()
+    faces = np.concatenate([corner[:, None] + [0, 1, 40], corner[:, None] + [1, 41, 40]])
+    trimesh.Trimesh(points, faces, process=False).export(tmp_path / "grid.obj")
+    assert without_doubles(read_mesh_file(tmp_path / "grid.obj", 1)).faces == len(faces)
