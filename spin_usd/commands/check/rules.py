@@ -148,6 +148,10 @@ STAGE = {
         meaning="Normals point to the back of their faces; they are turned, since path tracers show black there.",
         remedy="Recalculate the normals, or turn the faces.",
     ),
+    "primvar-left-out": Rule(
+        meaning="A primvar that a material reads has another type or count than it needs; it is left out.",
+        remedy="Author it as the material reads it, with a value for each element.",
+    ),
     "faces-coincident": Rule(
         meaning="Faces lie in one another where that is seen: labels show the first, and light is lost.",
         remedy="Remove one of each two, or move it.",

@@ -115,6 +115,7 @@ def _refuse_idle(rules: Sequence[PartRule], found: Sequence[ModelSurface], used:
             prims = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
             what = "matches nothing"
             do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(prims)}"
+            do += "; [...] stands for one of its characters, [[] for a bracket" * ("[" in rule.pattern)
         raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
 
 

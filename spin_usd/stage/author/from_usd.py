@@ -19,7 +19,7 @@ from spin_usd.stage.author.target_asset import TargetAsset, describe, open_sourc
 from spin_usd.stage.author.target_root import notes_on_root, outside, target_root
 from spin_usd.stage.composition.files import LAYERS, files_of
 from spin_usd.stage.composition.materialx import composition_errors
-from spin_usd.stage.composition.missing_images import dispensable_images
+from spin_usd.stage.composition.missing_images import dispensable_images, files_of_others
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
 from spin_usd.stage.usd.layer_file import export, layer_at, writing
@@ -41,22 +41,24 @@ def copy_usd_target(
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
     with silenced(), parser_faults(source), slashes(source):
-        incomplete = _refuse_missing(source)
+        incomplete, left_out = _refuse_missing(source)
         stage = open_source(source)
         root = target_root(stage, source, prim)
         alone = _stands_alone(stage, source, root)
         with writing(folder):
             folder.mkdir(parents=True)
             copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
-            _anchor(folder)
+            _anchor(folder, left_out)
         file = folder / source.resolve().name
         if not (copied or incomplete) or composition_errors(open_as_it_is(file)):
             raise InputError("cannot be copied with what it depends on", where=source)
         if not alone:
             file = gather_roots(file, root)
         chosen = str(root) if alone and root != stage.GetDefaultPrim().GetPath() else None
+        others = f"files that only shaders of other renderers name are missing, and left out: {', '.join(left_out)}"
+        remarks = [others] if left_out else []
         found = describe(file, name, units_per_metre, prim=chosen, source=source)
-        return replace(found, source_prim=str(root), notes=notes_on_root(stage, root, prim))
+        return replace(found, source_prim=str(root), notes=(*notes_on_root(stage, root, prim), *remarks))
 
 
 def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
@@ -71,27 +73,32 @@ def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
     return not found
 
 
-def _refuse_missing(source: Path) -> bool:
-    """Return whether images are missing that have fallbacks. Raises InputError for other missing files."""
+def _refuse_missing(source: Path) -> tuple[bool, list[str]]:
+    """Return whether files are missing that nothing here needs, images with fallbacks and what other renderers alone
+    read, and the names of the latter. Raises InputError for other missing files."""
     missing = [(file.layer.parent / file.name).resolve() for file in files_of(source).missing]
-    dispensable = dispensable_images(open_as_it_is(source)) if missing else set()
-    needed = [path for path in missing if path not in dispensable]
+    stage = open_as_it_is(source) if missing else None
+    dispensable, foreign = (dispensable_images(stage), files_of_others(stage)) if stage else (set(), set())
+    needed = [path for path in missing if path not in dispensable | foreign]
     if needed:
         raise InputError(
             f"depends on {len(needed)} missing files, such as {needed[0].name!r}",
             where=source,
             do="put them where the layer looks for them",
         )
-    return bool(missing)
+    return bool(missing), sorted({path.name for path in missing if path in foreign - dispensable})
 
 
-def _anchor(folder: Path) -> None:
-    """Make every asset path of the copy relative to its own layer, with "./" or "../" first.
+def _anchor(folder: Path, left_out: list[str]) -> None:
+    """Make every asset path of the copy relative to its own layer, with "./" or "../" first, and remove those to
+    missing files of a name in `left_out`.
 
     USD writes some relative to the copy's folder, which it finds only as long as the copy is the root layer.
     """
 
     def anchored(path: str, beside: Path) -> str:
+        if Path(path).name in left_out and not (beside / path).exists():
+            return ""
         if not path or path[0] in "./":
             return path
         file = path.partition("[")[0]
@@ -181,6 +188,10 @@ def _fix(layer: Sdf.Layer) -> bool:
 
     def slashed(path: str) -> str:
         other = path.replace("\\", "/")
+        tiles = path.replace("<UDIM>", "[1-9][0-9][0-9][0-9]")
+        if tiles != path and path[0] not in "./" and any(folder.glob(tiles)):
+            found.append(path)  # USD would take those of the first layer that names such for all
+            return f"./{other}"
         if other == path or (folder / path).exists() or not (folder / other).is_file():
             return path
         found.append(path)

@@ -162,7 +162,15 @@ def target_notes(stage: Usd.Stage) -> tuple[str, ...]:
     """Return sentences on the target of `stage`: where it moves in time, where other programs show a stand-in, and
     where subdivision makes it smoother than was perhaps meant."""
     target = find_target(stage)
-    return (*_motion(stage, target), *_draw_modes(target), *_smoothed(target))
+    return (*_motion(stage, target), *_draw_modes(target), *_smoothed(target), *_coloured_instances(target))
+
+
+def _coloured_instances(target: Usd.Prim) -> Iterator[str]:
+    """Note instancers with a colour for each instance: instances share their prototype's material."""
+    for prim in Usd.PrimRange(target, PROXIES):
+        color = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
+        if prim.IsA(UsdGeom.PointInstancer) and color and color.GetInterpolation() != UsdGeom.Tokens.constant:
+            yield f"{prim.GetPath()} colours each instance by displayColor: all are shown as their prototypes are"
 
 
 def _motion(stage: Usd.Stage, target: Usd.Prim) -> Iterator[str]:

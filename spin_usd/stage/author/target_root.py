@@ -77,12 +77,23 @@ def notes_on_root(stage: Usd.Stage, root: Sdf.Path, prim: str | None) -> tuple[s
         names = [str(each.GetPath()) for each in stage.GetPseudoRoot().GetChildren() if holds_geometry(each)]
         held = f"all {len(names)} root prims with geometry are" if len(names) > 1 else "the root prim with geometry is"
         notes.append(f"no defaultPrim: {held} the target ({_listed(names)}); --prim chooses one")
+    own = stage.GetRootLayer().pseudoRoot
+    for name in ("metersPerUnit", "upAxis"):
+        others = [each for each in stage.GetUsedLayers() if each.pseudoRoot.HasInfo(name) and own.HasInfo(name)]
+        differ = [each for each in others if not _is_same(each.pseudoRoot.GetInfo(name), own.GetInfo(name))]
+        if differ:
+            said = f"{differ[0].GetDisplayName()} has {name} {differ[0].pseudoRoot.GetInfo(name)}"
+            notes.append(f"{said}, its root layer {own.GetInfo(name)}: USD converts neither, nor is it done here")
     lights = [each for each in Usd.PrimRange(stage.GetPrimAtPath(root)) if each.HasAPI(UsdLux.LightAPI)]
     if lights:
         named = _listed([str(each.GetPath()) for each in lights])
         count, s, shine = len(lights), "" if len(lights) == 1 else "s", "shines" if len(lights) == 1 else "shine"
         notes.append(f"{count} light{s} of the target's own file {shine} in every picture ({named})")
     return tuple(notes)
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    return bool(one == other or (not isinstance(one, str) and abs(one / other - 1) < 1e-6))
 
 
 def _listed(names: list[str]) -> str:

@@ -1,4 +1,5 @@
-"""Textures whose image is missing, but which author a fallback value."""
+"""Missing files without which a target can be shown: images for which a fallback is authored, and what only other
+renderers read."""
 
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,19 @@ def dispensable_images(stage: Usd.Stage) -> set[Path]:
             path = _expected_path(file.GetAttr(), asset)
             dispensable[path] = dispensable.get(path, True) and lacks_file(shader, asset)
     return {path for path, every in dispensable.items() if every}
+
+
+def files_of_others(stage: Usd.Stage) -> set[Path]:
+    """Return the paths of missing files that shaders other than textures name, such as those of MDL, and no texture."""
+    found: dict[Path, bool] = {}
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
+        shader = UsdShade.Shader(prim)
+        for attribute in prim.GetAuthoredAttributes() if shader else ():
+            asset = read_any(attribute)
+            if isinstance(asset, Sdf.AssetPath) and asset.path and not asset.resolvedPath:
+                path = _expected_path(attribute, asset)
+                found[path] = found.get(path, True) and read(shader.GetIdAttr()) != TEXTURE
+    return {path for path, every in found.items() if every}
 
 
 def _expected_path(attribute: Usd.Attribute, asset: Sdf.AssetPath) -> Path:

@@ -97,7 +97,7 @@ def _polygonal(
     if normals is not None:
         own = deformation.normals(normals, corners, len(points)) if deformation else unit(normals)
         against = (own.sum(1) * flat[:, 0]).sum(-1) < 0  # path tracers would show black there
-        turned = np.unique(source[against])
+        turned = np.setdiff1d(source[against], crossing)
         own = np.where(against[:, None, None], -own, own)
         flat = np.where((normals != 0).any(-1, keepdims=True), own, flat)
     return Triangles(

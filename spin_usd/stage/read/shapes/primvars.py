@@ -89,6 +89,20 @@ def check_count(interpolation: str, count: int, needed: int, where: str) -> None
         raise StageError(found, where=where, do="fix or remove them")
 
 
+def check_elements(primvar: FoundPrimvar, mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> None:
+    """Raise UnsupportedError where a mesh has another number of what the primvar has its values for."""
+    attributes = {
+        "uniform": mesh.GetFaceVertexCountsAttr(),
+        "faceVarying": mesh.GetFaceVertexIndicesAttr(),
+        **dict.fromkeys(("vertex", "varying"), mesh.GetPointsAttr()),
+    }
+    attribute, count = attributes.get(primvar.interpolation), len(primvar.indices)
+    needed = len(read_any(attribute, time) or ()) if attribute else 1
+    if count != needed:
+        found = f"holds {count} values, {primvar.interpolation} interpolation needs {needed}"
+        raise UnsupportedError(found, where=primvar.where)
+
+
 def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -> FoundPrimvar | None:
     """Find the primvar `name`, of `channels` numbers each, that `prim` has or inherits; None where there is none.
 

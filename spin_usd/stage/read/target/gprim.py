@@ -9,14 +9,14 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
-from spin_usd.errors import StageError
+from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.material import Material
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.shapes.displacement import displaced
 from spin_usd.stage.read.shapes.mesh import read_mesh
 from spin_usd.stage.read.shapes.primitives import read_gprim
-from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
+from spin_usd.stage.read.shapes.primvars import FoundPrimvar, check_elements, find_primvar
 from spin_usd.stage.read.shapes.skeletons import Skeletons
 from spin_usd.stage.read.shapes.subdivision import note_creases
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
@@ -172,10 +172,21 @@ class GprimReader:
     def _primvars(self, prim: Usd.Prim, templates: list[MaterialTemplate]) -> list[FoundPrimvar]:
         """Find the primvars that the materials read and the prim has."""
         asked = sorted({item for template in templates for item in template.primvars.items()})
-        found = [p for name, channels in asked if (p := find_primvar(prim, name, channels, self.time))]
+        found = [p for name, channels in asked if (p := self._primvar(prim, name, channels))]
         for template in templates:
             template.check_primvars(found)
         self.visited += [primvar.prim for primvar in found if primvar.prim != prim]
+        return found
+
+    def _primvar(self, prim: Usd.Prim, name: str, channels: int) -> FoundPrimvar | None:
+        """Find a primvar; None with a note where it is of another type, or of a wrong count, as Hydra leaves it out."""
+        try:
+            found = find_primvar(prim, name, channels, self.time)
+            if found and prim.IsA(UsdGeom.Mesh):
+                check_elements(found, UsdGeom.Mesh(prim), self.time)
+        except UnsupportedError as error:
+            self.notes.add("primvar-left-out", error.where, f"{error.found}, and is left out")
+            return None
         return found
 
     def _read(

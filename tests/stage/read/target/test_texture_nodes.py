@@ -295,9 +295,15 @@ def test_what_cannot_be_shown_right_is_refused_by_name(read_target, options, err
         read_target(**options)
 
 
-def test_a_primvar_of_another_type(read_target) -> None:
-    with pytest.raises(UnsupportedError, match=r"^/World/Target/Square.primvars:st: is float\[\], and .* 2 numbers"):
-        read_target(primvars='float[] primvars:st = [0, 1, 1, 0] (\ninterpolation = "vertex"\n)')
+def test_a_primvar_of_another_type_or_count_is_as_good_as_none(read_target) -> None:
+    """As Hydra has it."""
+    without = read_target(primvars="").materials
+    for kind, values in (("float", "0, 1, 1, 0"), ("texCoord3f", "(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)")):
+        primvars = f'{kind}[] primvars:st = [{values}] (\ninterpolation = "vertex"\n)'
+        assert read_target(primvars=primvars).materials == without
+    assert (
+        read_target(primvars='texCoord2f[] primvars:st = [(0, 1)] (\ninterpolation = "vertex"\n)').materials == without
+    )
 
 
 def test_a_color_space_that_usd_does_not_name(read_target) -> None:
