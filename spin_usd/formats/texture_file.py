@@ -1,6 +1,6 @@
 """The image files that a model names or holds, as bytes to be written beside it.
 
-PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF, WebP and GIF, which few readers of USD know, are rewritten as PNG
+PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF, WebP, GIF and PPM, which few readers of USD know, are rewritten as PNG
 without loss.
 """
 
@@ -20,7 +20,7 @@ from spin_usd.scene.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
-REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF")
+REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF", "PPM")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
 BAND = 256  # rows looked at together
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
@@ -112,5 +112,5 @@ def _refusing(name: str) -> Iterator[None]:
     except InputError as error:
         reason = str(error.__cause__ or error.found).split(" <")[0]
         raise InputError(
-            f"the texture {name!r} is not a PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
+            f"the texture {name!r} is not a PNG, JPEG, EXR, BMP, TGA, TIFF, WebP, GIF or PPM image ({reason})"
         ) from None

@@ -15,8 +15,9 @@ class PartRule:
     class_name: str | None = None
 
     def matches(self, names: Iterable[str]) -> bool:
-        """Return whether the pattern matches one of the names."""
-        return any(fnmatchcase(name.lower(), self.pattern.lower()) for name in names)
+        """Return whether the pattern matches one of the names, or is one: some names hold brackets."""
+        pattern = self.pattern.lower()
+        return any(name.lower() == pattern or fnmatchcase(name.lower(), pattern) for name in names)
 
 
 def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:

@@ -217,7 +217,8 @@ def images_in(path: Path, what: str) -> list[Path]:
     `what`, for a folder without any, and for what is none, or cannot be opened."""
     files = [path]
     if path.is_dir():
-        files = sorted(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
+        listed = (file for file in path.iterdir() if not file.name.startswith("."))  # of macOS: ._a.jpg, no picture
+        files = sorted(file for file in listed if file.suffix.lower() in PICTURES)
         if not files:
             raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
     elif path.exists() and path.suffix.lower() not in PICTURES:

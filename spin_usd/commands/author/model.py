@@ -13,6 +13,8 @@ from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
+from spin_usd.files.size_limits import MAX_MODEL
+from spin_usd.files.user_file import open_file
 from spin_usd.formats.mesh.dae_document import unit_of
 from spin_usd.formats.mesh.fbx_head import read_fbx_head
 from spin_usd.formats.mesh.mesh_file import (
@@ -25,6 +27,7 @@ from spin_usd.formats.mesh.mesh_file import (
     STEP,
     check_units,
     read_mesh_file,
+    without_doubles,
 )
 from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
@@ -51,7 +54,27 @@ def model_file(given: str) -> Path:
         return bundled("target", given)
     if not Path(given).is_file():
         raise InputError("is not there, or is not a file", where=given)
+    with open_file(given, MAX_MODEL) as file:
+        head = file.read(64)
+    for begins, what, suffixes in HEADS:
+        if head.startswith(begins) and suffix not in suffixes:
+            named = f"call it {Path(given).stem}{suffixes[0]}" if suffixes else ""
+            do = named or "run git lfs pull, or fetch the file itself"
+            raise InputError(f"is {what}", where=given, do=do)
     return Path(given)
+
+
+HEADS = (
+    (b"version https://git-lfs", "a pointer of Git LFS, and not the file that it stands for", ()),
+    *((begins, "a web page, and no model", ()) for begins in (b"<!DOCTYPE html", b"<!doctype html", b"<html")),
+    (b"glTF", "a GLB", (".glb",)),
+    (b"Kaydara FBX", "an FBX file", (FBX,)),
+    (b"BLENDER", "a .blend", (".blend",)),
+    (b"ISO-10303-21", "a STEP file", STEP),
+    (b"ply\n", "a PLY file", (".ply",)),
+    *((begins, "a USD file", (".usd", ".usda", ".usdc")) for begins in (b"PXR-USDC", b"#usda")),
+)
+"""How files begin, what they are then, and the endings of such."""
 
 
 ATTACHED = "attached"
@@ -114,6 +137,7 @@ def write_model(
     with reading(file):
         convert = file.suffix.lower() in CONVERTED or model_time is not None
         model = _converted(file, units_per_metre, model_time) if convert else read_mesh_file(file, units_per_metre)
+        model = without_doubles(model)
     return replace(describe(write_mesh_target(model, place, name), name), up=model.up), model.notes
 
 

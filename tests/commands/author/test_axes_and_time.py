@@ -90,7 +90,7 @@ def dae(unit: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def crafts(tmp_path_factory) -> Path:
+def crafts(tmp_path_factory):
     folder = tmp_path_factory.mktemp("crafts")
     subprocess.run([sys.executable, "-c", MAKE, str(folder)], check=True, stdout=subprocess.DEVNULL)
     (folder / "poses.json").write_text(json.dumps(POSES))
