@@ -6,7 +6,7 @@ before any interpolation; alpha is never a colour, and never multiplied into one
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -36,6 +36,8 @@ BAND_PIXELS = 2**20  # decoded at once: 16 MiB
 MAX_HEADER = 2**22  # bytes of a PNG in which its chunks before the first of pixels are looked for
 LEVELS = {oiio.UINT8: 2**8, oiio.UINT16: 2**16}  # of the numbers of an image's file
 WHOLE = {levels: kind for kind, levels in LEVELS.items()}
+TURNS = {2: (1, 0), 3: (0, 2), 4: (1, 2), 5: (1, 1), 6: (0, 3), 7: (1, 3), 8: (0, 1)}
+"""By Orientation of EXIF whether an image is mirrored left to right, and then how many quarter turns to the left."""
 WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mirror"}
 """Wrap modes as OpenImageIO names them in a file's metadata, and as USD does."""
 
@@ -46,7 +48,8 @@ class ImageSource:
 
     path: as USD resolves it · columns, rows: the first and the end of each · tile_rows: of the tiles that the file is
     made of, 0 for rows alone · channels: their names · levels: of whole numbers, which stand for 0 to 1, None for
-    others · linearised: whether its colours are sRGB's, to be decoded.
+    others · linearised: whether its colours are sRGB's, to be decoded · orientation: that of EXIF to turn it by, 1 for
+    none.
     """
 
     path: str
@@ -56,6 +59,7 @@ class ImageSource:
     channels: tuple[str, ...]
     levels: int | None
     linearised: bool
+    orientation: int = 1
 
     @property
     def size(self) -> tuple[int, int]:
@@ -65,6 +69,7 @@ class ImageSource:
     def key(self) -> str:
         """Return the digest of the file's bytes and of how they are understood."""
         how = ["image file", "sRGB" if self.linearised else "raw"]
+        how += [str(self.orientation)] if self.orientation > 1 else []
         if Ar.IsPackageRelativePath(self.path):
             return digest(how, hashlib.sha256(_bytes_in_package(self.path)).hexdigest())
         return digest(how, sha256_of(Path(self.path)))
@@ -79,6 +84,18 @@ class ImageSource:
             if self.linearised:
                 pixels[..., :3] = _linear(pixels[..., :3], self.levels)
             yield pixels
+
+    def shown(self) -> tuple[tuple[int, int], Callable[[], Iterator[NDArray[np.float32]]]]:
+        """Return its rows and columns, and what yields its `bands`, upright."""
+        if self.orientation not in TURNS:
+            return self.size, self.bands
+        mirrored, turns = TURNS[self.orientation]
+
+        def bands() -> Iterator[NDArray[np.float32]]:
+            whole = np.concatenate(list(self.bands()))
+            yield np.ascontiguousarray(np.rot90(whole[:, ::-1] if mirrored else whole, turns))
+
+        return (self.size[::-1] if turns % 2 else self.size), bands
 
     @cached_property
     def damage(self) -> StageError | None:
@@ -131,18 +148,27 @@ class Images:
     decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
     _pixels: int = 0
 
-    def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim, *, one_of_many: bool = False) -> Decoded:
+    def read(
+        self,
+        asset: Sdf.AssetPath,
+        color_space: str,
+        prim: Usd.Prim,
+        *,
+        one_of_many: bool = False,
+        upright: bool = False,
+    ) -> Decoded:
         """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES. one_of_many: of such
-        as a picture shows one at most, whose pixels nothing keeps.
+        as a picture shows one at most, whose pixels nothing keeps. upright: whether it is a photograph, turned as EXIF
+        says, and no texture, whose coordinates are of the image as it is stored.
 
         Raises StageError, with the prim and the file, for a file that is missing, outside the stage's folder, too
         large, damaged or not finite, UnsupportedError for a format that is not read.
         """
         path = _checked(asset, prim)
-        key = (path, color_space)
+        key = (path, f"{color_space} upright" if upright else color_space)
         if key not in self.decoded:
             with _named(f"its image @{asset.path}@", prim.GetPath()):
-                found = self.before.get(key) or _decode(path, color_space)
+                found = self.before.get(key) or _decode(path, color_space, upright=upright)
                 if self.check and (damage := found.source.damage):
                     raise damage
             self.decoded[key] = found
@@ -164,9 +190,10 @@ class Images:
 
 
 def image_in(file: Path, color_space: str) -> Image:
-    """Return the image in a `file` that no stage names yet. Raises InputError where no stage could use it."""
+    """Return the photograph or map in a `file` that no stage names yet, upright. Raises InputError where no stage could
+    use it."""
     try:
-        found = _decode(str(file), color_space)
+        found = _decode(str(file), color_space, upright=True)
         if damage := found.source.damage:
             raise damage
         return found.image
@@ -209,7 +236,7 @@ def _inner(path: str) -> str:
     return Ar.SplitPackageRelativePathInner(path)[1] or path
 
 
-def _decode(path: str, color_space: str) -> Decoded:
+def _decode(path: str, color_space: str, *, upright: bool) -> Decoded:
     """Open the file at `path`. Raises SpinError that names neither file nor prim."""
     with _opened(path) as source:
         spec = source.spec()
@@ -222,15 +249,18 @@ def _decode(path: str, color_space: str) -> Decoded:
         channels=tuple(spec.channelnames),
         levels=LEVELS.get(spec.format.basetype),
         linearised=color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, _head(path))),
+        orientation=spec.get_int_attribute("Orientation", 1) if upright else 1,
     )
     _rgba(np.zeros((1, 1, spec.nchannels), np.float32), of.channels)  # refuses channels without a meaning
 
+    size, own_bands = of.shown()
+
     def bands() -> Iterator[NDArray[np.float32]]:
         with _named("its image", path):
-            yield from of.bands()
+            yield from own_bands()
 
     name = Path(_inner(path)).name
-    image = FileImage(name=name, size=of.size, whole=of.levels is not None, key=of.key, bands=bands)
+    image = FileImage(name=name, size=size, whole=of.levels is not None, key=of.key, bands=bands)
     return Decoded(image=image, wrap=_wrap(spec), source=of)
 
 

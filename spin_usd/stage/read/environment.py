@@ -125,7 +125,9 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
         raise StageError(f"goes from {low:g} down to {high:g}", where=where, do="give the smaller angle first")
     return BackPlate(
         path=str(prim.GetPath()),
-        images=tuple(images.read(file, _colours_of(file), prim, one_of_many=True).image for file in files),
+        images=tuple(
+            images.read(file, _colours_of(file), prim, one_of_many=True, upright=True).image for file in files
+        ),
         radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, time),
         probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
         roll=(radians(low), radians(high)),

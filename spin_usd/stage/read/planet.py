@@ -117,7 +117,7 @@ def _clouds(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
     if not file:
         return None
     r, g, b = value_in(prim, schema.PLANET_CLOUDS_ALBEDO, SHARE, time)
-    return _cloud_image(images.read(file, "raw", prim).image, (float(r), float(g), float(b)))
+    return _cloud_image(images.read(file, "raw", prim, upright=True).image, (float(r), float(g), float(b)))
 
 
 @lru_cache(maxsize=4)
@@ -137,7 +137,7 @@ def _night(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
 
 def _colour_image(prim: Usd.Prim, attribute: str, file: Sdf.AssetPath, images: Images) -> Image:
     """Read the image that `attribute` names. Raises StageError for colours that it may not have."""
-    image = images.read(file, "auto", prim).image
+    image = images.read(file, "auto", prim, upright=True).image
     if found := colours_outside(image, attribute):
         do = f"make them {COLOURS[attribute]}"
         raise StageError(f"its image {image.name} {found}", where=f"{prim.GetPath()}.{attribute}", do=do)

@@ -9,12 +9,13 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813  as its documentation does
 import pytest
 from PIL import Image as PillowImage
+from PIL import ImageOps
 from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.derived import srgb
 from spin_usd.stage.composition import images
-from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.images import Images, image_in
 from tests.cases.image_files import write_image_file
 from tests.cases.png import gamma_chunk, png
 
@@ -128,9 +129,9 @@ def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch) -> 
     calls = []
     original = images._decode
 
-    def decode_and_note(*arguments: Any) -> Any:
+    def decode_and_note(*arguments: Any, upright: bool) -> Any:
         calls.append(arguments)
-        return original(*arguments)
+        return original(*arguments, upright=upright)
 
     monkeypatch.setattr(images, "_decode", decode_and_note)
     reader = Images()
@@ -293,3 +294,18 @@ def test_the_key_is_of_the_files_bytes_and_of_how_they_are_understood(decode) ->
     assert one != decode("a.png", "sRGB").image
     assert decode("a.png", "sRGB").image == decode("a.png", "auto").image
     assert one != decode("c.png", "raw", data=png(RGB.astype(int) + 1, color=2)).image
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_photographs_stand_upright_by_their_exif(tmp_path, orientation) -> None:
+    """Pillow is the authority. Smooth colours, so that what two decoders of JPEG make of them agrees."""
+    y, x = np.mgrid[0:24, 0:40]
+    stored = PillowImage.fromarray(np.stack([6 * x, 10 * y, 3 * (x + y)], -1).astype(np.uint8))
+    exif = stored.getexif()
+    exif[0x0112] = orientation
+    stored.save(tmp_path / "a.jpg", quality=100, subsampling=0, exif=exif)
+    with PillowImage.open(tmp_path / "a.jpg") as opened:
+        upright = np.asarray(ImageOps.exif_transpose(opened))
+    image = image_in(tmp_path / "a.jpg", "raw")
+    assert image.size == upright.shape[:2]
+    np.testing.assert_allclose(image.pixels[..., :3] * 255, upright, atol=1.5)
