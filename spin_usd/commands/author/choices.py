@@ -44,7 +44,8 @@ class Choices:
     map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
     chosen · background: a picture behind everything, or a folder of them, likewise for its back plate · augment: a
     specification to write over the stage · prim: the path of the prim that is taken of a USD target · model_time: the
-    seconds after the beginning of the target's animations at which it is taken
+    seconds after the beginning of the target's animations at which it is taken · variant: SET=NAME, of each a variant
+    of the target's root to select
     · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
     that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
     further targets, and what is fixed to the camera, each as `other_body` reads it · root: the folder below which
@@ -57,6 +58,7 @@ class Choices:
     units_per_metre: float | None = None
     prim: str | None = None
     model_time: float | None = None
+    variant: Sequence[str] = ()
     seed: int = 0
     sample: str | None = None
     preset: str | Path | None = None
@@ -70,6 +72,14 @@ class Choices:
     also: Sequence[str] = ()
     occluders: Sequence[str] = ()
     root: str | Path | None = None
+
+
+def selections(variant: Sequence[str]) -> dict[str, str]:
+    """Return variants by their sets of "SET=NAME" each. Raises InputError."""
+    found = {name: chosen for name, _, chosen in (each.partition("=") for each in variant)}
+    if not all(found.values()):
+        raise InputError(f"variant {' '.join(variant)!r} is not SET=NAME", do="write for example --variant model=full")
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,6 +175,7 @@ def _options(choices: Choices, others: Sequence[OtherBody]) -> dict[str, Option]
         "units_per_metre": choices.units_per_metre,
         "prim": choices.prim,
         "model_time": choices.model_time,
+        "variant": " ".join(choices.variant) or None,
         "resolution": None if choices.resolution is None else str(choices.resolution),
         "channels": choices.additions.channels,
         "sun_direction": choices.additions.sun_from_camera,

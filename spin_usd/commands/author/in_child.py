@@ -9,7 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.cameras import CALIBRATIONS
-from spin_usd.commands.author.choices import Choices, Sources, open_sources
+from spin_usd.commands.author.choices import Choices, Sources, open_sources, selections
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
 from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
@@ -140,7 +140,7 @@ def _author(
     models = (sources.target_file, *(body.file for body in sources.others))
     with model_roots(models, Path(choices.root) if choices.root else None), new_folder(out) as folder:
         units, time = choices.units_per_metre, choices.model_time
-        asset, notes = write_model(sources.target_file, folder, units, choices.prim, time)
+        asset, notes = write_model(sources.target_file, folder, units, choices.prim, time, selections(choices.variant))
         if Path(choices.target).suffix:  # of the user's own
             notes += (axes_note(asset),)
         notes += _unused(sources.preset, asset)
@@ -212,6 +212,7 @@ def _composed_target(
     """Return what the pictures of the stage in `folder` show, and notes on that and on the target. Raises as
     check_written, and what a render of the stage would raise."""
     selected = sources.preset.chosen(asset.variants) if sources.preset else {}
+    selected = {**selections(choices.variant), **selected}
     try:
         reader = StageReader(folder / ROOT)
         units, at_rest = choices.units_per_metre, choices.model_time is None

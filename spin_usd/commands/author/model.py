@@ -1,10 +1,12 @@
 """The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 
 import numpy as np
 
@@ -115,10 +117,16 @@ def other_body(given: str, *, occluder: bool) -> OtherBody:
 
 
 def write_model(
-    file: Path, folder: Path, units_per_metre: float | None, prim: str | None, model_time: float | None = None
+    file: Path,
+    folder: Path,
+    units_per_metre: float | None,
+    prim: str | None,
+    model_time: float | None = None,
+    variants: Mapping[str, str] = MappingProxyType({}),
 ) -> tuple[TargetAsset, tuple[str, ...]]:
     """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it. It
-    stands as it is stored, or as it is `model_time` seconds after its animations begin. Raises InputError."""
+    stands as it is stored, or as it is `model_time` seconds after its animations begin; `variants` of a USD file are
+    selected by their sets. Raises InputError."""
     moving = (*BY_BLENDER, *GLTF)
     if model_time is not None and file.suffix.lower() not in moving:
         found = f"model_time is given, and only {', '.join(moving)} have animations that it chooses"
@@ -130,10 +138,12 @@ def write_model(
         name = f"{plain}_{number}"
     if file.suffix.lower() in USD_SUFFIXES:
         with reading(file):
-            asset = copy_usd_target(file, place, name, units_per_metre, prim)
+            asset = copy_usd_target(file, place, name, units_per_metre, prim, variants)
         return asset, asset.notes
     if prim is not None:
         raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
+    if variants:
+        raise InputError("a variant is given, and only USD files have variants", where=file, do="leave variant out")
     with reading(file):
         convert = file.suffix.lower() in CONVERTED or model_time is not None
         model = _converted(file, units_per_metre, model_time) if convert else read_mesh_file(file, units_per_metre)
@@ -150,7 +160,6 @@ def axes_note(target: TargetAsset) -> str:
 def _converted(file: Path, units_per_metre: float | None, model_time: float | None) -> MeshAsset:
     """Read a model that Blender or Open CASCADE converts, in a process of its own. Raises InputError, and StageError
     where that dies of it."""
-    check_units(file, units_per_metre)
     suffix, axes, up, remarks = file.suffix.lower(), None, "", []
     if suffix == FBX:
         head = read_fbx_head(file)
@@ -167,6 +176,7 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
         said = (
             ask("convert_step") if by_step else ask("convert_model", root=str(root), below=root, model_time=model_time)
         )
+        check_units(file, units_per_metre)
         try:
             model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
         except InputError as error:  # of a file that will be gone

@@ -76,6 +76,10 @@ class AuthorOptions(Listening):
             "SECONDS",
         ),
     ] = None
+    variant: Annotated[
+        str | Sequence[str],
+        Option("A variant of the USD target to show, again for each variant set.", "SET=NAME", repeated=True),
+    ] = ()
     frames: Frames = None
     seed: Annotated[int, Option("The dataset's seed.", "N")] = 0
     preset: Annotated[

@@ -36,7 +36,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     """
     given = options.as_json()
     given |= {name: _numbers(name, getattr(options, name)) for name in ("sun_direction", "sun_from_target")}
-    given |= {"also": _texts(options.also), "occluders": _texts(options.occluder)}
+    given |= {"also": _texts(options.also), "occluders": _texts(options.occluder), "variant": _texts(options.variant)}
     given["camera"] = _texts(options.camera) or None
     given["units_per_metre"] = None if options.units_per_metre is None else float(options.units_per_metre)
     call, sources = _source(options)

@@ -6,16 +6,17 @@ A reference includes one prim with all below it, and loses its relationships to 
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import InputError
-from spin_usd.stage.author.target_asset import TargetAsset, describe, open_source
+from spin_usd.stage.author.target_asset import TargetAsset, describe, open_source, select_variants
 from spin_usd.stage.author.target_root import notes_on_root, outside, target_root
 from spin_usd.stage.composition.files import LAYERS, files_of
 from spin_usd.stage.composition.materialx import composition_errors
@@ -33,10 +34,15 @@ BESIDE = "Beside"
 
 
 def copy_usd_target(
-    source: Path, folder: Path, name: str, units_per_metre: float | None, prim: str | None = None
+    source: Path,
+    folder: Path,
+    name: str,
+    units_per_metre: float | None,
+    prim: str | None = None,
+    variants: Mapping[str, str] = MappingProxyType({}),
 ) -> TargetAsset:
     """Copy the asset at `source` with all it depends on into `folder`, which must not exist yet. `prim` is the path of
-    the target in it, where that is not the default prim.
+    the target in it, where that is not the default prim; `variants` are selected of it, by their sets.
 
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
@@ -52,6 +58,13 @@ def copy_usd_target(
         file = folder / source.resolve().name
         if not (copied or incomplete) or composition_errors(open_as_it_is(file)):
             raise InputError("cannot be copied with what it depends on", where=source)
+        if variants:
+            if file.suffix.lower() not in LAYER_SUFFIXES:
+                raise InputError("is a package, of which no variant can be selected", where=source, do="unpack it")
+            layer = layer_at(file)
+            edited = stage_on(layer)
+            select_variants(edited.GetPrimAtPath(root), variants, source)
+            layer.Save()
         if not alone:
             file = gather_roots(file, root)
         chosen = str(root) if alone and root != stage.GetDefaultPrim().GetPath() else None

@@ -59,7 +59,7 @@ def describe(
     _refuse_nested_targets(root, where)
     found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
     if not holds_geometry(root):
-        raise InputError("holds no geometry", where=where)
+        raise InputError("holds no geometry", where=where, do=_unselected(root))
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
     xformable = root.IsA(UsdGeom.Xformable)
     order = read(UsdGeom.Xformable(root).GetXformOpOrderAttr()) if xformable else None
@@ -76,6 +76,26 @@ def describe(
         up=str(UsdGeom.GetStageUpAxis(stage)).lower(),
         variants={name: tuple(root.GetVariantSet(name).GetVariantNames()) for name in root.GetVariantSets().GetNames()},
     )
+
+
+def _unselected(root: Usd.Prim) -> str | None:
+    """Say which variant sets of a prim have no selection, and how to make one; None where all have."""
+    sets = root.GetVariantSets()
+    free = [name for name in sets.GetNames() if not sets.GetVariantSelection(name)]
+    each = ((name, variant) for name in free for variant in sets.GetVariantSet(name).GetVariantNames())
+    named = " or ".join(f"--variant {name}={variant}" for name, variant in each)
+    return f"its variant sets {', '.join(free)} have no selection: give {named}" if free else None
+
+
+def select_variants(root: Usd.Prim, variants: Mapping[str, str], where: object) -> None:
+    """Select `variants` by their sets, in the stage's edit target. Raises InputError for what `root` does not have."""
+    for name, variant in variants.items():
+        found = root.GetVariantSets()
+        known = found.GetVariantSet(name).GetVariantNames() if name in found.GetNames() else ()
+        if variant not in known:
+            do = f"choose {', '.join(known)}" if known else f"its sets are {', '.join(found.GetNames()) or 'none'}"
+            raise InputError(f"{root.GetPath()} has no variant {name}={variant}", where=where, do=do)
+        found.SetSelection(name, variant)
 
 
 def open_source(source: Path) -> Usd.Stage:

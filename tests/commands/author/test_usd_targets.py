@@ -358,3 +358,20 @@ def test_tiles_of_two_folders_are_each_its_own(authored: Any, shared: Path, tmp_
     authored(folder / "craft_nu.usda", any_size=True)
     wanted = {file.read_bytes() for part in ("bus", "wing") for file in (folder / part / "tex").glob("a.100*.png")}
     assert {file.read_bytes() for file in (tmp_path / "stage").rglob("a.100*.png")} == wanted
+
+
+def test_a_variant_set_without_a_selection_is_named_and_can_be_given_one(authored, shared, tmp_path) -> None:
+    folder = shared / "data" / "strangers" / "variant_set_unselected"
+    with pytest.raises(InputError, match=r"holds no geometry; .* have no selection: give --variant") as told:
+        authored(folder / "craft.usda", any_size=True)
+    assert str(told.value).endswith("give --variant model=full or --variant model=lite")
+    for given, size in (("model=full", 2), ("model=lite", 1)):
+        report = authored(folder / "craft.usda", any_size=True, variant=[given], out=tmp_path / given)
+        reader = StageReader(report.root)
+        assert np.ptp(reader.target_at(reader.frames[0].time_code).mesh.box, axis=0).max() == pytest.approx(size)
+
+
+@pytest.mark.parametrize(("given", "saying"), [("no=full", "has no variant no=full"), ("model", "is not SET=NAME")])
+def test_a_variant_that_is_not_there_is_refused(authored: Any, shared: Path, given: str, saying: str) -> None:
+    with pytest.raises(InputError, match=saying):
+        authored(shared / "data" / "strangers" / "variant_set_unselected" / "craft.usda", variant=[given])
