@@ -99,10 +99,19 @@ def _used_points(part: MeshPart) -> Float:
 
 
 def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = stage_on(layer)
-    UsdGeom.Xform.Define(stage, root)
+    stage = _stage_of(layer, {root: "Xform", **dict.fromkeys(paths, "Mesh")})
     for path, part in zip(paths, asset.parts, strict=True):
         _author_mesh(UsdGeom.Mesh.Define(stage, path), part)
+
+
+def _stage_of(layer: Sdf.Layer, prims: Mapping[Sdf.Path, str]) -> Usd.Stage:
+    """Return a stage on the layer with `prims` of these types, overs where it is empty, made at once: a stage takes
+    longer for each the more siblings it has."""
+    with Sdf.ChangeBlock():
+        for path, kind in prims.items():
+            above = layer if path.IsRootPrimPath() else layer.GetPrimAtPath(path.GetParentPath())
+            Sdf.PrimSpec(above, path.name, Sdf.SpecifierDef if kind else Sdf.SpecifierOver, kind)
+    return stage_on(layer)
 
 
 def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
@@ -138,8 +147,7 @@ def _unit(part: MeshPart) -> Float:
 
 
 def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = stage_on(layer)
-    UsdGeom.Scope.Define(stage, scope)
+    stage = _stage_of(layer, {root: "", scope: "Scope", **dict.fromkeys(paths, "")})
     materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
     names = unique_identifiers([material.constants.path for material in materials])
     files = asset_paths(asset)
