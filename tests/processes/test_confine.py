@@ -1,0 +1,45 @@
+"""What a confined process may read: plain files below one folder, and nothing else of a user's."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from spin_usd.processes import confine
+
+READ = """
+import os, sys
+from spin_usd.processes import confine
+confine.MAX_FILES = int(sys.argv[2])
+if not confine.confine(root=sys.argv[1]):
+    sys.exit("no Landlock")
+for path in sys.argv[3:]:
+    try:
+        os.close(os.open(path, os.O_RDONLY | os.O_NONBLOCK))
+        print("read")
+    except PermissionError:
+        print("refused")
+import bpy
+"""
+
+
+@pytest.mark.parametrize("most", [confine.MAX_FILES, 1])
+def test_plain_files_of_one_folder_are_read_and_nothing_else(tmp_path, most) -> None:
+    """Where there are very many, pipes among them are not told apart."""
+    inside, outside = tmp_path / "in", tmp_path / "out"
+    (tmp_path / "own").mkdir()
+    for place in (inside / "deep", outside):
+        place.mkdir(parents=True)
+        (place / "a.png").touch()
+    (inside / "link.png").symlink_to(outside / "a.png")
+    os.mkfifo(inside / "pipe")
+    paths = [inside / "deep" / "a.png", outside / "a.png", inside / "link.png", inside / "pipe", "/dev/zero"]
+    environment = os.environ | {"TMPDIR": str(tmp_path / "own")}
+    command = [sys.executable, "-c", READ, inside, str(most), *paths]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    if "no Landlock" in done.stderr:
+        pytest.skip("the kernel has no Landlock")
+    expected = ["read", "refused", "refused", "refused" if most > 1 else "read", "refused"]
+    assert done.stdout.split()[:5] == expected, done.stderr
+    assert done.returncode == 0, done.stderr
