@@ -12,7 +12,15 @@ from spin_usd.command_line import app
 
 CALLBACKS = {"on_progress", "on_note"}
 ON_THE_COMMAND_LINE_ALONE = {"as_json", "list_formats", "list_parameters", "minimal", "unfolded"}
-LISTS = {"camera", "variants", "option", "tags", "also", "occluder"}  # whose default is an empty one, of either type
+LISTS = {
+    "variant",
+    "camera",
+    "variants",
+    "option",
+    "tags",
+    "also",
+    "occluder",
+}  # whose default is an empty one, of either type
 FUNCTIONS = ("author", "augment", "plan", "render", "merge", "check", "measure", "reproduce", "export", "show")
 
 
