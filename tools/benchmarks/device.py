@@ -62,7 +62,9 @@ def rows(devices: list[str], *, quick: bool) -> Iterator[Row]:
         yield Row(kind="run", device="cpu")
         yield Row(kind="kill", device="cpu")
         return
-    yield from (Row(kind="first", device=device, stage="plain") for device in devices)
+    for device, stage in product(devices, ("plain", "matt")):  # whose lens takes kernels of its own
+        if able(device, stage, 512):
+            yield Row(kind="first", device=device, stage=stage)
     for width, stage in ((512, "plain"), (512, "matt"), (LENS, "matt")):
         for device in ("cpu", *devices):
             if able(device, stage, width):
