@@ -35,13 +35,14 @@ def main() -> None:
         root = Path(name) / "spin_usd"
         tree.lay_out(root, WHEEL_VENV)
         left_out = leave_out.prune(root, options.device, options.compute)
-        stood_in = libraries.settle(root, WHEEL_VENV)
+        copied, stand_ins = libraries.settle(root, WHEEL_VENV)
         manifest = {
             "device": options.device,
             "glibc": libraries.lowest_glibc(root),
             "unpacked_bytes": sum(file.stat().st_size for file in root.rglob("*") if file.is_file()),
             "left_out": left_out,
-            "stand_ins": stood_in,
+            "of_this_system": copied,
+            "stand_ins": stand_ins,
             "licences": licences.of(root),
         }
         parts = archive.write(root, out, part_bytes, glibc=manifest["glibc"])

@@ -38,15 +38,15 @@ class Library:
     glibc: tuple[str, ...]
 
 
-def settle(root: Path, venv: Path) -> list[str]:
+def settle(root: Path, venv: Path) -> tuple[list[str], list[str]]:
     """Complete the libraries of the tree `root` made from `venv`, and let Python find them from where it lies; return
-    the names of stand-ins."""
+    the names of those that were copied from this system, and of stand-ins."""
     found = list(_libraries(root))
     own = [library for library in found if "site-packages" not in library.path.parts]
     for library in found:  # symbols for a debugger are a fifth; those that auditwheel has changed do not bear it
         if library in own or library.path.relative_to(root).parts[3:4] in (("bpy",), ("pxr",)):
             subprocess.run(["strip", "--strip-unneeded", str(library.path)], check=True)
-    _copy_missing(root, own)
+    copied = _copy_missing(root, own)
     for library in own:  # each looks where it lies: one that says where it was compiled looks nowhere else
         place = f"$ORIGIN/{os.path.relpath(root / 'lib', library.path.parent)}"
         subprocess.run([PATCHELF, "--force-rpath", "--set-rpath", place, library.path], check=True)
@@ -59,7 +59,7 @@ def settle(root: Path, venv: Path) -> list[str]:
             sys.exit(f"tools/bundle: {missing[name].path.name} needs {name}, which no package brings")
         original = venv / BLENDER / "lib" / name
         _stand_in(root / BLENDER / "lib", name, blender, _read(original if original.exists() else _where(name)))
-    return stand_ins
+    return copied, stand_ins
 
 
 def lowest_glibc(root: Path) -> str:
@@ -104,16 +104,18 @@ def _read(path: Path) -> Library:
     return Library(path=path, needed=needed, exported=exported, asked=asked, glibc=tuple(sorted(glibc)))
 
 
-def _copy_missing(root: Path, own: list[Library]) -> None:
-    """Copy what Python's own modules ask of this system, but for glibc, beside Python's library."""
+def _copy_missing(root: Path, own: list[Library]) -> list[str]:
+    """Copy what Python's own modules ask of this system, but for glibc, beside Python's library; return the names."""
     (root / "lib").mkdir(exist_ok=True)
-    waiting = list(own)
+    waiting, copied = list(own), []
     while waiting:
         library = waiting.pop()
         for name in library.needed:
             if not _of_system(name) and not (root / "lib" / name).exists():
                 shutil.copy(_where(name), root / "lib" / name)
                 waiting.append(_read(root / "lib" / name))
+                copied.append(name)
+    return sorted(copied)
 
 
 def _where(name: str) -> Path:
