@@ -28,6 +28,7 @@ from spin_usd.processes.child_calls import ChildCalls
 from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
 from spin_usd.processes.child_main import said_of
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
+from spin_usd.processes.held_folder import HeldFolder
 from spin_usd.processes.patience import LOOK_S, Patience
 from spin_usd.processes.readable import readable
 from spin_usd.processes.usage import Usage, UsageMeter
@@ -68,7 +69,7 @@ class Child:
         that it may take (Linux), those of a child that reads what a stranger wrote unless given. `modules`: those that
         it loads before it is asked anything."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
-        self._temporary = tempfile.TemporaryDirectory(prefix="spin_usd-") if scratch is None else None
+        self._temporary = HeldFolder() if scratch is None else None
         own = self._temporary.name if self._temporary else scratch
         environment.update(TMPDIR=str(own), SPIN_USD_PARENT=str(os.getpid()))
         self._heard = bytearray()  # what was read of answers not yet received

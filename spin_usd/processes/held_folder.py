@@ -1,0 +1,43 @@
+"""A folder for temporary files that lives as long as its process: what a killed one left, the next one removes."""
+
+import fcntl
+import os
+import shutil
+import tempfile
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+PREFIX = "spin_usd-"
+HELD = ".held"  # locked by the process whose folder it is
+
+
+class HeldFolder:
+    """`name`: its path."""
+
+    def __init__(self) -> None:
+        _sweep(tempfile.gettempdir())
+        self._folder = tempfile.TemporaryDirectory(prefix=PREFIX)
+        self.name = self._folder.name
+        self._lock = Path(self.name, HELD).open("wb")  # noqa: SIM115 - for as long as this lives
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+
+    def cleanup(self) -> None:
+        """Remove the folder with all that it holds; again does nothing."""
+        self._folder.cleanup()
+        self._lock.close()
+
+
+@cache
+def _sweep(place: str) -> None:
+    """Remove the folders in `place` that no living process holds; once a process. A lock says so, not a number: another
+    container on the same disk counts its processes by itself."""
+    for path in Path(place).glob(f"{PREFIX}*/{HELD}"):
+        with suppress(OSError):
+            lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                if os.fstat(lock).st_uid == os.getuid():
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    shutil.rmtree(path.parent, ignore_errors=True)
+            finally:
+                os.close(lock)

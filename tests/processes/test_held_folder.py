@@ -1,0 +1,30 @@
+"""A killed process leaves its folder, which the next one removes; nobody removes that of a living one."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+HOLD = "from spin_usd.processes.held_folder import HeldFolder; folder = HeldFolder(); print(folder.name, flush=True); "
+
+
+def holder(after: str, place: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", HOLD + after], env={"TMPDIR": str(place)}, stdin=-1, stdout=-1, text=True
+    )
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path) -> None:
+    others = tmp_path / "spin_usd-of-another-kind"
+    others.mkdir()
+    with holder("input()", tmp_path) as living, holder("input()", tmp_path) as killed:
+        alive, left = (Path(each.stdout.readline().strip()) for each in (living, killed))
+        killed.send_signal(signal.SIGKILL)
+        killed.wait()
+        (left / "sub").mkdir()
+        assert left.is_dir()
+        with holder("folder.cleanup()", tmp_path) as after:
+            own = Path(after.stdout.readline().strip())
+        assert {*tmp_path.iterdir()} == {alive, others}
+        assert not own.exists()
+        living.kill()
