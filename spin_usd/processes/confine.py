@@ -17,7 +17,10 @@ READ_FILE = 1 << 2
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446  # the same on all architectures
 PATH_BENEATH = 1
 NO_NEW_PRIVS = 38  # linux/prctl.h
-SYSTEM = ("/usr", "/lib", "/lib64", "/etc", "/proc", "/sys", "/opt", "/dev/null", "/dev/urandom", "/dev/shm")
+SYSTEM = (
+    *("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/urandom", "/dev/shm"),
+    *("/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/sys/devices/system"),
+)
 MAX_FILES = 2**14  # each takes some microseconds
 
 
@@ -29,7 +32,7 @@ def confine(*, root: str) -> bool:
     rules = libc.syscall(CREATE_RULESET, handled, ctypes.c_size_t(len(handled)), 0) if sys.platform == "linux" else -1
     if rules < 0:
         return False
-    for path in (*SYSTEM, sys.prefix, sys.base_prefix, str(Path(__file__).parents[2]), tempfile.gettempdir()):
+    for path in (*SYSTEM, sys.prefix, sys.base_prefix, str(Path(__file__).parents[1]), tempfile.gettempdir()):
         _allow(libc, rules, path)
     files = list(islice(_plain_files(Path(root)), MAX_FILES))
     for file in files if len(files) < MAX_FILES else [root]:  # of very many, pipes among them are not told apart
@@ -41,9 +44,10 @@ def confine(*, root: str) -> bool:
 
 
 def _allow(libc: ctypes.CDLL, rules: int, path: str) -> None:
-    if not os.path.exists(path):
+    try:
+        place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+    except OSError:  # it is not there, or not any more
         return
-    place = os.open(path, os.O_PATH | os.O_CLOEXEC)
     libc.syscall(ADD_RULE, rules, PATH_BENEATH, struct.pack("=Qi", READ_FILE, place), 0)
     os.close(place)
 

@@ -76,9 +76,14 @@ class Choices:
 
 def selections(variant: Sequence[str]) -> dict[str, str]:
     """Return variants by their sets of "SET=NAME" each. Raises InputError."""
-    found = {name: chosen for name, _, chosen in (each.partition("=") for each in variant)}
-    if not all(found.values()):
-        raise InputError(f"variant {' '.join(variant)!r} is not SET=NAME", do="write for example --variant model=full")
+    found: dict[str, str] = {}
+    for each in variant:
+        name, _, chosen = each.partition("=")
+        if not (name and chosen):
+            raise InputError(f"variant {each!r} is not SET=NAME", do="write for example --variant model=full")
+        if name in found:
+            raise InputError(f"two variants of the set {name!r} are given", do="leave one out")
+        found[name] = chosen
     return found
 
 

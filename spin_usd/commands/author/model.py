@@ -8,8 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
 
-import numpy as np
-
 from spin_usd.arrays import Float
 from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
@@ -18,7 +16,7 @@ from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.mesh.dae_document import unit_of
-from spin_usd.formats.mesh.fbx_head import read_fbx_head
+from spin_usd.formats.mesh.fbx_head import Y_UP_FROM_BLENDER, read_fbx_head
 from spin_usd.formats.mesh.mesh_file import (
     BY_BLENDER,
     CONVERTED,
@@ -40,7 +38,7 @@ from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import TargetAsset, describe
 
-GLTF_FROM_BLENDER = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+MAX_MODEL_TIME = 1e6  # seconds: Blender counts frames in 32 bits
 FBX_UNITS = 100  # in a metre, as Blender takes those of a file that does not say its own
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
@@ -58,17 +56,17 @@ def model_file(given: str) -> Path:
         raise InputError("is not there, or is not a file", where=given)
     with open_file(given, MAX_MODEL) as file:
         head = file.read(64)
+    if head.lstrip().lower().startswith((b"<!doctype html", b"<html")):
+        raise InputError("is a web page, and no model", where=given, do="fetch the file itself")
     for begins, what, suffixes in HEADS:
         if head.startswith(begins) and suffix not in suffixes:
             named = f"call it {Path(given).stem}{suffixes[0]}" if suffixes else ""
-            do = named or "run git lfs pull, or fetch the file itself"
-            raise InputError(f"is {what}", where=given, do=do)
+            raise InputError(f"is {what}", where=given, do=named or "run git lfs pull, or fetch the file itself")
     return Path(given)
 
 
 HEADS = (
     (b"version https://git-lfs", "a pointer of Git LFS, and not the file that it stands for", ()),
-    *((begins, "a web page, and no model", ()) for begins in (b"<!DOCTYPE html", b"<!doctype html", b"<html")),
     (b"glTF", "a GLB", (".glb",)),
     (b"Kaydara FBX", "an FBX file", (FBX,)),
     (b"BLENDER", "a .blend", (".blend",)),
@@ -131,6 +129,8 @@ def write_model(
     if model_time is not None and file.suffix.lower() not in moving:
         found = f"model_time is given, and only {', '.join(moving)} have animations that it chooses"
         raise InputError(found, where=file, do="leave it out")
+    if model_time is not None and not 0 <= model_time <= MAX_MODEL_TIME:
+        raise InputError(f"model_time is {model_time:g}", where=file, do=f"make it 0 to {MAX_MODEL_TIME:g} seconds")
     plain = name = target_name(file.stem)
     number = 1
     while (place := folder / "targets" / name).exists():
@@ -166,16 +166,17 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
         axes, up, remarks = head.from_blender, head.up, [AT_REST] * (head.moves and model_time is None)
         if units_per_metre is not None and not head.says_unit:
             units_per_metre /= FBX_UNITS
+    elif suffix in GLTF:
+        read_mesh_file(file, units_per_metre)  # refuses buffers from elsewhere, of which Blender makes no list
+        axes, up = Y_UP_FROM_BLENDER, "y"
     elif suffix not in STEP:
-        axes, up = (GLTF_FROM_BLENDER, "y") if suffix in GLTF else (None, "z")
+        up = "z"
     with TemporaryDirectory(prefix="spin_usd-") as folder:
         glb = Path(folder) / f"{file.stem}.glb"
-        ask = partial(ask_child, reads=file, memory=rendering_memory(), source=str(file), to=str(glb))
-        by_step = file.suffix.lower() in STEP
         root = root_of(file)
-        said = (
-            ask("convert_step") if by_step else ask("convert_model", root=str(root), below=root, model_time=model_time)
-        )
+        ask = partial(ask_child, reads=file, memory=rendering_memory(), below=root, source=str(file), to=str(glb))
+        by_step = suffix in STEP
+        said = ask("convert_step") if by_step else ask("convert_model", root=str(root), model_time=model_time)
         check_units(file, units_per_metre)
         try:
             model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])

@@ -14,7 +14,7 @@ from spin_usd.arrays import Float
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
 
-BLENDERS = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+Y_UP_FROM_BLENDER = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 """To the right, up and to the front in Blender's axes."""
 MISSING = 99
 NAMES = ("CoordAxis", "UpAxis", "FrontAxis")
@@ -39,8 +39,8 @@ def read_fbx_head(path: Path) -> FbxHead:
     if sorted(axes) == [0, 1, 2] and all(sign in (1, -1) for sign in signs):
         own = np.eye(3)[axes] * np.array(signs)[:, None]
         up = "-" * (signs[1] == -1) + "xyz"[axes[1]]
-        if np.linalg.det(own) * np.linalg.det(BLENDERS) > 0:  # Blender mirrors others, and leaves them right-handed
-            matrix = own.T @ BLENDERS
+        if np.linalg.det(own) > 0:  # Blender mirrors others, and leaves them right-handed
+            matrix = own.T @ Y_UP_FROM_BLENDER
     return FbxHead(
         from_blender=matrix, up=up, says_unit=b"UnitScaleFactor" in data, moves=b"AnimationCurveNode" in data
     )

@@ -1,4 +1,4 @@
-"""Models of the formats that Blender alone reads, FBX and its own, as GLB: what it would render, in metres.
+"""Models that Blender reads, FBX, its own, and glTF at a time of its animations, as GLB: what it renders, in metres.
 
 Scripts of a .blend are not run. Files that a model names are plain files below one folder: other images are left out,
 with a note, and a model that needs anything else from elsewhere is refused, before anything is written.
@@ -14,7 +14,7 @@ import bpy
 
 from spin_usd.errors import InputError
 
-GLTF = "io_scene_gltf2"
+GLTF_ADDON = "io_scene_gltf2"
 KEPT = ("ShaderNodeBsdfPrincipled", "ShaderNodeEmission")
 """Shaders that the exporter writes."""
 METALS = ("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic")
@@ -36,7 +36,7 @@ def convert_model(*, source: str, to: str, root: str, model_time: float | None =
         if source.lower().endswith(".fbx"):
             bpy.ops.wm.fbx_import(filepath=source, use_anim=model_time is not None)
         elif source.lower().endswith((".glb", ".gltf")):
-            bpy.ops.preferences.addon_enable(module=GLTF)
+            bpy.ops.preferences.addon_enable(module=GLTF_ADDON)
             bpy.ops.import_scene.gltf(filepath=source)
         else:
             bpy.ops.wm.open_mainfile(filepath=source, use_scripts=False, load_ui=False)
@@ -53,7 +53,7 @@ def convert_model(*, source: str, to: str, root: str, model_time: float | None =
 
 
 def _export(filepath: str) -> None:
-    bpy.ops.preferences.addon_enable(module=GLTF)
+    bpy.ops.preferences.addon_enable(module=GLTF_ADDON)
     bpy.ops.export_scene.gltf(
         filepath=filepath,
         export_format="GLB",
@@ -76,10 +76,11 @@ def _converting(source: str, to: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        lines = [line.strip() for line in str(error).replace(to, source).splitlines() if line.strip()]
+        text = str(error).replace(to, source).replace(source, Path(source).name)
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith("Location:")] or [type(error).__name__]
         said = told[-1] if any("Traceback" in line for line in told) else told[0].removeprefix("Error: ")
-        raise InputError(f"cannot be read by Blender ({said})", where=source, do="export it as GLB there") from error
+        raise InputError(f"cannot be read by Blender ({said})", where=source, do="copy or export it again") from error
 
 
 def _refuse_outside(source: str, root: Path) -> None:
@@ -121,7 +122,7 @@ def _elsewhere(root: Path, path: Path) -> str | None:
 def _at_time(source: str, model_time: float | None) -> Iterator[str]:
     """Go to a time of the animations, or yield a note on that at which the file was saved."""
     scene = bpy.context.scene
-    begins = [action.frame_range[0] for action in bpy.data.actions]
+    begins = [each.frame_range[0] for each in bpy.data.actions if each.users > each.use_fake_user]
     if model_time is not None:
         if not begins:
             raise InputError("has no animations, and a model time is given", where=source, do="leave --model-time out")

@@ -156,3 +156,28 @@ def test_a_unit_whose_name_says_another_length_is_told(crafts: Path, tmp_path: P
     (crafts / "inch.dae").write_text(dae('<unit name="inch" meter="0.01"/>'))
     _, notes = authored(crafts, "inch.dae", tmp_path / "stage")
     assert any(re.search(r"<unit> is called 'inch' and says 0\.01 metres, which was taken", note) for note in notes)
+
+
+@pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -1.0, 1e30])
+def test_a_time_that_is_none_is_refused(crafts: Path, tmp_path: Path, seconds: float) -> None:
+    with pytest.raises(SpinError, match=r"model_time is .*make it 0 to 1e\+06 seconds"):
+        authored(crafts, "moving.glb", tmp_path / "stage", model_time=seconds)
+
+
+def test_a_gltf_takes_no_buffer_from_elsewhere_at_a_time_either(crafts: Path, tmp_path: Path) -> None:
+    """Blender makes no list of buffers; points of bytes would hold any file that can be read."""
+    (tmp_path / "secret").write_bytes(bytes(range(36)))
+    position = {"bufferView": 0, "componentType": 5121, "count": 9, "type": "VEC3", "min": [0] * 3, "max": [255] * 3}
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "../secret", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36, "byteStride": 4}],
+        "accessors": [position],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "leak.gltf").write_text(json.dumps(document))
+    with pytest.raises(SpinError, match="lies outside the model's folder"):
+        authored(crafts, str(tmp_path / "own" / "leak.gltf"), tmp_path / "stage", model_time=0.0, root=tmp_path / "own")

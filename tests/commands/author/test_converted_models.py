@@ -257,7 +257,7 @@ def test_what_a_foreign_exporter_raises_is_told_of_the_users_file(made, tmp_path
 
     monkeypatch.setattr("spin_usd.renderers.blender.model_conversion._export", fails)
     model = made / "model" / "in" / "craft.blend"
-    with pytest.raises(SpinError, match=rf"^{model}: cannot be read by Blender \(ValueError: {model}\)"):
+    with pytest.raises(SpinError, match=rf"^{model}: cannot be read by Blender \(ValueError: craft.blend\); copy"):
         author_stage(poses=made / "poses.json", out=tmp_path / "s", target=model, camera="speedplus")
 
 
