@@ -36,6 +36,8 @@ PARSERS: Mapping[str, str] = {
 }
 """Classes of what parsers raise, as text: whoever imports this must not import pxr. What they say of the input."""
 
+FETCH_AGAIN = "check that the file is whole, and export or copy it again if not"
+
 LOGGERS = ("trimesh", "PIL")
 """Of libraries that log; what they say goes to nobody but to handlers that the program's user has set up."""
 
@@ -98,7 +100,7 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     found = next((PARSERS[name] for name in names if name in PARSERS), None)
     if found is None:
         return None
-    return InputError(found if where is not None else f"what was read {found}", where=where)
+    return InputError(found if where is not None else f"what was read {found}", where=where, do=FETCH_AGAIN)
 
 
 @contextmanager
@@ -114,7 +116,7 @@ def decoding(where: object) -> Iterator[None]:
     except SpinError:
         raise
     except Exception as fault:
-        raise InputError(f"is damaged ({fault})", where=where) from fault
+        raise InputError(f"is damaged ({fault})", where=where, do=FETCH_AGAIN) from fault
 
 
 @contextmanager
