@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -348,8 +349,11 @@ class Dying(Child):
     """Is killed when it gets to compare labels."""
 
     def send(self, call, **arguments) -> None:
+        dies = arguments.get("what") == "labels"
+        if dies:
+            self.process.send_signal(signal.SIGSTOP)  # else it may answer first
         super().send(call, **arguments)
-        if arguments.get("what") == "labels":
+        if dies:
             self.process.kill()
 
 
