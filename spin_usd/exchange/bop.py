@@ -263,6 +263,8 @@ BOP_POSES = PoseFormat(
 def read_camera(path: Path) -> Calibration:
     """Read BOP's camera.json at `path`. Raises InputError."""
     said = read_json_file(path, MAX_SPECIFICATION)
+    if not isinstance(said, dict):
+        raise InputError("holds no camera", where=path, do="give one JSON object with width, height, fx, fy, cx, cy")
     numbers = [said.get(name) for name in ("width", "height", "fx", "fy", "cx", "cy")]
     width, height, fx, fy, cx, cy = finite_numbers(numbers, 6, "width, height, fx, fy, cx or cy", str(path))
     size = whole([width, height], path)

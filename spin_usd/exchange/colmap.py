@@ -217,18 +217,19 @@ COLMAP_POSES = PoseFormat(
     lists=files_like(FILE, f"sparse/{FILE}", f"sparse/*/{FILE}"),
 )
 
-PARAMETERS: Mapping[str, tuple[int, str]] = {
-    "SIMPLE_PINHOLE": (1, ""),
-    "PINHOLE": (2, ""),
-    "SIMPLE_RADIAL": (1, ""),
-    "RADIAL": (1, ""),
-    "OPENCV": (2, ""),
-    "FULL_OPENCV": (2, ""),
-    "OPENCV_FISHEYE": (2, "fisheye"),
-    "SIMPLE_RADIAL_FISHEYE": (1, "fisheye"),
-    "RADIAL_FISHEYE": (1, "fisheye"),
+PARAMETERS: Mapping[str, tuple[int, int, str]] = {
+    "SIMPLE_PINHOLE": (3, 1, ""),
+    "PINHOLE": (4, 2, ""),
+    "SIMPLE_RADIAL": (4, 1, ""),
+    "RADIAL": (5, 1, ""),
+    "OPENCV": (8, 2, ""),
+    "FULL_OPENCV": (12, 2, ""),
+    "OPENCV_FISHEYE": (8, 2, "fisheye"),
+    "SIMPLE_RADIAL_FISHEYE": (4, 1, "fisheye"),
+    "RADIAL_FISHEYE": (5, 1, "fisheye"),
 }
-"""COLMAP's models of a camera that are ours: how many focal lengths come first, and the lens of the rest."""
+"""COLMAP's models of a camera that are ours: how many numbers one has, how many focal lengths come first, and the lens
+of the rest."""
 
 
 def read_camera(path: Path) -> Calibration:
@@ -236,10 +237,10 @@ def read_camera(path: Path) -> Calibration:
     lines = [line.split() for line in lines_of(path, MAX_POSE_LIST) if line.strip() and not line.startswith("#")]
     words = lines[0] if lines else []
     model = words[1] if len(words) > 1 else ""
-    if model not in PARAMETERS or len(words) < 6 + PARAMETERS[model][0]:
+    if model not in PARAMETERS or len(words) != 4 + PARAMETERS[model][0]:
         do = f"undistort with COLMAP's image_undistorter, or choose among {', '.join(PARAMETERS)}"
         raise InputError(f"has no whole camera of a known model, but {model or 'none'}", where=path, do=do)
-    focal, lens = PARAMETERS[model]
+    _, focal, lens = PARAMETERS[model]
     try:
         width, height, *numbers = [float(word) for word in words[2:]]
     except ValueError:

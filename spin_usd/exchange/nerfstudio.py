@@ -202,10 +202,14 @@ NERFSTUDIO_POSES = PoseFormat(
 def read_camera(path: Path) -> Calibration:
     """Read the one camera of the transforms.json at `path`. Raises InputError."""
     said = read_json_file(path, MAX_POSE_LIST)
-    if any(set(LENS) & set(frame) for frame in said.get(FRAMES, ()) if isinstance(frame, dict)):
+    frames = said.get(FRAMES, []) if isinstance(said, dict) else None
+    if not isinstance(frames, list) or "distortion_params" in said:
+        do = "give one JSON object, with k1, k2, p1 and p2 beside fl_x, and a list of frames"
+        raise InputError("holds no camera in names that are read", where=path, do=do)
+    if any({*LENS, "w", "h", "k1", "camera_model"} & set(frame) for frame in frames if isinstance(frame, dict)):
         do = "write the camera of one of them, as COLMAP's cameras.txt or as OpenCV does"
         raise InputError("has cameras of its own in its frames", where=path, do=do)
-    model = str(said.get("camera_model", "OPENCV"))
+    model = str(said.get("camera_model", "OPENCV_FISHEYE" if said.get("is_fisheye") else "OPENCV"))
     fisheye = model == "OPENCV_FISHEYE"
     names = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
     given = [said.get("w"), said.get("h"), *(said.get(name) for name in LENS), *(said.get(name, 0.0) for name in names)]

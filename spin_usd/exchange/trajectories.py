@@ -3,7 +3,8 @@
 TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks; EuRoC nanoseconds, a
 position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three rows. All take the
 camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time is the name of its
-picture, as it is of the images of TUM and EuRoC.
+picture, as it is of the images of TUM and EuRoC. Those of EuRoC are of the body that carries the camera, its IMU: where
+that camera is on it (T_BS of sensor.yaml) is not in the list.
 
 Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
 """
@@ -13,16 +14,20 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from spin_usd.errors import InputError
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.text_file import lines_of
+from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
 from spin_usd.geometry.transform import Transform
 
 NOTE = (
     "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
-    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
+    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z; EuRoC's "
+    "are its IMU's, and its T_BS is not applied"
 )
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], float]]
@@ -35,17 +40,31 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose) -> Iter
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
+            _check_heads(line, where)
             continue
+        if "," not in line and len(words) != count + timed:
+            raise InputError(f"has {len(words)} numbers, expected {count + timed}", where=where, do="mend the line")
         try:
             values = [float(word) for word in words[timed : count + timed]]
         except ValueError:
             raise InputError("holds something else than numbers", where=where) from None
         q, t, off = pose(finite_numbers(values, count, "the pose", where), where)
-        T_cam_body = Transform.from_quaternion(to="body", of="cam", q=q, t=t).inverse()
+        norm = float(np.linalg.norm(q))
+        if not abs(norm - 1) <= QUATERNION_NORM_ROUNDED:
+            raise InputError(f"the quaternion has norm {norm:.9g}, expected 1", where=where, do="give a rotation")
+        T_cam_body = Transform.from_quaternion(to="body", of="cam", q=np.asarray(q) / norm, t=t).inverse()
         q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
         filename = words[0] if timed else f"{place:06}"
         yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off)
         place += 1
+
+
+def _check_heads(line: str, where: str) -> None:
+    """Raise InputError where the heads of EuRoC name other columns than those that are read."""
+    heads = [re.sub(r"\s*\[m?\]$", "", head.strip()) for head in line.split(",")[1:8]]
+    if len(heads) == 7 and [head[-1:] for head in heads] != list("xyzwxyz"):
+        do = "give the position in metres, and the quaternion scalar first"
+        raise InputError(f"has the columns {', '.join(heads)}", where=where, do=do)
 
 
 def _matrix(values: list[float], where: str) -> tuple[Sequence[float], Sequence[float], float]:

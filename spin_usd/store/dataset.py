@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 NAMED = 3  # names that an error lists as examples
+TYPES = ("bool", "uint8", "int16", "int32", "int64", "float16", "float32", "float64")  # that PyTorch has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,6 +250,8 @@ class Dataset(Sequence[Picture]):
             if not isinstance(batch.get(name), np.ndarray):
                 there = ", ".join(each for each, array in batch.items() if isinstance(array, np.ndarray))
                 raise InputError(f"a batch has no array {name!r} to be {type}", do=f"choose among {there}")
+            if type not in TYPES:
+                raise InputError(f"{name} cannot be of the type {type!r}", do=f"choose among {', '.join(TYPES)}")
             batch[name] = batch[name].astype(type)
         return batch
 

@@ -17,6 +17,7 @@ from spin_usd.errors import InputError
 from spin_usd.formats.image_file import resampled
 from spin_usd.geometry.camera import Camera
 
+MAX_MARGIN = 100  # of the box: more is memory for nothing
 MAX_SIDE = 2**14  # pixels
 BETWEEN = 1e-9  # pixels: so near to the border of two, a centre lies on it but for rounding
 
@@ -137,6 +138,6 @@ def size_of(size: int | tuple[int, int]) -> tuple[int, int]:
 
 def margin_of(margin: float) -> float:
     """Return the `margin` of a crop, a share of the box's sides. Raises InputError."""
-    if not (isinstance(margin, Real) and -1 < margin < np.inf):
+    if not (isinstance(margin, Real) and -1 < margin <= MAX_MARGIN):
         raise InputError(f"crops cannot have the margin {margin!r}", do="give a share of the box's sides, such as 0.1")
     return float(margin)

@@ -152,3 +152,20 @@ def test_a_compressed_tar_is_read_and_a_pointer_is_said_to_be_one(tmp_path) -> N
     for name in ("a.json", "a.csv", "a.tar", "images.txt", "a.parquet"):
         with pytest.raises(InputError, match=r"pointer of Git LFS.*run git lfs pull"):
             read_pose_list(saved(tmp_path / name, pointer))
+
+
+def test_a_trajectory_of_four_decimals_is_read_and_one_of_other_columns_refused(tmp_path) -> None:
+    """TUM's ground truth has four decimals: norms are off 1 by some 1e-5."""
+    file = tmp_path / "groundtruth.txt"
+    file.write_text("1.5 1 2 3 0.6132 0.5962 -0.3311 -0.3986\n")
+    (q,) = read_pose_list(file).q_cam_body
+    assert np.abs(q) == pytest.approx(np.abs([-0.3986, 0.6132, 0.5962, -0.3311]), abs=1e-4)
+    for line in ("1.5 1 2 3 0.6132 0.5962 -0.3311 -0.3986\n1.5 1 2 3 0 0 0 1 9\n", "1.5 1 2 3 0 0 0 1.08\n"):
+        file.write_text(line)
+        with pytest.raises(InputError, match=r"groundtruth.txt, line \d: "):
+            read_pose_list(file)
+    euroc = tmp_path / "data.csv"
+    for heads in ("x [mm], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z []", "x, p_y, p_z, q_x, q_y, q_z, q_w"):
+        euroc.write_text(f"#timestamp, p_{heads}\n1,0,0,1,1,0,0,0\n")
+        with pytest.raises(InputError, match="has the columns"):
+            read_pose_list(euroc)

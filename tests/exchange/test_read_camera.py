@@ -192,3 +192,19 @@ def test_a_file_without_coefficients_says_so(tmp_path) -> None:
 def test_a_hostile_file_takes_no_time(tmp_path, content) -> None:
     with pytest.raises(InputError):
         read_camera(text("a.yaml", content)(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("cameras.txt", "1 SIMPLE_PINHOLE 640 480 500 500 320 240\n"),
+        ("cameras.txt", "1 OPENCV 640 480 500 500 320 240 0.1\n"),
+        ("transforms.json", '{"fl_x": 1, "frames": null}'),
+        ("transforms.json", '{"fl_x": 1, "distortion_params": [0.1], "frames": []}'),
+        ("list.json", '[{"fl_x": 1}]'),
+        ("names.json", '["fx", "fy", "cx", "cy", "depth_scale"]'),
+    ],
+)
+def test_numbers_too_many_or_in_another_form_are_refused(tmp_path, name, content) -> None:
+    with pytest.raises(InputError, match=r"no whole camera|no camera"):
+        read_camera(text(name, content)(tmp_path))

@@ -163,6 +163,8 @@ def test_a_batch_has_the_types_that_are_asked_for(dataset) -> None:
     assert (batch["segmentation"] > 0).any()
     with pytest.raises(InputError, match="no array 'frame' to be int64"):
         Dataset.collate(list(dataset), types={"frame": "int64"})
+    with pytest.raises(InputError, match="cannot be of the type 'intt'"):
+        Dataset.collate(list(dataset), types={"T_cam_body": "intt"})
 
 
 @pytest.mark.parametrize("size", [0, -3, 2.5, (10,), (10, 0), (1, 2, 3), 10**6])
