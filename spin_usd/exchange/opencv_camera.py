@@ -73,7 +73,12 @@ def _distortion(said: dict[str, Any], path: Path) -> tuple[float, ...]:
     found, model = first_of(said, COEFFICIENTS), first_of(said, MODEL)
     fisheye = first_of(said, ("fisheyemodel", "fisheye"))
     model = said.get("distortion_model", model) or ""
+    if str(model).lower() == "pinhole":
+        model = ""  # of Kalibr's a fisheye is called so too: it says nothing of the distortion
     if fisheye not in (None, 0.0, 0, False, "false"):
+        if model and str(model).lower() not in FISHEYES:
+            do = "leave one of them out"
+            raise InputError(f"says that it is a fisheye, and of the model {model!r}", where=path, do=do)
         model = FISHEYES[0]
     k = [] if found is None else numbers_of(found, range(15), COEFFICIENTS_ARE, path)
     return distortion_of(k, str(model), path, ambiguous=fisheye is None)

@@ -4,6 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.exchange.camera_format import CENTRE, CORNER
 from spin_usd.exchange.table import CAMERA_FORMATS
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.files.user_file import open_file
@@ -11,7 +12,7 @@ from spin_usd.formats.camera_file import CameraFile
 from spin_usd.geometry.camera import Camera
 
 HEAD_BYTES = 1 << 16
-LIKE = {0.0: "(0, 0), as OpenCV counts: half a pixel is added", 0.5: "(0.5, 0.5), as here: they stay"}
+LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5, 0.5), as here: they stay"}
 
 
 def read_camera(path: str | Path) -> CameraFile:
@@ -20,7 +21,7 @@ def read_camera(path: str | Path) -> CameraFile:
     with suppress(InputError, OSError), open_file(path, MAX_SPECIFICATION) as file:
         head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
     found = next(each for each in CAMERA_FORMATS if each.recognises(path, head))
-    said, shift = found.read(path), 0.5 - found.first_centre
+    said, shift = found.read(path), CORNER - found.first_centre
     fx, fy, cx, cy = said.projection
     try:
         camera = Camera(

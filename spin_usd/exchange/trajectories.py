@@ -26,23 +26,26 @@ from spin_usd.geometry.transform import Transform
 
 NOTE = (
     "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
-    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z; EuRoC's "
-    "are its IMU's, and its T_BS is not applied"
+    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
 )
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], float]]
 """A line's numbers, and where they are, to the quaternion, scalar first, the position, and how far it missed one."""
 
 
-def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose) -> Iterator[PoseEntry | str]:
+def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed: bool) -> Iterator[PoseEntry | str]:
+    """Yield a note and the entries. headed: whether columns have heads, and more may follow those that are read."""
     yield NOTE.format(name)
+    if headed:
+        yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
     place = 0
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
-            _check_heads(line, where)
+            if headed:
+                _check_heads(line, where)
             continue
-        if "," not in line and len(words) != count + timed:
+        if not headed and len(words) != count + timed:
             raise InputError(f"has {len(words)} numbers, expected {count + timed}", where=where, do="mend the line")
         try:
             values = [float(word) for word in words[timed : count + timed]]
@@ -60,7 +63,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose) -> Iter
 
 
 def _check_heads(line: str, where: str) -> None:
-    """Raise InputError where the heads of EuRoC name other columns than those that are read."""
+    """Raise InputError where heads name other columns than those that are read, or other units than metres."""
     heads = [re.sub(r"\s*\[m?\]$", "", head.strip()) for head in line.split(",")[1:8]]
     if len(heads) == 7 and [head[-1:] for head in heads] != list("xyzwxyz"):
         do = "give the position in metres, and the quaternion scalar first"
@@ -73,17 +76,17 @@ def _matrix(values: list[float], where: str) -> tuple[Sequence[float], Sequence[
     return q, [row[3] for row in rows], off
 
 
-def _of(name: str, first: str, *, count: int, pose: Pose, timed: bool = True) -> PoseFormat:
+def _of(name: str, first: str, *, count: int, pose: Pose, timed: bool = True, headed: bool = False) -> PoseFormat:
     """Return the format whose head matches the pattern `first`."""
     return PoseFormat(
         name=name,
         recognises=lambda path, head: bool(re.match(rf"(?:\s*#[^\n]*\n)*?\s*(?:{first})", head)),
-        read=partial(_read, name=name, count=count, timed=timed, pose=pose),
+        read=partial(_read, name=name, count=count, timed=timed, pose=pose, headed=headed),
         rotation=SCALAR_LAST,
     )
 
 
-EUROC_POSES = _of("EuRoC", "#time[^\n]*,[^\n]*p_", count=7, pose=lambda v, _: (v[3:], v[:3], 0.0))
+EUROC_POSES = _of("EuRoC", "#time[^\n]*,[^\n]*p_", count=7, pose=lambda v, _: (v[3:], v[:3], 0.0), headed=True)
 TUM_POSES = _of(
     "TUM", rf"{NUMBER}(?:[ \t]+{NUMBER}){{7}}\s*(?:\n|$)", count=7, pose=lambda v, _: ([v[6], *v[3:6]], v[:3], 0.0)
 )

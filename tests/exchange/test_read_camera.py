@@ -208,3 +208,17 @@ def test_a_hostile_file_takes_no_time(tmp_path, content) -> None:
 def test_numbers_too_many_or_in_another_form_are_refused(tmp_path, name, content) -> None:
     with pytest.raises(InputError, match=r"no whole camera|no camera"):
         read_camera(text(name, content)(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("camera_model: pinhole", "does not say whether its four coefficients"),
+        ("fisheye_model: 1\ndistortion_model: plumb_bob", "says that it is a fisheye, and of the model 'plumb_bob'"),
+    ],
+)
+def test_what_says_nothing_of_a_lens_or_two_things_is_refused(tmp_path, words, found) -> None:
+    content = f"image_width: 640\nimage_height: 480\n{words}\n"
+    content += "camera_matrix: [600, 0, 320, 0, 600, 240, 0, 0, 1]\ndistortion_coefficients: [0.1, 0, 0, 0]\n"
+    with pytest.raises(InputError, match=found):
+        read_camera(text("a.yaml", content)(tmp_path))
