@@ -81,6 +81,10 @@ STAGE = {
         meaning="A light does not author what decides its power, or is far darker than the Sun.",
         remedy="Author what is meant.",
     ),
+    "light-unit": Rule(
+        meaning="Lights of one stage are in different units: one says lux or nits, or nothing beside others in watts.",
+        remedy="Convert it, and say its unit in its customData.",
+    ),
     "extent-none": Rule(
         meaning="Geometry has no extent, so viewers must read all its points to frame it.", remedy="Author its extent."
     ),

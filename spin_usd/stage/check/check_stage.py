@@ -21,6 +21,7 @@ from spin_usd.stage.check.prims import (
     kind_findings,
     label_findings,
     light_findings,
+    light_unit_findings,
     property_findings,
 )
 from spin_usd.stage.check.refusals import camera_findings, capture_findings, norm_findings, pose_findings
@@ -160,6 +161,7 @@ STAGE_RULES: tuple[StageRule, ...] = (
     kind_findings,
     label_findings,
     light_findings,
+    light_unit_findings,
     extent_findings,
     draw_mode_findings,
     property_findings,

@@ -155,6 +155,10 @@ OMNI_PROJECTION = "cameraProjectionType"
 
 PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""
+INTENSITY_UNIT = "spin:intensityUnit"
+"""The key in a light's customData that says which unit its inputs:intensity has."""
+INTENSITY_UNITS = ("W/m2", "W/m2/sr", "W/sr")
+"""Of a normalised distant light, of any that is not normalised, of the other normalised ones."""
 
 
 def register() -> None:

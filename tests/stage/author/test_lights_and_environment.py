@@ -1,11 +1,12 @@
 """Lights and environments by name or file: in the authored stage exactly as in their own layer."""
 
 import shutil
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from spin_usd.commands.author.choices import earth_maps
 from spin_usd.commands.author.in_child import author_stage
@@ -43,6 +44,26 @@ def test_lights_by_name(tmp_path, lights, kinds) -> None:
     root = authored(tmp_path / "stage", lights=lights)
     assert [type(light) for light in scene(root).lights] == kinds
     assert not check_stage(root)
+
+
+def test_every_light_that_travels_along_says_the_unit_that_its_kind_and_normalisation_give_it() -> None:
+    said = {"W/m2": 0, "W/m2/sr": 0, "W/sr": 0}
+    for file in stages().rglob("*.usda"):
+        layer = Sdf.Layer.FindOrOpen(str(file))
+        for light in lights_of(layer.pseudoRoot):
+            normalised = light.attributes["inputs:normalize"].default
+            distant = light.typeName == "DistantLight"
+            unit = ("W/m2" if distant else "W/sr") if normalised else "W/m2/sr"
+            assert light.customData["spin"]["intensityUnit"] == unit, (file, light.path)
+            said[unit] += 1
+    assert all(said.values())
+
+
+def lights_of(prim: Sdf.PrimSpec) -> Iterator[Sdf.PrimSpec]:
+    for child in prim.nameChildren:
+        if child.typeName.endswith("Light"):
+            yield child
+        yield from lights_of(child)
 
 
 @pytest.mark.parametrize("name", bundled_names("environment"))

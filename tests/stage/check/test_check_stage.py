@@ -169,6 +169,12 @@ def shutter_backwards(stage: Usd.Stage) -> None:
     UsdGeom.Camera(stage.GetPrimAtPath("/Camera")).CreateShutterCloseAttr(-1.0)
 
 
+def fill_of_no_unit(stage: Usd.Stage) -> None:
+    fill = UsdLux.DistantLight.Define(stage, "/Lights/Fill")
+    fill.CreateIntensityAttr(10.0)
+    fill.CreateNormalizeAttr(True)
+
+
 def misspelt(stage: Usd.Stage) -> None:
     """Author spin:sensor:gian on the camera."""
     camera = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera))
@@ -225,6 +231,8 @@ BREAKS = {
     "kind": (text(ROOT, 'kind = "assembly"', 'kind = "subcomponent"'), "kind-broken"),
     "no class": (text("targets/box/box.usda", 'token[] semantics:labels:class = ["spacecraft"]', ""), "label-none"),
     "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
+    "light in lux": (text(LIGHTS, 'intensityUnit = "W/m2"', 'intensityUnit = "lx"'), "light-unit"),
+    "light of no unit": (edit(LIGHTS, fill_of_no_unit), "light-unit"),
     "shutter": (edit(CAMERA, shutter_backwards), "scene"),
     "misspelt": (edit(CAMERA, misspelt), "property-unknown"),
     "misspelt in a variant": (edit(ROOT, tele("tele", {}, misspelt)), "property-unknown"),
@@ -247,6 +255,13 @@ def test_each_rule_finds_what_breaks_it(copied: Path, name: str) -> None:
 
 def findings(path: Path) -> list[tuple[str, str]]:
     return [(finding.code, finding.severity) for finding in check_stage(path)]
+
+
+def test_lights_none_of_which_says_its_unit_are_fine(copied: Path) -> None:
+    """Such are the stages of other programs, and those of versions that did not say it."""
+    edit(LIGHTS, fill_of_no_unit)(copied)
+    edit(LIGHTS, lambda stage: stage.GetPrimAtPath("/Lights/Sun").ClearCustomData())(copied)
+    assert findings(copied) == []
 
 
 def test_pictures_named_by_their_time_codes_are_fine(copied: Path) -> None:
