@@ -21,6 +21,7 @@ MATERIALS = {
     "DarkBlanket": ((0.10, 0.11, 0.10), ((0.09, 0.10, 0.09), 0.0, 0.60, 0.0)),
 }
 FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]  # seen from outside
+NORMALS = [Gf.Vec3f(*normal) for axis in np.eye(3).tolist() for normal in ([-x + 0.0 for x in axis], axis)]
 
 
 def write(craft: Craft, folder: Path) -> None:
@@ -47,6 +48,7 @@ def _interface(root: Usd.Prim, craft: Craft) -> None:
     model.SetAssetVersion(VERSION)
     box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(root).ComputeAlignedRange()
     corners = [Gf.Vec3f(*(round(x, 5) for x in corner)) for corner in (box.GetMin(), box.GetMax())]
+    Usd.ColorSpaceAPI.Apply(root).CreateColorSpaceNameAttr(Gf.ColorSpaceNames.LinearRec709)
     UsdGeom.ModelAPI.Apply(root).SetExtentsHint(corners)
     _label(root, "class", "spacecraft")
     author = UsdMedia.AuthorshipAPI.Apply(root, "model")
@@ -74,6 +76,8 @@ def _boxes(stage: Usd.Stage, path: Sdf.Path, boxes: tuple[Box, ...]) -> Usd.Prim
     mesh.CreateFaceVertexCountsAttr([4] * len(indices))
     mesh.CreateFaceVertexIndicesAttr([corner for face in indices for corner in face])
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateNormalsAttr(NORMALS * len(boxes))  # Blender's importer shades faces without any smooth
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.uniform)
     mesh.CreateExtentAttr([Gf.Vec3f(*map(float, p)) for p in (points.min(0), points.max(0))])
     return mesh.GetPrim()
 
@@ -103,10 +107,9 @@ def _keypoints(stage: Usd.Stage, root: Usd.Prim, craft: Craft) -> None:
     places = [Gf.Vec3f(*(round(x, 6) for x in place)) for place in craft.keypoints.values()]
     points.CreatePointsAttr(places)
     points.CreateIdsAttr(list(range(1, len(places) + 1)))
-    points.CreateWidthsAttr([0.01])
-    points.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+    points.CreateWidthsAttr([0.01] * len(places))  # for one alone USD computes no extent
     points.CreatePurposeAttr(UsdGeom.Tokens.guide)
-    points.CreateExtentAttr(UsdGeom.Points.ComputeExtent(places, [0.01]))
+    points.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(points, Usd.TimeCode.Default()))
     names = UsdGeom.PrimvarsAPI(points).CreatePrimvar(
         "keypointName", Sdf.ValueTypeNames.StringArray, UsdGeom.Tokens.vertex
     )

@@ -66,8 +66,7 @@ def keypoints(stage: Usd.Stage) -> None:
     points = UsdGeom.Points.Define(stage, ROOT.AppendChild("Keypoints"))
     points.CreatePurposeAttr(UsdGeom.Tokens.guide)
     points.CreatePointsAttr(vectors(np.array([place for _, *place in OFFICIAL_POINTS])))
-    points.CreateWidthsAttr([0.01])
-    points.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+    points.CreateWidthsAttr([0.01] * len(OFFICIAL_POINTS))  # for one alone USD computes no extent
     points.CreateIdsAttr(list(range(1, len(OFFICIAL_POINTS) + 1)))
     points.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(points, Usd.TimeCode.Default()))
     names = UsdGeom.PrimvarsAPI(points).CreatePrimvar(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdMedia, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 
 from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, keypoints, label, rounded, vectors
 from tango.look_layer import look
@@ -55,6 +55,7 @@ def _interface(stage: Usd.Stage, parts: Sequence[Part]) -> None:
         Sdf.AssetPathArray([Sdf.AssetPath(f"./{name}.usda") for name in ("payload", *LOOKS)])
     )
     everything = rounded(np.concatenate([part.shape.points for part in parts]), POINT_DECIMALS)
+    Usd.ColorSpaceAPI.Apply(prim).CreateColorSpaceNameAttr(Gf.ColorSpaceNames.LinearRec709)
     UsdGeom.ModelAPI.Apply(prim).SetExtentsHint(vectors(bounds(everything)))
     label(prim, "class", "spacecraft")
     _sign(prim)

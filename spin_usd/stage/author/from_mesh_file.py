@@ -87,6 +87,7 @@ def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> N
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(name)
     model.SetAssetIdentifier(Sdf.AssetPath(f"./{name}.usda"))
+    Usd.ColorSpaceAPI.Apply(root).CreateColorSpaceNameAttr(Gf.ColorSpaceNames.LinearRec709)
     UsdGeom.ModelAPI.Apply(root).SetExtentsHint(box(np.concatenate([_used_points(part) for part in asset.parts])))
     _label(root, "class", CLASS_OF_A_MODEL)
 

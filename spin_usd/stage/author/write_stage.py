@@ -135,6 +135,7 @@ def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
     Usd.ModelAPI(world).SetKind(Kind.Tokens.assembly)
     world.ApplyAPI(schema.CAPTURE_API)
     world.GetAttribute(schema.CAPTURE_SEED).Set(seed)
+    Usd.ColorSpaceAPI.Apply(world).CreateColorSpaceNameAttr(Gf.ColorSpaceNames.LinearRec709)
     author_origin(stage.GetRootLayer(), world, origin)
 
 
@@ -193,6 +194,7 @@ def render_layer(camera: Camera, outputs: Mapping[str, str], further: Mapping[st
     settings = UsdRender.Settings.Define(stage, SETTINGS)
     settings.CreateResolutionAttr(Gf.Vec2i(camera.width, camera.height))
     settings.CreatePixelAspectRatioAttr(camera.fy / camera.fx)
+    settings.CreateRenderingColorSpaceAttr(Gf.ColorSpaceNames.LinearRec709)
     settings.CreateIncludedPurposesAttr([UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     products = [_product(stage, name, _variable(stage, name, kind)) for name, kind in outputs.items()]
     for name, lens in further.items():
@@ -221,6 +223,6 @@ def _product(stage: Usd.Stage, name: str, variable: Sdf.Path) -> Sdf.Path:
     """Define a product of one variable: each label is a file of its own."""
     product = UsdRender.Product.Define(stage, PRODUCTS.AppendChild(name))
     product.CreateProductTypeAttr(UsdRender.Tokens.raster)
-    product.CreateProductNameAttr(name)
+    product.CreateProductNameAttr(f"./{name}.exr")
     product.CreateOrderedVarsRel().SetTargets([variable])
     return product.GetPath()
