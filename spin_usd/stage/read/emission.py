@@ -15,6 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.light import Shaping
 from spin_usd.scene.texture import Color
+from spin_usd.stage.usd.shader_inputs import refuse_other_colours
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.values import AT_LEAST_0, Range, read, read_all, value_in
 from spin_usd.stage.usd.visibility import ancestors
@@ -61,6 +62,7 @@ def refuse_unsupported(prim: Usd.Prim) -> None:
     for attribute in prim.GetAuthoredAttributes():
         if attribute.GetName().startswith("inputs:") and attribute.HasAuthoredConnections():
             raise UnsupportedError(f"its {attribute.GetName()} is connected", where=where, do="give it a value")
+    refuse_other_colours(prim.GetAttribute("inputs:color"), f"{where}.inputs:color")
     for name, value in NON_PHYSICAL.items():
         if _values(prim, name) - {value}:
             raise UnsupportedError(f"its {name} is not 1", where=where, do="scale its intensity instead")

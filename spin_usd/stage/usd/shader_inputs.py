@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
@@ -55,10 +55,18 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     source = sources[0]
     if UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
         return Output(shader=UsdShade.Shader(source.GetPrim()), name=source.GetName().split(":", 1)[1], where=where)
-    space = str(source.GetColorSpace()) if source.HasColorSpace() else ""
+    refuse_other_colours(source, where)
+    return resolved_tiles(source, read_any(source, time))
+
+
+def refuse_other_colours(attribute: Usd.Attribute, where: object) -> None:
+    """Raise UnsupportedError for a value in a colour space other than linear Rec. 709: its own, or, of a colour, that
+    which ColorSpaceAPI gives its prim or one above."""
+    space = str(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
+    if not space and attribute.GetRoleName() == Sdf.ValueRoleNames.Color:
+        space = str(Usd.ColorSpaceAPI.ComputeColorSpaceName(attribute, None))
     if space not in LINEAR:
         raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
-    return resolved_tiles(source, read_any(source, time))
 
 
 def note_lost_connections(shader: UsdShade.Shader, notes: Notes) -> None:

@@ -117,6 +117,11 @@ def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata
             "inputs:colorTemperature: is -5.0; choose numbers from 1000 to 10000",
         ),
         ("color3f inputs:color = (-1, 0, 0)", StageError, "its emission is"),
+        (
+            'color3f inputs:color = (1, 1, 1) (\ncolorSpace = "lin_ap1_scene"\n)',
+            UnsupportedError,
+            "inputs:color: is given in colour space 'lin_ap1_scene'",
+        ),
     ],
 )
 def test_what_a_sun_does_not_do_is_refused(read_scene, attributes, error, saying) -> None:

@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int
-from spin_usd.stage.usd.shader_inputs import LINEAR
+from spin_usd.stage.usd.shader_inputs import refuse_other_colours
 from spin_usd.stage.usd.values import read_any, refuse
 
 INTERPOLATIONS = ("constant", "uniform", "vertex", "varying", "faceVarying")
@@ -119,9 +119,7 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
     if array.dtype.kind != "f" or shape != expected or primvar.GetElementSize() != 1:
         found = f"is {primvar.GetTypeName()}, and its material reads {channels} number{'s' * (channels > 1)}"
         raise UnsupportedError(found, where=where, do="give it the type that is read")
-    space = str(primvar.GetAttr().GetColorSpace()) if primvar.GetAttr().HasColorSpace() else ""
-    if space not in LINEAR:
-        raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
+    refuse_other_colours(primvar.GetAttr(), where)
     values = array.astype(np.float64).reshape(-1, channels)
     indices = _indices(primvar, len(values), time, where)
     if not len(indices):

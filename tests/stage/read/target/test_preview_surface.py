@@ -1,5 +1,7 @@
 """UsdPreviewSurface as bound: constants, interfaces, bindings, displayColor; everything else refused by name."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pxr import Sdr
@@ -142,6 +144,31 @@ def test_a_threshold_makes_opacity_all_or_nothing(read_scene, opacity, seen) -> 
 def test_what_is_no_constant_is_refused_by_name(read_material, inputs, nodes, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/Target/Paint/{saying}"):
         read_material(inputs, nodes=nodes)
+
+
+IN_SPACE = """def Xform "Group" (
+    prepend apiSchemas = ["ColorSpaceAPI"]
+)
+{{
+    uniform token colorSpace:name = "{space}"
+    def Cube "Box" {{
+        {attribute}
+    }}
+}}"""
+
+
+@pytest.mark.parametrize(
+    ("space", "attribute", "refused"),
+    [
+        ("lin_ap1_scene", "color3f[] primvars:displayColor = [(1, 0, 0)]", True),
+        ("lin_rec709_scene", "color3f[] primvars:displayColor = [(1, 0, 0)]", False),
+        ("lin_ap1_scene", "float[] primvars:displayOpacity = [0.5]", False),
+    ],
+)
+def test_color_space_api_counts_for_colours_below_it(read_scene, space, attribute, refused) -> None:
+    geometry = IN_SPACE.format(space=space, attribute=attribute)
+    with pytest.raises(UnsupportedError, match=f"'{space}'") if refused else nullcontext():
+        read_scene(geometry)
 
 
 def test_a_binding_that_a_reference_leaves_behind_is_noted(make_stage, tmp_path) -> None:
