@@ -33,6 +33,13 @@ class SampledValues:
     attributes: tuple[SampledValue, ...] = ()
     apis: tuple[tuple[str, str], ...] = ()
 
+    def of(self, chosen: Callable[[str], bool]) -> "SampledValues":
+        """Return those of the chosen prims, by their paths."""
+        return SampledValues(
+            attributes=tuple(each for each in self.attributes if chosen(each.attribute.prim)),
+            apis=tuple(each for each in self.apis if chosen(each[0])),
+        )
+
 
 def open_base(stage: Usd.Stage) -> tuple[BaseStage, tuple[str, ...], int]:
     """Return the stage as a base for sampled values, its pictures' names, and its seed. `stage` has its variants

@@ -14,12 +14,13 @@ from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
 from spin_usd.stage.augment.sampled_values import SampledValues, write_values
 from spin_usd.stage.augment.write_augmentations import MAX_FRAMES_IN_TEXT
-from spin_usd.stage.author.added_layer import add_layer
+from spin_usd.stage.author.added_layer import FOLDER, add_layer
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS, WORLD
+from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.read.camera import find_camera, read_camera
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.target.bodies import find_target
-from spin_usd.stage.usd.layer_file import author_metadata
+from spin_usd.stage.usd.layer_file import author_metadata, writing
 
 RIM_STEPS = 16  # on each side of the picture
 NAME = "sampled"
@@ -59,21 +60,45 @@ def _centre(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float, mi
 
 
 def write_sampled(root: Path, values: SampledValues, frames: int) -> None:
-    """Write `values` beside the layers of the stage at `root`, which has `frames` pictures: as text where a person
-    would read it.
+    """Write `values` into the layers of lights and environment of the stage at `root`, which has `frames` pictures; all
+    values of a prim of which one differs from picture to picture beside those layers, as text where a person would read
+    it. What these beat is removed there: a hand edits what is rendered.
 
-    The layer is referenced, so a variant on the default prim beats it. Raises InputError for an attribute that is
+    The layers are referenced, so a variant on the default prim beats them. Raises InputError for an attribute that is
     neither on the lights nor on the environment, OutputError.
     """
     places = (LIGHTS, ENVIRONMENT)
     changed = [Sdf.Path(each.attribute.prim) for each in values.attributes]
     if outside := next((path for path in changed if not any(map(path.HasPrefix, places))), None):
         raise InputError("is sampled, but belongs neither to the lights nor to the environment", where=outside)
-    suffix = ".usdc" if frames > MAX_FRAMES_IN_TEXT and any(each.samples for each in values.attributes) else ".usda"
-    layer = Sdf.Layer.CreateAnonymous(suffix)
-    author_metadata(
-        layer, default_prim=WORLD.name, frames=frames, documentation="The light drawn or given for each picture."
-    )
-    write_values(layer, values)
-    used = [place for place in places if any(path.HasPrefix(place) for path in changed)]
-    add_layer(root, layer, f"{NAME}{suffix}", {place: place for place in used})
+    moving = {each.attribute.prim for each in values.attributes if each.samples}
+    file = f"{NAME}{'.usdc' if frames > MAX_FRAMES_IN_TEXT and moving else '.usda'}"
+    for place in places:
+        _write_own(root.parent / FOLDER / f"{place.name.lower()}.usda", place, values, moving, file)
+    if moving:
+        layer = Sdf.Layer.CreateAnonymous(Path(file).suffix)
+        author_metadata(layer, default_prim=WORLD.name, frames=frames, documentation="The light of each picture.")
+        write_values(layer, values.of(lambda prim: prim in moving))
+        used = [place for place in places if any(Sdf.Path(prim).HasPrefix(place) for prim in moving)]
+        add_layer(root, layer, file, {place: place for place in used})
+
+
+def _write_own(path: Path, place: Sdf.Path, values: SampledValues, moving: set[str], file: str) -> None:
+    """Write the values that hold for all pictures into the layer of `place`, and remove from it the opinions that those
+    or `file` beat. The layer's documentation says which they are."""
+    values = values.of(lambda prim: Sdf.Path(prim).HasPrefix(place))
+    if not values.attributes:
+        return
+    layer, root = open_layer(path), Sdf.Path.absoluteRootPath.AppendChild(place.name)
+    for each in values.attributes:
+        prim = layer.GetPrimAtPath(Sdf.Path(each.attribute.prim).ReplacePrefix(place, root))
+        named, unread = {spec.name: spec for spec in prim.attributes}, {each.attribute.name}
+        if each.attribute.name == "xformOpOrder":
+            unread |= {name for name in named if name.startswith("xformOp:")} - set(each.value)
+        for name in unread & named.keys():
+            prim.RemoveProperty(named[name])
+        said = f"in {file} for each picture" if each.attribute.prim in moving else "as given to author, or drawn"
+        layer.documentation += f"\n{prim.name} {each.attribute.name}: {said}."
+    write_values(layer, values.of(lambda prim: prim not in moving), {str(place): str(root)})
+    with writing(path):
+        layer.Save()

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from pxr import Usd
 
+from spin_usd import author
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.formats.image_file import read_image
@@ -283,6 +284,27 @@ def test_a_sun_that_is_given_from_the_target_turns_with_it(
     expected = [scene.T_cam_body.directions(np.array([0, 0.6, 0.8])) for scene in made]
     np.testing.assert_allclose(directions, expected, atol=ROUNDED)
     assert len(np.unique(np.round(directions, 3), axis=0)) == 3
+
+
+@pytest.mark.parametrize("given", [{"sun_direction": (2, -1, -2)}, {"sun_from_target": (0, 3, 4)}, {}])
+@pytest.mark.parametrize("source", ["poses", "example"])
+def test_all_that_stands_in_the_layers_of_light_is_read(
+    inputs: dict[str, Any], source: str, given: dict[str, Any]
+) -> None:
+    """Whoever edits a number there sees another picture: no stronger layer beats it, no order leaves it out."""
+    files = {name: inputs[name] for name in ("camera", "target", "out")}
+    shown = {"poses": inputs["poses"], "environment": "earth"} if source == "poses" else {"sample": "speedplus"}
+    stage = Usd.Stage.Open(author(**files, **shown, **({} if source == "poses" else {"count": 3}), **given).root)
+    seen = 0
+    for prim in stage.Traverse():
+        order = prim.GetAttribute("xformOpOrder").Get() or ()
+        for each in prim.GetAuthoredAttributes():
+            layers = [spec.layer.GetDisplayName() for spec in each.GetPropertyStack()]
+            if {"lights.usda", "environment.usda"} & set(layers):
+                assert len(layers) == 1, each.GetPath()
+                assert not each.GetName().startswith("xformOp:") or each.GetName() in order, each.GetPath()
+                seen += 1
+    assert seen > 8
 
 
 @pytest.mark.parametrize(
