@@ -111,7 +111,8 @@ class AuthorOptions(Listening):
         str | Path | None,
         Option(
             "Your own picture behind everything, or a folder of them, of which chance takes one for each picture: "
-            "JPEG, PNG or EXR. Without --environment it takes back_plate, upright in every picture.",
+            "JPEG, PNG or EXR. Without --environment it takes back_plate, upright in every picture. It is "
+            "exposed like all else: white is as bright as white ground in the Sun, not full scale.",
             "PATH",
         ),
     ] = None

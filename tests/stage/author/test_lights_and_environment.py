@@ -6,21 +6,24 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.commands.author.choices import earth_maps
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, SpinError
 from spin_usd.renderers.background.sky import place_image
 from spin_usd.resources import bundled, bundled_names, stages
+from spin_usd.scene.derived import srgb
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
 from spin_usd.stage.author.target_root import origin_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition import images
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.image_files import write_image_file
+from tests.conftest import REPOSITORY
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
+WHITE = np.full((6, 9, 3), 255)
 
 
 def authored(out, **choices):
@@ -214,6 +217,15 @@ def test_grey_photographs_are_as_bright_as_coloured_ones(tmp_path) -> None:
     Image.fromarray(np.full((6, 9), 90, np.uint8)).save(folder / "grey.png")
     colour, grey = scene(authored(tmp_path / "stage", background=folder)).environment.back_plate.images
     assert np.array_equal(colour.pixels, grey.pixels)
+
+
+def test_white_of_a_photograph_comes_out_as_the_page_says(tmp_path) -> None:
+    stage = Usd.Stage.Open(authored(tmp_path / "stage", background=write_image_file(tmp_path / "a.png", WHITE)))
+    radiance = stage.GetPrimAtPath("/World/Environment/BackPlate").GetAttribute("spin:backPlate:radiance").Get()[0]
+    signal = radiance * UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera")).ComputeLinearExposureScale()
+    page = (REPOSITORY / "docs" / "how-to" / "own-lights.md").read_text()
+    assert f"{radiance} W/m²/sr: level {255 * srgb.encode(signal):.0f} of 255" in page
+    assert f"radiance = ({radiance / signal:.1f}, " in page
 
 
 def test_a_back_plate_that_is_chosen_keeps_its_chances(tmp_path) -> None:
