@@ -95,6 +95,10 @@ STAGE = {
     "property-unknown": Rule(
         meaning="A property has a name of ours that no schema has: it does nothing.", remedy="Correct its name."
     ),
+    "xform-unread": Rule(
+        meaning="A transform operation is not in its prim's order: it moves nothing, whatever its value.",
+        remedy="Put it into xformOpOrder, or remove it.",
+    ),
     "variant-broken": Rule(meaning="A variant does not compose.", remedy="As the message says."),
     "variant-dead": Rule(
         meaning="An opinion of a variant has no effect: a local one beats it, or its prim is not there.",

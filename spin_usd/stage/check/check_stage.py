@@ -23,6 +23,7 @@ from spin_usd.stage.check.prims import (
     light_findings,
     light_unit_findings,
     property_findings,
+    xform_findings,
 )
 from spin_usd.stage.check.refusals import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.variant_opinions import variant_findings
@@ -165,6 +166,7 @@ STAGE_RULES: tuple[StageRule, ...] = (
     extent_findings,
     draw_mode_findings,
     property_findings,
+    xform_findings,
     variant_findings,
 )
 """All rules, in the order in which findings are reported."""

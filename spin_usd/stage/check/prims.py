@@ -91,6 +91,17 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
             yield Finding(code="extent-none", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
+def xform_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every transform operation is in its prim's order, or it moves nothing. A target's own file is its maker's."""
+    for prim in stage.Traverse():
+        names = [name for name in prim.GetAuthoredPropertyNames() if name.startswith("xformOp:")]
+        order = {*(read(prim.GetAttribute("xformOpOrder")) or ())} if names else set()
+        unread = [name for name in names if not {name, f"!invert!{name}"} & order]
+        if unread and not _of_target(prim):
+            message = f"its xformOpOrder leaves out {', '.join(unread)}, so that moves nothing; put it in, or remove it"
+            yield Finding(code="xform-unread", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
 def _effect(prim: Usd.Prim, missing: list[str]) -> str:
     """Describe the consequence of inputs that the light does not author, and what to do."""
     if not prim.IsA(UsdLux.DistantLight):

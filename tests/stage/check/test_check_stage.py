@@ -233,6 +233,7 @@ BREAKS = {
     "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
     "light in lux": (text(LIGHTS, 'intensityUnit = "W/m2"', 'intensityUnit = "lx"'), "light-unit"),
     "light of no unit": (edit(LIGHTS, fill_of_no_unit), "light-unit"),
+    "unread turn": (text(LIGHTS, "float3 xf", "float3 xformOp:rotateXYZ:mine = (9, 9, 9)\nfloat3 xf"), "xform-unread"),
     "shutter": (edit(CAMERA, shutter_backwards), "scene"),
     "misspelt": (edit(CAMERA, misspelt), "property-unknown"),
     "misspelt in a variant": (edit(ROOT, tele("tele", {}, misspelt)), "property-unknown"),
