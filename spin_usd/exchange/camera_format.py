@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,21 +36,38 @@ class CameraFormat:
     read: Callable[[Path], Calibration]
 
 
-def first_of(said: Mapping[str, Any], names: Sequence[str]) -> Any:
-    """Return the value of the first of the names that there is, written in any case, with or without "_"; else None."""
-    plain = {key.lower().replace("_", ""): value for key, value in said.items()}
-    return next((plain[name] for name in names if name in plain), None)
+def named(said: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Return what there is of the names, written in any case, with or without "_", in their order, by the file's own
+    names."""
+    plain = {key: key.lower().replace("_", "") for key in said}
+    return {key: said[key] for name in names for key in said if plain[key] == name}
+
+
+def said_once(said: Mapping[str, Any], names: Sequence[str], path: Path) -> Any:
+    """Return the numbers that are called by one of the names, None if there are none. Raises InputError where they
+    differ from those called by another."""
+    found = {key: value for key, value in named(said, names).items() if not isinstance(value, str)}
+    for one, other in pairwise(found):
+        if _flat(found[one]) != _flat(found[other]):
+            do = "leave one of them out"
+            raise InputError(f"has {one!r} and {other!r}, which differ", where=path, do=do)
+    return next(iter(found.values()), None)
 
 
 def numbers_of(value: Any, counts: Sequence[int], name: str, path: Path) -> list[float]:
     """Return the numbers of a list, of rows, or of OpenCV's matrix, as many as `counts` allow. Raises InputError."""
-    flat = value.get("data") if isinstance(value, dict) else value
-    if isinstance(flat, list) and all(isinstance(row, list) for row in flat):
-        flat = [each for row in flat for each in row]
+    flat = _flat(value)
     if not isinstance(flat, list) or len(flat) not in counts or not all(type(v) in (int, float) for v in flat):
         found = "has no" if value is None else "does not give as numbers the"
         raise InputError(f"{found} {name}", where=path, do="see docs/how-to/own-camera.md for what is read")
     return [float(each) for each in flat]
+
+
+def _flat(value: Any) -> Any:
+    flat = value.get("data") if isinstance(value, dict) else value
+    if isinstance(flat, list) and all(isinstance(row, list) for row in flat):
+        return [each for row in flat for each in row]
+    return flat
 
 
 def whole(numbers: Sequence[float], path: Path) -> tuple[int, int]:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
-from spin_usd.exchange.pose_numbers import cells, csv_rows, quaternion_of
+from spin_usd.exchange.pose_numbers import cells, csv_rows, one_pose, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import delimiter_of, lines_of
+from spin_usd.formats.text_file import delimiter_of, headings_once, lines_of
 
 SUFFIXES = {".csv", ".tsv"}
 NAMES = ("name", "filename", "file", "image", "frame", "file_name", "image_name", "img", "id")
+"""The first of them that there is names the picture: a number of it may stand beside its file."""
 QUATERNIONS = tuple(
     tuple(pattern.format(axis) for axis in "wxyz") for pattern in ("q{}", "q_{}", "quat_{}", "quaternion_{}", "rot_{}")
 )
@@ -28,7 +29,8 @@ MATRICES = tuple(
 TRANSLATIONS = tuple(
     tuple(pattern.format(axis) for axis in "xyz") for pattern in ("{}", "t{}", "t_{}", "pos_{}", "position_{}", "r_{}")
 )
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3}
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "M": 1.0, "MM": 1e-3, "CM": 1e-2, "KM": 1e3}
+"""By units as heads have them, some in capitals throughout; "Mm" is a megametre, or is not."""
 UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?")
 """A heading, and the unit that may stand after it in brackets."""
 WANTED = (
@@ -42,36 +44,32 @@ def _read(path: Path) -> Iterator[PoseEntry]:
     said = re.fullmatch(r"sep=(.)\s*", head, re.IGNORECASE)  # of spreadsheets
     delimiter = said[1] if said else delimiter_of(head)
     for number, (line, where, row) in enumerate(csv_rows(path, delimiter=delimiter, skip=1 if said else 0)):
-        parts = {heading: UNIT.fullmatch(heading.strip().lower()) for heading in row}
-        cell = {part[1]: row[heading] for heading, part in parts.items() if part}
-        units = {part[1]: part[2] or "m" for part in parts.values() if part}
-        name = _columns(cell, tuple((each,) for each in NAMES))
-        quaternion, matrix = _columns(cell, QUATERNIONS), _columns(cell, MATRICES)
-        translation = _columns(cell, TRANSLATIONS)
-        if translation is None or (quaternion is None and matrix is None):
-            missing = "position" if translation is None else "rotation"
+        parts = [UNIT.fullmatch(heading.strip()) for heading in row]
+        headings = [part[1].lower() if part else "" for part in parts]
+        headings_once(headings, path)
+        cell = dict(zip(headings, row.values(), strict=True))
+        units = {heading: part[2] or "m" for heading, part in zip(headings, parts, strict=True) if part}
+        name = next((cell[each] for each in NAMES if each in cell), f"img{number:06}")
+        quaternions, matrices, places = (_whole(cell, known) for known in (QUATERNIONS, MATRICES, TRANSLATIONS))
+        if not (places and quaternions + matrices):
+            missing = "rotation" if places else "position"
             raise InputError(f"has no columns of a {missing} among {', '.join(cell)}", where=path, do=WANTED)
-        if unknown := {units[column] for column in translation} - {*METRES}:
-            do = f"give the position in {', '.join(METRES)}"
+        if unknown := {units[column] for columns in places for column in columns} - {*METRES}:
+            do = "give the position in m, mm, cm or km"
             raise InputError(f"has a position in {', '.join(sorted(unknown))}", where=path, do=do)
-        rotation, off = (
-            (cells(cell, quaternion, where), 0.0)
-            if quaternion
-            else quaternion_of(cells(cell, matrix or (), where), "the rotation matrix", where)
+        turns = [quaternion_of(cells(cell, each, where), "the rotation matrix", where) for each in matrices]
+        rotation, place = one_pose(
+            [*(cells(cell, each, where) for each in quaternions), *(q for q, _ in turns)],
+            [[cells(cell, [each], where)[0] * METRES[units[each]] for each in columns] for columns in places],
+            where,
         )
-        place = zip(cells(cell, translation, where), translation, strict=True)
-        yield PoseEntry(
-            filename=cell[name[0]] if name else f"img{number:06}",
-            q_cam_body=rotation,
-            t_cam_body=[value * METRES[units[column]] for value, column in place],
-            line=line,
-            off_rotation=off,
-        )
+        off = 0.0 if quaternions else turns[0][1]
+        yield PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, line=line, off_rotation=off)
 
 
-def _columns(cell: Mapping[str, str], known: tuple[tuple[str, ...], ...]) -> tuple[str, ...] | None:
-    """Return the first of the known groups of columns that the row has whole."""
-    return next((columns for columns in known if all(column in cell for column in columns)), None)
+def _whole(cell: Mapping[str, str], known: tuple[tuple[str, ...], ...]) -> list[tuple[str, ...]]:
+    """Return those of the known groups of columns that the row has whole."""
+    return [columns for columns in known if all(column in cell for column in columns)]
 
 
 CSV_POSES = PoseFormat(

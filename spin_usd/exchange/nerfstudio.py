@@ -209,8 +209,11 @@ def read_camera(path: Path) -> Calibration:
     if any({*LENS, "w", "h", "k1", "camera_model"} & set(frame) for frame in frames if isinstance(frame, dict)):
         do = "write the camera of one of them, as COLMAP's cameras.txt or as OpenCV does"
         raise InputError("has cameras of its own in its frames", where=path, do=do)
-    model = str(said.get("camera_model", "OPENCV_FISHEYE" if said.get("is_fisheye") else "OPENCV"))
-    fisheye = model == "OPENCV_FISHEYE"
+    fisheye = bool(said.get("is_fisheye", said.get("camera_model") == "OPENCV_FISHEYE"))
+    model = str(said.get("camera_model", "OPENCV_FISHEYE" if fisheye else "OPENCV"))
+    if fisheye != (model == "OPENCV_FISHEYE"):
+        found = f"has the camera_model {model!r}, and is_fisheye {said['is_fisheye']!r}"
+        raise InputError(found, where=path, do="leave one of them out")
     names = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
     given = [said.get("w"), said.get("h"), *(said.get(name) for name in LENS), *(said.get(name, 0.0) for name in names)]
     width, height, fx, fy, cx, cy, *k = finite_numbers(given, len(given), f"w, h, {', '.join(LENS)} or k", str(path))

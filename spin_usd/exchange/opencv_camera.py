@@ -18,19 +18,22 @@ from spin_usd.exchange.camera_format import (
     CENTRE,
     Calibration,
     CameraFormat,
-    first_of,
+    named,
     numbers_of,
+    said_once,
     whole,
 )
-from spin_usd.formats.lens_models import FISHEYES, distortion_of
+from spin_usd.formats.lens_models import FISHEYES, distortion_of, is_fisheye
 from spin_usd.formats.yaml_file import read_yaml_file
 
-MATRIX = ("cameramatrix", "k", "intrinsicmatrix", "intrinsicsmatrix", "mtx", "matrix", "newcameramatrix")
+MATRIX = ("cameramatrix", "k", "intrinsicmatrix", "intrinsicsmatrix", "mtx", "matrix")
 COEFFICIENTS = ("distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "dist", "d", "distortion")
 COEFFICIENTS_ARE = "distortion coefficients (distortion_coefficients)"
 WIDTH, HEIGHT = ("imagewidth", "width", "imgwidth", "w"), ("imageheight", "height", "imgheight", "h")
 SIZE = ("resolution", "imagesize", "size", "imgsize")
-MODEL = ("distortionmodel", "cameramodel", "model", "distortiontype")
+MODEL = ("distortionmodel", "cameramodel", "model", "distortiontype", "distortion")
+FLAG = ("fisheyemodel", "fisheye")
+CROP = ("x_offset", "y_offset", "width", "height")
 
 
 def _read(path: Path, *, chain: bool) -> Calibration:
@@ -39,14 +42,16 @@ def _read(path: Path, *, chain: bool) -> Calibration:
         said = said[cameras[0]]
         if len(cameras) > 1:
             notes = (f"holds {len(cameras)} cameras, and {cameras[0]} is taken: leave another alone to take that",)
-    size = first_of(said, SIZE)
-    size = [first_of(said, WIDTH), first_of(said, HEIGHT)] if size is None else size
-    if size == [None, None]:
+    sides = [said_once(said, names, path) for names in (WIDTH, HEIGHT)]
+    sizes = {"size": said_once(said, SIZE, path)} if named(said, SIZE) else {}
+    sizes |= {"image_size": sides} if sides != [None, None] else {}
+    size = said_once(sizes, SIZE, path)
+    if size is None:
         raise InputError("has no image size", where=path, do="add image_width and image_height, in pixels")
-    if first_of(said, COEFFICIENTS) is None:
+    if said_once(said, COEFFICIENTS, path) is None:
         notes += (f"has no {COEFFICIENTS_ARE}: its lens is taken for one without distortion",)
     return Calibration(
-        size=whole(numbers_of(size, [2], "image size", path), path),
+        size=_uncropped(said, whole(numbers_of(size, [2], "image size", path), path), path),
         projection=_intrinsics(said, path) if chain else _matrix(said, path),
         distortion=_distortion(said, path),
         notes=notes,
@@ -61,8 +66,22 @@ def _intrinsics(said: dict[str, Any], path: Path) -> tuple[float, float, float, 
     return fx, fy, cx, cy
 
 
+def _uncropped(said: dict[str, Any], size: tuple[int, int], path: Path) -> tuple[int, int]:
+    """Return the size. Raises InputError where ROS says that pictures are of a part of the pixels, or of every so many:
+    then the matrix is not theirs."""
+    binned = {key: value for key, value in named(said, ("binningx", "binningy")).items() if value not in (0, 1)}
+    part = said.get("roi") or {}
+    part = [part.get(name, 0) for name in CROP] if isinstance(part, dict) else part
+    if binned or part not in ([0, 0, 0, 0], [0, 0, *size]):
+        found = f"has {', '.join(binned) or 'a roi'}: its pictures have other pixels than those of its camera matrix"
+        do = "give size and matrix as the pictures have them, and leave binning_x, binning_y and roi out"
+        raise InputError(found, where=path, do=do)
+    return size
+
+
 def _matrix(said: dict[str, Any], path: Path) -> tuple[float, float, float, float]:
-    k = numbers_of(first_of(said, MATRIX), [9], "camera matrix of nine numbers (camera_matrix)", path)
+    given = said_once(said, MATRIX, path) or said_once(said, ("newcameramatrix",), path)
+    k = numbers_of(given, [9], "camera matrix of nine numbers (camera_matrix)", path)
     if k[1] or k[3] or k[6:] != [0, 0, 1]:
         do = "calibrate without skew"
         raise InputError(f"has the camera matrix {k}, with skew or another last row", where=path, do=do)
@@ -70,18 +89,18 @@ def _matrix(said: dict[str, Any], path: Path) -> tuple[float, float, float, floa
 
 
 def _distortion(said: dict[str, Any], path: Path) -> tuple[float, ...]:
-    found, model = first_of(said, COEFFICIENTS), first_of(said, MODEL)
-    fisheye = first_of(said, ("fisheyemodel", "fisheye"))
-    model = said.get("distortion_model", model) or ""
-    if str(model).lower() == "pinhole":
-        model = ""  # of Kalibr's a fisheye is called so too: it says nothing of the distortion
-    if fisheye not in (None, 0.0, 0, False, "false"):
-        if model and str(model).lower() not in FISHEYES:
-            do = "leave one of them out"
-            raise InputError(f"says that it is a fisheye, and of the model {model!r}", where=path, do=do)
-        model = FISHEYES[0]
+    found, flags = said_once(said, COEFFICIENTS, path), named(said, FLAG)
+    models = {key: str(value) for key, value in named(said, MODEL).items() if not isinstance(value, list | dict)}
+    # Kalibr's fisheye is called a pinhole too: that says nothing of the distortion
+    models = {key: value for key, value in models.items() if value.lower() not in ("", "none", "pinhole")}
+    fisheye = {key: value not in (0, False, "false", "no") for key, value in flags.items()}
+    kinds = fisheye | {key: kind for key, value in models.items() if (kind := is_fisheye(value)) is not None}
+    if len({*kinds.values()}) > 1:
+        words = " and ".join(f"{key}: {said[key]}" for key in kinds)
+        raise InputError(f"says two things of its lens, {words}", where=path, do="leave one of them out")
+    model = next(iter(models.values()), FISHEYES[0] if any(fisheye.values()) else "")
     k = [] if found is None else numbers_of(found, range(15), COEFFICIENTS_ARE, path)
-    return distortion_of(k, str(model), path, ambiguous=fisheye is None)
+    return distortion_of(k, model, path, ambiguous=not fisheye)
 
 
 def _has(*words: str) -> Callable[[Path, str], bool]:

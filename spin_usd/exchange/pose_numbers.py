@@ -12,7 +12,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import lines_of
+from spin_usd.formats.text_file import headings_once, lines_of
 from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
@@ -21,10 +21,11 @@ FEW_DECIMALS = 1e-3  # by which one of three or four does
 
 def csv_rows(path: Path, *, delimiter: str = ",", skip: int = 0) -> Iterator[tuple[int, str, Mapping[str, str]]]:
     """Yield the line of each row of a CSV file with headings, where that is, for messages, and its cells by heading;
-    `skip` lines stand before. Raises InputError for a row with more cells than there are headings, unless they are
-    empty."""
+    `skip` lines stand before. Raises InputError for a heading that stands twice, and for a row with more cells than
+    there are headings, unless they are empty."""
     lines = islice(lines_of(path, MAX_POSE_LIST), skip, None)
     rows = csv.DictReader(lines, skipinitialspace=True, delimiter=delimiter)
+    headings_once(rows.fieldnames, path)
     for row in rows:
         line = rows.line_num + skip
         where, beyond = f"{path}, line {line}", row.pop(None, ())
@@ -58,6 +59,21 @@ def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float
     if not all(map(isfinite, numbers)):
         raise InputError(f"{name} holds NaN or infinity", where=where)
     return numbers
+
+
+def one_pose(
+    rotations: Sequence[Sequence[float]], places: Sequence[Sequence[float]], where: str
+) -> tuple[Sequence[float], Sequence[float]]:
+    """Return the first of the quaternions and of the positions by which a file says one pose. Raises InputError where
+    others contradict them by more than few decimals do."""
+    if len(rotations) == len(places) == 1:
+        return rotations[0], places[0]
+    q, t = np.array(rotations, np.float64), np.array(places, np.float64)
+    q = np.where(q @ q[:1].T < 0, -q, q)  # which is the same rotation
+    for name, each, size in (("rotations", q, 1.0), ("positions", t, max(np.abs(t).max(), 1.0))):
+        if np.abs(each - each[0]).max() > FEW_DECIMALS * size:
+            raise InputError(f"says two {name} that differ", where=where, do="leave one of them out")
+    return rotations[0], places[0]
 
 
 def quaternion_of(rows: Any, name: str, where: str) -> tuple[list[float], float]:

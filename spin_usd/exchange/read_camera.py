@@ -36,9 +36,8 @@ def read_camera(path: str | Path) -> CameraFile:
         camera.check_invertible()
     except GeometryError as error:
         raise InputError(error.found, where=path, do=error.do) from None
-    lens = "a fisheye" if camera.fisheye else "a pinhole with distortion" if camera.distorted else "a pinhole"
-    read = f"is read as {found.name}, {lens}: its cx and cy, {cx:.9g} and {cy:.9g}, have the first pixel's centre at"
-    notes = [f"{read} {LIKE[found.first_centre]}", *said.notes]
+    read = f"is read as {found.name}, {lens_in_words(camera)}: its cx and cy, {cx:.9g} and {cy:.9g},"
+    notes = [f"{read} have the first pixel's centre at {LIKE[found.first_centre]}", *said.notes]
     if camera.looks_past_frame:
         size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
         aside = f"has its principal point {point} outside its picture of {size} pixels"
@@ -47,3 +46,8 @@ def read_camera(path: str | Path) -> CameraFile:
         notes.append("sees more than half a turn in its corners: what is beyond is black, and nothing in labels")
     sentences = tuple(f"{path.name} {note}" for note in notes)
     return CameraFile(camera=camera, pixel_pitch=said.pixel_pitch, source=str(path), notes=sentences)
+
+
+def lens_in_words(camera: Camera) -> str:
+    """Return what kind of lens the camera has."""
+    return "a fisheye" if camera.fisheye else "a pinhole with distortion" if camera.distorted else "a pinhole"

@@ -4,12 +4,13 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.errors import InputError
+from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
 from spin_usd.exchange.table import POSE_FORMATS
 from spin_usd.files.size_limits import MAX_SHARD
@@ -20,6 +21,7 @@ from spin_usd.unique_names import UniqueNames
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
+REACH = "look for a unit or a scale that is off by many powers of ten"
 NOT_IN_NAMES = re.compile("[^A-Za-z0-9._-]+")
 
 
@@ -31,7 +33,8 @@ def read_pose_list(path: str | Path) -> PoseList:
     path = Path(path)
     lists = _lists_in(path) if path.is_dir() else ((path, _format_of(path)),)
     notes: list[str] = []
-    entries = [entry for file, of in lists for entry in _entries(file, of, notes)]
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        entries = [entry for file, of in lists for entry in _entries(file, of, notes)]
     entries, renamed = _renamed(entries)
     if len(lists) > 1 and repeated_name([entry.name for entry in entries]):
         entries = [replace(entry, name=f"{_place(entry.list, path)}_{entry.name}") for entry in entries]
@@ -70,15 +73,25 @@ class NamedPose:
 def _entries(file: Path, of: PoseFormat, notes: list[str]) -> Iterator[NamedPose]:
     """Yield the entries of the list, and add what is to be known of it to the notes. Raises InputError."""
     count = 0
-    for pose in of.read(file):
+    for pose in _read(file, of):
         if isinstance(pose, str):
             notes.append(f"{file}: {pose}")
             continue
         place = f"line {pose.line}" if pose.line else f"entry {count}"
         count += 1
+        if not all(map(isfinite, pose.t_cam_body)):
+            raise InputError("has a position that overflows", where=f"{file}, {place}", do=REACH)
         yield NamedPose(name=_picture_name(pose.filename, f"{file}, {place}"), pose=pose, list=file, place=place)
     if not count:
         raise InputError("holds no poses: its list is empty", where=file)
+
+
+def _read(file: Path, of: PoseFormat) -> Iterator[PoseEntry | str]:
+    """Yield what the format reads. Raises InputError where its numbers form no pose."""
+    try:
+        yield from of.read(file)
+    except GeometryError as error:
+        raise InputError(error.found, where=error.where or file, do=error.do or REACH) from None
 
 
 def _renamed(entries: list[NamedPose]) -> tuple[list[NamedPose], tuple[str, ...]]:

@@ -22,7 +22,7 @@ from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output, SecondName
 from spin_usd.exchange.layout.limits import no_fisheye, one_camera, parts_at_most
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
-from spin_usd.exchange.pose_numbers import finite_numbers
+from spin_usd.exchange.pose_numbers import finite_numbers, one_pose
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.camera_file import camera_document, read_camera_file
@@ -138,11 +138,12 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
             found = f"has the filename {json.dumps(filename)[:80]}, which is not text"
             raise InputError(found, where=where, do="name the picture's file")
         where = f"{where} ({filename[:80]!r})"
-        yield PoseEntry(
-            filename=filename,
-            q_cam_body=_numbers(entry, (QUATERNION, SPEED_QUATERNION), 4, where),
-            t_cam_body=_numbers(entry, (POSITION, SHORT_POSITION), 3, where),
+        q, t = one_pose(
+            _numbers(entry, (QUATERNION, SPEED_QUATERNION), 4, where),
+            _numbers(entry, (POSITION, SHORT_POSITION), 3, where),
+            where,
         )
+        yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t)
 
 
 def _entries(document: Any, path: Path) -> Sequence[Any]:
@@ -153,12 +154,11 @@ def _entries(document: Any, path: Path) -> Sequence[Any]:
     return document
 
 
-def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[float]:
-    """`count` finite numbers under the first of `keys` that is there."""
-    key = next((k for k in keys if k in entry), None)
-    if key is None:
+def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[list[float]]:
+    """`count` finite numbers under each of `keys` that is there."""
+    if not (there := [key for key in keys if key in entry]):
         raise InputError(f"has neither '{keys[0]}' nor '{keys[1]}'", where=where)
-    return finite_numbers(entry[key], count, f"'{key}'", where)
+    return [finite_numbers(entry[key], count, f"'{key}'", where) for key in there]
 
 
 def _lists(folder: Path) -> Sequence[Path]:

@@ -9,6 +9,13 @@ from spin_usd.geometry.fisheye import Fisheye
 BROWN = ("plumb_bob", "radtan", "radial-tangential", "brown", "brown_conrady", "opencv", "pinhole", "none", "")
 FISHEYES = ("equidistant", "equi", "fisheye", "opencv_fisheye", "kannala_brandt", "kannala_brandt4")
 RATIONAL = ("rational_polynomial", "rational", "full_opencv")
+_PINHOLES = {each.replace("-", "_") for each in BROWN + RATIONAL}
+
+
+def is_fisheye(model: str) -> bool | None:
+    """Return whether the lens of that name is a fisheye, None if it is none of those that are read."""
+    name = model.lower().replace("-", "_")
+    return name in FISHEYES if name in (*FISHEYES, *_PINHOLES) else None
 
 
 def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous: bool = False) -> tuple[float, ...]:
@@ -19,7 +26,7 @@ def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous:
         if len(k) > 4:
             raise InputError(f"has {len(k)} coefficients of a fisheye, expected four", where=path, do="give k1 to k4")
         return Fisheye(*k, *[0.0] * (4 - len(k)))
-    if name not in {each.replace("-", "_") for each in BROWN + RATIONAL}:
+    if name not in _PINHOLES:
         do = "calibrate it as OpenCV's pinhole (k1, k2, p1, p2, k3) or fisheye (k1, k2, k3, k4)"
         raise InputError(f"has a lens of the model {model!r}, which cannot be rendered", where=path, do=do)
     if ambiguous and not name and len(k) == 4 and any(k):

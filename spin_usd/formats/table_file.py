@@ -17,7 +17,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import delimiter_of, lines_in, read_toml_file
+from spin_usd.formats.text_file import delimiter_of, headings_once, lines_in, read_toml_file
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.part_rule import PartRule
 
@@ -118,6 +118,7 @@ def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
     text = read_text(path, MAX_TABLE)
     delimiter = delimiter_of(text.partition("\n")[0])
     lines = csv.DictReader(lines_in(text, path), skipinitialspace=True, delimiter=delimiter, restkey="a further column")
+    headings_once(lines.fieldnames, path)
     for row in lines:
         cells = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
         yield f"{path}, line {lines.line_num}", cells

@@ -1,7 +1,8 @@
 """Text files of others, in whatever encoding their exporters chose."""
 
 import codecs
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,14 @@ def delimiter_of(head: str) -> str:
     """Return what separates the cells of a table whose first line is `head`: a comma, a semicolon or a tab, the one
     that there are most of."""
     return max(",;\t", key=head.count)
+
+
+def headings_once(headings: Sequence[str] | None, where: object) -> None:
+    """Raise InputError for a table with two columns of one heading, of which readers silently take the last. Numbers
+    are none: a table without headings begins with them."""
+    count = Counter(heading.strip() for heading in headings or ())
+    if twice := [heading for heading in count if count[heading] > 1 and any(map(str.isalpha, heading))]:
+        raise InputError(f"has the heading {twice[0]!r} twice", where=where, do="keep one of the columns")
 
 
 def refuse_long_lines(data: bytes, path: Path) -> None:

@@ -5,6 +5,7 @@ There are no anchors, no texts of several lines, and tags such as !!opencv-matri
 
 import re
 from collections import deque
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,8 @@ def read_yaml_file(path: Path) -> dict[str, Any]:
         lines = _lines(text)
         try:
             found = _block(lines, 0) if lines else None
+        except InputError as error:
+            raise InputError(error.found, where=path, do=error.do) from None
         except (IndexError, ValueError):
             raise InputError("is no YAML that is read here", where=path, do=do) from None
         if lines:
@@ -79,12 +82,19 @@ def _block(lines: Lines, depth: int) -> Any:
     found: dict[str, Any] = {}
     while lines and lines[0][0] == indent and (key := KEY.match(lines[0][1])):
         lines.popleft()
-        name, rest = key[1].strip("\"'"), TAG.sub("", key[2] or "")
+        name, rest = _new(key[1].strip("\"'"), found), TAG.sub("", key[2] or "")
         if rest:
             found[name] = _value(deque(TOKEN.findall(rest)), 0)
         elif lines and (lines[0][0] > indent or (lines[0][0] == indent and _is_item(lines[0][1]))):
             found[name] = _block(lines, depth + 1)
     return found
+
+
+def _new(name: str, names: Mapping[str, Any]) -> str:
+    """Return the name. Raises InputError where it is among the names already, of which readers take the last."""
+    if name in names:
+        raise InputError(f"has the key {name!r} twice in one place", do="keep one of them")
+    return name
 
 
 def _is_item(text: str) -> bool:
@@ -105,7 +115,7 @@ def _value(tokens: deque[str], depth: int) -> Any:
         item = _value(tokens, depth + 1) if depth < MAX_DEPTH else int("")
         if tokens[0] == ":":
             tokens.popleft()
-            named[str(item)] = _value(tokens, depth + 1)
+            named[_new(str(item), named)] = _value(tokens, depth + 1)
         else:
             items.append(item)
         if tokens[0] == ",":

@@ -169,3 +169,47 @@ def test_a_trajectory_of_four_decimals_is_read_and_one_of_other_columns_refused(
         euroc.write_text(f"#timestamp, p_{heads}\n1,0,0,1,1,0,0,0\n")
         with pytest.raises(InputError, match="has the columns"):
             read_pose_list(euroc)
+
+
+HEAD = "name,qw,qx,qy,qz,x,y,z"
+R11 = ",".join(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
+
+
+@pytest.mark.parametrize(
+    ("heads", "row", "found"),
+    [
+        (f"{HEAD},z", "a,1,0,0,0,0,0,6,7", "has the heading 'z' twice"),
+        (f"{HEAD},Z", "a,1,0,0,0,0,0,6,7", "has the heading 'z' twice"),
+        (f"{HEAD},z [mm]", "a,1,0,0,0,0,0,6,6000", "has the heading 'z' twice"),
+        (f"{HEAD},tx,ty,tz", "a,1,0,0,0,0,0,6,0,0,7", "says two positions that differ"),
+        (f"{HEAD},q_w,q_x,q_y,q_z", "a,1,0,0,0,0,0,6,0,1,0,0", "says two rotations that differ"),
+        (f"{HEAD},{R11}", "a,1,0,0,0,0,0,6,1,0,0,0,-1,0,0,0,-1", "says two rotations that differ"),
+        ("name,qw,qx,qy,qz,x [Mm],y [Mm],z [Mm]", "a,1,0,0,0,0,0,6", "has a position in Mm"),
+        ("name,qw,qx,qy,qz,x [km],y,z", "a,1,0,0,0,1e307,0,6", "has a position that overflows"),
+    ],
+)
+def test_what_a_table_says_twice_is_refused(tmp_path, heads, row, found) -> None:
+    with pytest.raises(InputError, match=found) as caught:
+        read_pose_list(saved(tmp_path / "a.csv", f"{heads}\n{row}\n"))
+    assert str(tmp_path / "a.csv") in str(caught.value)
+
+
+def test_what_a_table_says_twice_alike_is_read(tmp_path) -> None:
+    """The same rotation as a matrix, and as the other of its two quaternions; units in capitals."""
+    turn = matrix(Q, T)[:3, :3].round(5).ravel()
+    row = ",".join(map(str, ("a", *Q, *T, *-Q, *turn, *(T * 1000))))
+    heads = f"{HEAD},quat_w,quat_x,quat_y,quat_z,{R11},tx (mm),ty (MM),tz (mm)"
+    same_pose(read_pose_list(saved(tmp_path / "a.csv", f"{heads}\n{row}\n")))
+
+
+def test_two_names_of_a_pose_in_json_agree(tmp_path) -> None:
+    pose = {"filename": "a.png", "q_vbs2tango_true": Q.tolist(), "r_Vo2To_vbs_true": T.tolist()}
+    same_pose(read_pose_list(saved(tmp_path / "a.json", [{**pose, "q_vbs2tango": (-Q).tolist()}])))
+    with pytest.raises(InputError, match=r"a\.png.*says two positions that differ"):
+        read_pose_list(saved(tmp_path / "a.json", [{**pose, "r_Vo2To_vbs": (T * 2).tolist()}]))
+
+
+def test_a_scale_without_bounds_names_its_file(tmp_path) -> None:
+    document = {"applied_scale": 1e-320, "frames": [{"file_path": "a.png", "transform_matrix": matrix(Q, T).tolist()}]}
+    with pytest.raises(InputError, match=r"transforms\.json: .*off by many powers of ten"):
+        read_pose_list(saved(tmp_path / "transforms.json", document))

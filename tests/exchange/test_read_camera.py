@@ -214,7 +214,20 @@ def test_numbers_too_many_or_in_another_form_are_refused(tmp_path, name, content
     ("words", "found"),
     [
         ("camera_model: pinhole", "does not say whether its four coefficients"),
-        ("fisheye_model: 1\ndistortion_model: plumb_bob", "says that it is a fisheye, and of the model 'plumb_bob'"),
+        ("fisheye_model: 1\ndistortion_model: plumb_bob", "lens, fisheye_model: 1.* and .*plumb_bob"),
+        (
+            "fisheye_model: 0\ndistortion_model: equidistant",
+            "lens, fisheye_model: 0.* and .*equidistant",
+        ),
+        ("camera_model: fisheye\ndistortion_model: plumb_bob", "two things of its lens, .*plumb_bob and .*fisheye"),
+        ("K: [600, 0, 319, 0, 600, 240, 0, 0, 1]", "has 'camera_matrix' and 'K', which differ"),
+        ("D: [0.1, 0, 0, 1]", "has 'distortion_coefficients' and 'D', which differ"),
+        ("size: [9, 6]", "has 'image_size' and 'size', which differ"),
+        ("image_width: 641", "has the key 'image_width' twice"),
+        ("roi: {x_offset: 0, x_offset: 8}", "has the key 'x_offset' twice"),
+        ("distortion_model: plumb_bob\nbinning_x: 2", "has binning_x: its pictures have other pixels"),
+        ("distortion_model: plumb_bob\nroi:\n  x_offset: 8\n  y_offset: 0\n  height: 48\n  width: 64", "has a roi"),
+        ("distortion_model: plumb_bob\nroi:\n  height: 240\n  width: 640", "has a roi"),
     ],
 )
 def test_what_says_nothing_of_a_lens_or_two_things_is_refused(tmp_path, words, found) -> None:
@@ -222,3 +235,23 @@ def test_what_says_nothing_of_a_lens_or_two_things_is_refused(tmp_path, words, f
     content += "camera_matrix: [600, 0, 320, 0, 600, 240, 0, 0, 1]\ndistortion_coefficients: [0.1, 0, 0, 0]\n"
     with pytest.raises(InputError, match=found):
         read_camera(text("a.yaml", content)(tmp_path))
+
+
+WHOLE = [
+    "binning_x: 0\nbinning_y: 0\nroi:\n  x_offset: 0\n  y_offset: 0\n  height: 0\n  width: 0\n  do_rectify: False",
+    "binning_x: 1\nbinning_y: 1\nroi: {x_offset: 0, y_offset: 0, height: 480, width: 640, do_rectify: true}",
+    f"camera_matrix: {K.tolist()}\nnew_camera_matrix: [1, 0, 2, 0, 1, 2, 0, 0, 1]\nfisheye_model: 1",
+]
+
+
+@pytest.mark.parametrize("words", WHOLE)
+def test_all_pixels_and_one_thing_said_twice_are_read(tmp_path, words) -> None:
+    """ROS: an all-zero roi is the full resolution, and a binning of 0 is that of 1."""
+    camera = read_camera(text("info.yaml", f"{CAMERA_INFO}{words}\n")(tmp_path)).camera
+    assert (camera.width, camera.cx, camera.fisheye) == (640, K[0, 2] + 0.5, True)
+
+
+def test_a_fisheye_of_nerfstudio_says_so_once(tmp_path) -> None:
+    content = NERFSTUDIO.replace('"frames"', '"is_fisheye": false, "frames"')
+    with pytest.raises(InputError, match="camera_model 'OPENCV_FISHEYE', and is_fisheye False"):
+        read_camera(text("transforms.json", content)(tmp_path))

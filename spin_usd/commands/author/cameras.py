@@ -9,17 +9,16 @@ import numpy as np
 
 from spin_usd.commands.author.model import USD_SUFFIXES
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.exchange.read_camera import read_camera
+from spin_usd.exchange.read_camera import lens_in_words, read_camera
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
 from spin_usd.geometry.transform import Transform
 from spin_usd.resources import bundled
 from spin_usd.stage.author.camera_layer import (
-    FOREIGN,
     FurtherCamera,
     camera_layer_of,
     lens_of,
-    open_camera_layer,
+    read_camera_layer,
     set_resolution,
 )
 from spin_usd.stage.usd.layer_file import Layer
@@ -101,9 +100,13 @@ def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
         layer = camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation)
         return layer, Path(given), found.notes
     path = Path(given) if suffix in USD_SUFFIXES else bundled("camera", given)
-    layer = open_camera_layer(path)
-    foreign = layer.documentation.startswith(FOREIGN)
-    return layer, path, (f"{path.name} is read by NVIDIA's names of lenses: {lens_of(layer)}",) if foreign else ()
+    layer, foreign = read_camera_layer(path)
+    if not foreign:
+        return layer, path, ()
+    lens = lens_of(layer)
+    said = f"{lens_in_words(lens)} of {lens.width} x {lens.height} pixels with its fx, fy, cx and cy at"
+    numbers = ", ".join(f"{number:.9g}" for number in (lens.fx, lens.fy, lens.cx, lens.cy))
+    return layer, path, (f"{path.name} is read by NVIDIA's names, as {foreign}: {said} {numbers}",)
 
 
 def mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:

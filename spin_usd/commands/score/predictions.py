@@ -13,7 +13,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import delimiter_of, lines_of
+from spin_usd.formats.text_file import delimiter_of, headings_once, lines_of
 
 COLUMNS = ("qw", "qx", "qy", "qz", "x", "y", "z")
 QUATERNIONS = ("q_vbs2tango_true", "q_vbs2tango", "q_cam_body")
@@ -56,6 +56,7 @@ def _of_csv(path: Path) -> Iterator[Prediction]:
             continue
         if number == 1 and "qw" in (small := [cell.lower() for cell in cells]):
             headings = small
+            headings_once(headings, where)
             if lacking := [name for name in ("filename", *COLUMNS) if name not in headings]:
                 raise InputError(f"has no column {lacking[0]!r}", where=where, do=DO)
             continue

@@ -20,7 +20,6 @@ from spin_usd.stage.usd.values import read
 
 SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
-FOREIGN = "The lens"  # with which the documentation of a layer begins that is made from another's lens
 IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
 PSF_SIGMA = 0.5  # pixels
@@ -79,8 +78,14 @@ def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -
 
 
 def open_camera_layer(path: str | Path) -> Sdf.Layer:
-    """Open an anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens; of
-    another stage that has a lens by NVIDIA's names, make one for its camera.
+    """Open the layer that `read_camera_layer` returns."""
+    return read_camera_layer(path)[0]
+
+
+def read_camera_layer(path: str | Path) -> tuple[Sdf.Layer, str]:
+    """Open an anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens, and
+    return it with ""; of another stage that has a lens by NVIDIA's names, make one for its camera, and return it with
+    the lens's name there.
 
     Raises InputError that names the file.
     """
@@ -89,7 +94,7 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
     prim = stage.GetDefaultPrim()
     foreign = _foreign_camera(stage)
     if foreign:
-        return _layer_of_foreign(foreign, path)
+        return _layer_of_foreign(foreign, path), foreign_lens(foreign)
     if not (prim and prim.IsA(UsdGeom.Camera)):
         raise InputError("has no default prim that is a Camera", where=path, do="give a layer like stages/cameras/*")
     if UsdGeom.GetStageMetersPerUnit(stage) != 1:
@@ -100,7 +105,7 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
         raise InputError(str(error), where=path) from None
     copy = Sdf.Layer.CreateAnonymous(".usda")
     copy.TransferContent(source)
-    return copy
+    return copy, ""
 
 
 def _foreign_camera(stage: Usd.Stage) -> Usd.Prim | None:
@@ -118,7 +123,7 @@ def _layer_of_foreign(prim: Usd.Prim, path: str | Path) -> Sdf.Layer:
     except SpinError as error:
         raise InputError(str(error), where=path) from None
     tenths = float(read(UsdGeom.Camera(prim).GetFocalLengthAttr())) * UsdGeom.GetStageMetersPerUnit(prim.GetStage())
-    documentation = f"{FOREIGN} {foreign_lens(prim)} of {Path(path).name}."
+    documentation = f"The lens {foreign_lens(prim)} of {Path(path).name}."
     return new_camera_layer(camera, focal_length=tenths, documentation=documentation)
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from spin_usd.commands.author.cameras import open_camera
 from spin_usd.errors import SpinError
-from spin_usd.stage.author.camera_layer import lens_of
+from spin_usd.geometry.camera import Camera
+from spin_usd.stage.author.camera_layer import camera_layer_of, lens_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -23,7 +24,19 @@ def test_the_lens_is_read_as_its_names_say(shared, name, u) -> None:
 def test_author_takes_it_as_a_camera(shared) -> None:
     layer, _, notes = open_camera(str(shared / "data" / "strangers" / "lens" / "fish.usda"))
     assert lens_of(layer).project(POINT)[0] == pytest.approx(494.8740767, abs=FLOAT32_PX)
-    assert "NVIDIA" in notes[0]
+    assert notes == (
+        "fish.usda is read by NVIDIA's names, as opencvFisheye: a fisheye of 640 x 480 pixels with its fx, fy, cx and "
+        "cy at 600, 600, 320, 240",
+    )
+
+
+def test_words_of_a_document_make_no_lens_anothers(tmp_path) -> None:
+    """The layer that author has written from one is ours: it says so in words alone."""
+    layer = camera_layer_of(
+        Camera(width=64, height=48, fx=60, fy=60, cx=32, cy=24), pixel_pitch=1e-5, documentation="The lens of a bench."
+    )
+    layer.Export(str(tmp_path / "ours.usda"))
+    assert open_camera(str(tmp_path / "ours.usda"))[2] == ()
 
 
 OTHERS = [
