@@ -63,7 +63,8 @@ class Additions:
         if self.keypoints is not None:
             add_keypoints(root, self.keypoints)
             count, file = len(self.keypoints.names), self.files["keypoints"].name
-            notes += (f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}",)
+            of = f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}"
+            notes += (f"{of}, metres in the target's body axes",)
         if self.parts:
             sizes, others = add_parts(root, self.parts, self.files["parts"])
             made = ", ".join(f"{name} ({pluralise(count, 'surface')})" for name, count in sizes.items())

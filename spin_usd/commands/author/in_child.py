@@ -1,6 +1,6 @@
 """`spin-usd author`: pose list or sampling specification + model + camera -> a layered stage."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -10,7 +10,7 @@ from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.choices import Choices, Sources, open_sources, selections
-from spin_usd.commands.author.model import axes_note, model_unit, write_model
+from spin_usd.commands.author.model import axes_note, is_own, model_unit, write_model
 from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
 from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
@@ -27,10 +27,11 @@ from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
+from spin_usd.renderers.embree.coincident_faces import face_findings
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.derived.view_text import sentences
-from spin_usd.scene.finding import in_sentences
+from spin_usd.scene.finding import Finding, in_sentences
 from spin_usd.scene.poses import PoseList
 from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
@@ -40,6 +41,7 @@ from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners, target_notes, usd_bounds
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.author.write_stage import ROOT, write_stage
+from spin_usd.stage.check.every_picture import Shapes
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.new_folder import new_folder
@@ -141,8 +143,7 @@ def _author(
     with model_roots(models, Path(choices.root) if choices.root else None), new_folder(out) as folder:
         units, time = choices.units_per_metre, choices.model_time
         asset, notes = write_model(sources.target_file, folder, units, choices.prim, time, selections(choices.variant))
-        if Path(choices.target).suffix:  # of the user's own
-            notes += (axes_note(asset),)
+        notes += axes_note(sources.target_file, asset, "poses are meant in these")
         notes += _unused(sources.preset, asset)
         corners, lens = box_corners(asset), lens_of(sources.cameras.layer)
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)
@@ -217,11 +218,20 @@ def _composed_target(
         reader = StageReader(folder / ROOT)
         units, at_rest = choices.units_per_metre, choices.model_time is None
         notes = check_written(reader, sources.target_file, asset, units, selected, at_rest=at_rest)
+        if any(map(is_own, (sources.target_file, *(body.file for body in sources.others)))):
+            notes += tuple(in_sentences(_coincident(reader)))
         composed = read_composed_target(reader, poses)
     except (StageError, UnsupportedError, GeometryError) as refused:
         where = str(refused.where).replace(f"{folder}/", "") if refused.where else None  # the folder will be gone
         raise type(refused)(refused.found.replace(f"{folder}/", ""), where=where, do=refused.do) from None
     return composed, (*notes, *sentences(composed.views))
+
+
+def _coincident(reader: StageReader) -> Iterator[Finding]:
+    """Yield a finding for each of the first picture's bodies whose faces lie in one another."""
+    shapes = Shapes(face_findings)
+    for body in reader.scene(reader.frames[0]).bodies:
+        yield from shapes.findings(body.target)
 
 
 def _lists_note(poses: PoseList) -> tuple[str, ...]:

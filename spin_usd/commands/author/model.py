@@ -32,7 +32,7 @@ from spin_usd.formats.mesh.mesh_file import (
 from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
-from spin_usd.resources import bundled
+from spin_usd.resources import bundled, stages
 from spin_usd.scene.asset import AT_REST, MeshAsset, MeshPart
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
@@ -151,10 +151,18 @@ def write_model(
     return replace(describe(write_mesh_target(model, place, name), name), up=model.up), model.notes
 
 
-def axes_note(target: TargetAsset) -> str:
-    """Say the one law of body axes, whatever the format: they are the file's own."""
-    called = f", of which it calls {target.up} up" if target.up else ", and it does not say which is up"
-    return f"body axes are the file's own x, y and z{called}: poses are meant in these"
+def is_own(file: Path) -> bool:
+    """Return whether a model is the user's, and does not travel with spin_usd."""
+    return not file.is_relative_to(stages())
+
+
+def axes_note(file: Path, model: TargetAsset, meant: str, *, whose: str = "body") -> tuple[str, ...]:
+    """Say the one law of a model's axes, whatever the format: they are the file's own; () of what travels with
+    spin_usd. `meant`: what that holds for."""
+    if not is_own(file):
+        return ()
+    called = f", of which it calls {model.up} up" if model.up else ", and it does not say which is up"
+    return (f"{whose} axes are the file's own x, y and z{called}: {meant}",)
 
 
 def _converted(file: Path, units_per_metre: float | None, model_time: float | None) -> MeshAsset:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.commands.author.model import OtherBody, model_unit, write_model
+from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.commands.author.spec import inside_law, place_law, position_law
@@ -84,8 +84,12 @@ def write_others(
         asset, said = model(body.file)
         own = _own_poses(body, pictures)
         notes |= dict.fromkeys((*said, *(own.notes if own else ())))
-        if not (own or body.occluder or _is_sampled(body, pictures)):
-            own = pictures.poses
+        meant = "its poses are meant in these"
+        if body.occluder and not own:
+            meant = "they are the camera's, x right, y down, z forward"
+        elif not (own or _is_sampled(body, pictures)):
+            own, meant = pictures.poses, "they are those of the first target, with which it moves"
+        notes |= dict.fromkeys(axes_note(body.file, asset, meant, whose=f"{body.file.name}: its"))
         for _ in range(body.said.count):
             named = replace(asset, name=names.give(target_name(body.file.stem)))
             placed.append(_PlacedBody(body=body, asset=named, poses=own))

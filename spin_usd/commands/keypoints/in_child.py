@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.commands.author.model import model_file, model_unit, write_model
+from spin_usd.commands.author.model import axes_note, model_file, model_unit, write_model
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.models import Model
@@ -43,6 +43,7 @@ def save_target(
         colors = _face_colors(read)  # here: textures are read where they are needed
     if not any_size:
         refuse_size(read.mesh.hull, model_unit(file, asset, units_per_metre))
+    notes += axes_note(file, asset, "keypoints are meant in these")
     model = Model.of(read.mesh)
     np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=colors)
     return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from spin_usd.commands.author.in_child import author_stage
+from spin_usd.commands.check.in_child.stage import stage_findings
 from spin_usd.errors import StageError
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -67,3 +68,19 @@ def test_an_emission_that_vanishes_is_told_beside_the_suns_white(tmp_path: Path)
 @pytest.mark.parametrize("material", ["Ke 0 0 0", "Ke 100 100 100", "d 0.5"])
 def test_what_shows_is_not_told(tmp_path: Path, material: str) -> None:
     assert notes_of(tmp_path, material) == ()
+
+
+def test_overlapping_faces_are_said_once_of_each_shape(tmp_path: Path, shared: Path) -> None:
+    """As `check` says them: a decal in a wall, whose corners are those of no face of the wall."""
+    (tmp_path / "poses.json").write_text(json.dumps(POSES))
+    target = shared / "data" / "strangers" / "decal.obj"
+    given = {"target": target, "camera": "speedplus", "units_per_metre": 1, "also": [str(target)]}
+    report = author_stage(poses=tmp_path / "poses.json", out=tmp_path / "stage", **given)
+    said = [note for note in report.notes if "overlap others" in note]
+    assert said == [f"{each['where']}: {each['message']}" for each in coincident(report.root)]
+    assert "/World/Target/Model/Body with /World/Target/Model/Cell" in said[0]
+
+
+def coincident(root: str) -> list[dict[str, str]]:
+    found = stage_findings(stage=root, progress=lambda *_: None)["findings"]
+    return [each for each in found if each["code"] == "faces-coincident"]

@@ -123,3 +123,20 @@ def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
     with pytest.raises(InputError, match="voyager"):
         author_stage(**inputs, occluders=["voyager"])
     assert not (tmp_path / "stage").exists()
+
+
+def test_the_axes_of_each_model_are_said(inputs, tmp_path) -> None:
+    """Once each, and not of what travels with spin_usd."""
+    own = "axes are the file's own x, y and z, and it does not say which is up"
+    arm, beside = tmp_path / "arm.stl", tmp_path / "other.stl"
+    beside.write_bytes(arm.read_bytes())
+    placed = f"{arm}:{pose_list(tmp_path, 'arm', [(Q[0], (0, 0, 2))])}"
+    also = [str(beside), f"{beside}:{pose_list(tmp_path, 'other', [(Q[0], (0, 0, 30))] * 4)}", "cubesat"]
+    notes = author_stage(**inputs, also=also, occluders=[str(arm), placed]).notes
+    assert [note for note in notes if "axes are" in note] == [
+        f"body {own}: poses are meant in these",
+        f"other.stl: its {own}: they are those of the first target, with which it moves",
+        f"other.stl: its {own}: its poses are meant in these",
+        f"arm.stl: its {own}: they are the camera's, x right, y down, z forward",
+        f"arm.stl: its {own}: its poses are meant in these",
+    ]
