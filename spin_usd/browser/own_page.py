@@ -3,6 +3,7 @@
 import ipaddress
 import os
 import socket
+from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 from spin_usd.errors import InputError
@@ -11,18 +12,22 @@ LOCAL = "127.0.0.1"
 """Where servers listen unless told otherwise: what only this machine reaches."""
 
 
-def is_own(host: str, origin: str | None, listening: str) -> bool:
-    """Return whether a request with these headers comes from our own page, or from no page: the Host is an address, or
-    a name of this machine, and the Origin is that Host's. `listening`: the host that the server was given.
+def is_own(hosts: Sequence[str], origins: Sequence[str], listening: str) -> bool:
+    """Return whether a request with these headers comes from our own page, or from no page: the one Host is an address,
+    or a name of this machine, and the Origin, if there is one, is that Host's. `listening`: the host that the server
+    was given.
 
     An address in the Host cannot be a stranger's name that was made to resolve to this machine.
     """
+    if len(hosts) != 1 or len(origins) > 1:
+        return False
+    (host,) = hosts
     try:
         name = urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return False
     known = name in {"localhost", listening.lower(), socket.gethostname().lower()} or _is_address(name)
-    return known and origin in (None, f"http://{host}")
+    return known and all(origin == f"http://{host}" for origin in origins)
 
 
 def cannot_listen(host: str, port: int, error: OSError | OverflowError) -> InputError:

@@ -196,6 +196,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         ),
         splits=SPLITS,
         several=True,
+        first_centre=FIRST_CENTRE,
     )
 
 

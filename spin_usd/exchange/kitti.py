@@ -222,6 +222,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
     rectify = options[RECTIFY] == YES
     return Layout(
         needs=("image", "depth"),
+        first_centre=FIRST_CENTRE,
         conventions=CONVENTIONS + (RECTIFIED if rectify else ()),
         files=_files,
         shared=_shared,

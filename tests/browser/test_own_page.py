@@ -23,7 +23,11 @@ from spin_usd.browser.own_page import cannot_listen, is_own
     ],
 )
 def test_who_is_our_own_page(host, origin, expected) -> None:
-    assert is_own(host, origin, "lab.example") is expected
+    origins = [] if origin is None else [origin]
+    assert is_own([host], origins, "lab.example") is expected
+    assert not is_own([host, host], origins, "lab.example")
+    assert not is_own([], origins, "lab.example")
+    assert not is_own([host], [f"http://{host}"] * 2, "lab.example")
 
 
 def test_a_port_that_is_taken_is_said_once() -> None:

@@ -56,6 +56,16 @@ def test_each_picture_is_in_one_scene(bop) -> None:
             assert (scene / name.format(f"{int(number):06d}")).is_file()
 
 
+def test_the_cards_have_the_cameras_of_their_files(bop, swisscube) -> None:
+    """BOP's first pixel has its centre at (0, 0), SwissCube's half a pixel from the corner; both without distortion."""
+    for export, centre in ((bop, "(0, 0) is the first pixel's centre"), (swisscube, "(0, 0) is the corner")):
+        *_, (_, _, entry) = scenes(export)
+        fx, _, cx, _, fy, cy, *_ = entry["scene_camera"]["cam_K"]
+        card = (export / "README.md").read_text()
+        assert f"| {fx} | {fy} | {cx} | {cy} | none |" in card
+        assert f"Here {centre}" in card
+
+
 def test_poses_are_the_datasets_in_millimetres(bop, pictures) -> None:
     for _, number, entry in scenes(bop):
         (pose,) = entry["scene_gt"]

@@ -47,6 +47,15 @@ def numbers(file, name):
     return np.array(lines[name].split(), float)
 
 
+def test_its_card_has_the_pixels_of_its_calibration(kitti) -> None:
+    """One convention on the page: K of the table is that of the file, and no other place of the first pixel is said."""
+    card = (kitti / "README.md").read_text()
+    fx, _, cx, _, fy, cy, *_ = numbers(kitti / "nominal" / "calib_cam_to_cam.txt", "K_00")
+    assert f"| 96 | 72 | {fx} | {fy} | {cx} | {cy} | none |" in card
+    assert "Here (0, 0) is the first pixel's centre" in card
+    assert "is the corner of the image" not in card
+
+
 def drive(kitti):
     return kitti / "nominal" / "nominal_drive_0001_sync"
 

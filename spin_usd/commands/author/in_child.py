@@ -10,7 +10,7 @@ from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.choices import Choices, Sources, open_sources, selections
-from spin_usd.commands.author.model import axes_note, is_own, model_unit, write_model
+from spin_usd.commands.author.model import axes_note, is_users, model_unit, write_model
 from spin_usd.commands.author.other_bodies import AuthoredPictures, write_others
 from spin_usd.commands.author.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
@@ -218,7 +218,7 @@ def _composed_target(
         reader = StageReader(folder / ROOT)
         units, at_rest = choices.units_per_metre, choices.model_time is None
         notes = check_written(reader, sources.target_file, asset, units, selected, at_rest=at_rest)
-        if any(map(is_own, (sources.target_file, *(body.file for body in sources.others)))):
+        if any(map(is_users, (sources.target_file, *(body.file for body in sources.others)))):
             notes += tuple(in_sentences(_coincident(reader)))
         composed = read_composed_target(reader, poses)
     except (StageError, UnsupportedError, GeometryError) as refused:

@@ -151,7 +151,7 @@ def write_model(
     return replace(describe(write_mesh_target(model, place, name), name), up=model.up), model.notes
 
 
-def is_own(file: Path) -> bool:
+def is_users(file: Path) -> bool:
     """Return whether a model is the user's, and does not travel with spin_usd."""
     return not file.is_relative_to(stages())
 
@@ -159,7 +159,7 @@ def is_own(file: Path) -> bool:
 def axes_note(file: Path, model: TargetAsset, meant: str, *, whose: str = "body") -> tuple[str, ...]:
     """Say the one law of a model's axes, whatever the format: they are the file's own; () of what travels with
     spin_usd. `meant`: what that holds for."""
-    if not is_own(file):
+    if not is_users(file):
         return ()
     called = f", of which it calls {model.up} up" if model.up else ", and it does not say which is up"
     return (f"{whose} axes are the file's own x, y and z{called}: {meant}",)

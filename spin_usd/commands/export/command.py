@@ -43,7 +43,10 @@ def _sentence(report: "ExportReport") -> str:
     """Say in one line what was written."""
     splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
     left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
-    files = f"{pluralise(report.linked, 'file')} linked, {report.made} made, {report.kept} already there"
+    endings = sorted(report.made_endings.items(), key=lambda each: -each[1])
+    made = f" ({', '.join(f'{number} {ending}' for ending, number in endings)})" if endings else ""
+    linked = f"{pluralise(report.linked, 'file')} linked to the dataset's"
+    files = f"{linked}, {report.made} made{made}, {report.kept} already there"
     return (
         f"{report.out}   ({pluralise(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "
         f"in {report.seconds:.1f} s)"

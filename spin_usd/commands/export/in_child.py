@@ -8,6 +8,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,9 +23,11 @@ from spin_usd.commands.export.plan import ExportPlan, plan_export
 from spin_usd.commands.export.report import ExportReport
 from spin_usd.commands.export.writer import Counts, Writer
 from spin_usd.errors import InputError, SpinError
+from spin_usd.exchange.camera_format import CENTRE, CORNER
 from spin_usd.exchange.layout.exported_dataset import Entry
 from spin_usd.exchange.layout.index_file import write_text_file
 from spin_usd.exchange.layout.layout import MadeFile
+from spin_usd.exchange.layout.rectified_picture import as_rectified
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera
 from spin_usd.progress import Progress
@@ -49,10 +52,13 @@ WORDS = {
 CARD, SHEET = "README.md", "contact_sheet.jpg"
 SHOWN = 4  # pictures on the contact sheet: to read one of full size with its labels takes a tenth of a second
 CAMERAS = 20  # at most that are listed
-PIXELS = (
-    "Here (0, 0) is the corner of the image, so the first pixel's centre is (0.5, 0.5). Functions that put (0, 0) at "
-    "the first pixel's centre need cx - 0.5 and cy - 0.5."
-)
+PIXELS = {
+    CORNER: "Here (0, 0) is the corner of the image, so the first pixel's centre is (0.5, 0.5). Functions that put "
+    "(0, 0) at the first pixel's centre need cx - 0.5 and cy - 0.5.",
+    CENTRE: "Here (0, 0) is the first pixel's centre, as in the format's own files. Functions that put (0, 0) at the "
+    "corner of the image need cx + 0.5 and cy + 0.5.",
+}
+"""By where the first pixel's centre is."""
 BANDS, SECTORS = 6, 12  # of equal heights and azimuths: cells of equal area
 ROWS = {
     "range": "range of the target, m",
@@ -85,7 +91,8 @@ def export_dataset(request: ExportOptions, *, progress: Progress) -> ExportRepor
         splits={split: held[split] for split in plan.exported.splits},
         left_out=plan.left_out,
         linked=counts.linked,
-        made=counts.made,
+        made=sum(counts.made.values()),
+        made_endings=counts.made,
         kept=counts.kept,
         seconds=time.monotonic() - began,
     )
@@ -198,7 +205,7 @@ def card_text(plan: ExportPlan) -> str:
         "\n".join(f"- {sentence}" for sentence in plan.layout.conventions),
         "## Camera",
         _cameras(plan),
-        PIXELS,
+        PIXELS[plan.layout.first_centre],
         "## Origin",
         f"Options of the format: {options}. `export.json` has the digest of the records that this was made from.",
         "## Licence",
@@ -222,8 +229,14 @@ def _tally(plan: ExportPlan) -> str:
 
 
 def _cameras(plan: ExportPlan) -> str:
-    cameras = plan.survey.cameras
-    rows = [f"| {_camera(camera)} | {first} |" for camera, first in list(cameras.items())[:CAMERAS]]
+    """Return a table of the cameras, in the pixels of the format's own files."""
+    cameras = {as_rectified(camera, plan.exported): first for camera, first in reversed(plan.survey.cameras.items())}
+    shift = plan.layout.first_centre - CORNER
+    shown = [
+        (replace(camera, cx=camera.cx + shift, cy=camera.cy + shift), first)
+        for camera, first in [*reversed(cameras.items())][:CAMERAS]
+    ]
+    rows = [f"| {_camera(camera)} | {first} |" for camera, first in shown]
     more = [f"\nand {len(cameras) - CAMERAS} more."] if len(cameras) > CAMERAS else []
     head = ("| width | height | fx | fy | cx | cy | k1, k2, p1, p2, k3 | first in |", "| --- " * 8 + "|")
     return "\n".join((*head, *rows, *more))

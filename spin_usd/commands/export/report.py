@@ -10,7 +10,7 @@ class ExportReport:
 
     out: its folder · format: its name · pictures: how many it holds · splits: how many each split holds · left_out: how
     many show nothing of the target, where the format cannot hold those · linked, made, kept: files that were linked or
-    copied, made, and there already · seconds: wall-clock.
+    copied, made, and there already · made_endings: how many were made of each ending · seconds: wall-clock.
     """
 
     out: str
@@ -21,4 +21,5 @@ class ExportReport:
     linked: int
     made: int
     kept: int
+    made_endings: Mapping[str, int]
     seconds: float

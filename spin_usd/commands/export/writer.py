@@ -1,11 +1,11 @@
 """The files of an export as they are written: linked, copied, made, or streamed a row at a time."""
 
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import accumulate
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from shutil import copyfileobj
 from typing import NamedTuple, TextIO
 
@@ -20,16 +20,17 @@ from spin_usd.store.atomic import fill_atomically, link_atomically
 
 @dataclass(kw_only=True)
 class Counts:
-    """Files that were linked or copied, made, and there already."""
+    """Files that were linked or copied, made, by the endings of their names, and there already."""
 
     linked: int = 0
-    made: int = 0
+    made: dict[str, int] = field(default_factory=dict)
     kept: int = 0
 
     def add(self, more: "Counts") -> None:
         """Count these too."""
         self.linked += more.linked
-        self.made += more.made
+        for ending, number in more.made.items():
+            self.made[ending] = self.made.get(ending, 0) + number
         self.kept += more.kept
 
 
@@ -72,8 +73,9 @@ class Writer:
                 self._spools[path, section] = _Spool(file=self._open.enter_context(spool))
 
     def close(self) -> None:
-        """Let go of all files."""
-        self._open.close()
+        """Let go of all files. What they do not take any more on a full disk is in no index either."""
+        with suppress(OSError):
+            self._open.close()
 
     def write(self, output: ExportFile) -> None:
         """Write one output. Raises InputError where a link is in its way, OutputError, and what a file's own `write`
@@ -88,7 +90,7 @@ class Writer:
             self.counts.linked += 1
         else:
             fill_atomically(folder, output.path, output.write, work=self.work)
-            self.counts.made += 1
+            self.counts.add(Counts(made={PurePosixPath(output.path).suffix or output.path: 1}))
 
     def finish(self) -> None:
         """Put the indexes into place."""

@@ -68,7 +68,7 @@ def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
 
     def serve(handler: Any, *_: object, process_request: Callable[..., Any], **options: Any) -> Any:
         def answer(connection: Any, request: Any) -> Any:
-            if not is_own(request.headers.get("Host", ""), request.headers.get("Origin"), host):
+            if not is_own(request.headers.get_all("Host"), request.headers.get_all("Origin"), host):
                 return connection.respond(403, "This page may not use spin-usd keypoints.\n")
             if request.path == "/" and "Upgrade" not in request.headers:
                 return _as_the_system_is(connection)

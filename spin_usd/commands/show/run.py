@@ -63,6 +63,7 @@ def show(options: ShowOptions) -> GalleryReport:
     began, progress = time.monotonic(), options.progress
     dataset = _opened(Path(options.dataset))
     beside = _opened(Path(options.beside)) if options.beside else None
+    tags = _tags_of(dataset)
     refuse_dataset(options.page_folder, Path(options.dataset))
     refuse_other(options.page_folder)
     with Store(root=options.page_folder).locked() as lease:
@@ -76,7 +77,7 @@ def show(options: ShowOptions) -> GalleryReport:
         missing = missing_files([*pictures, *others], folder.present)
         of_files = write_files([*pictures, *others], missing, options, lease.work, progress=progress)
         faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
-        header |= {"given": str(options.dataset), "faults": faults, "tags": _tags_of(dataset)}
+        header |= {"given": str(options.dataset), "faults": faults, "tags": tags}
         folder.write_page(DataFile(header, arrays))
         folder.sweep({name for picture in [*pictures, *others] for name in picture.keys.names.values()})
     made = sum(place < len(pictures) for place in missing)  # those beside follow

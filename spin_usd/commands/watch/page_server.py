@@ -100,7 +100,7 @@ class PageHandler(BaseHTTPRequestHandler):
 
     def _is_own(self) -> bool:
         """Return whether our own page asks, or no page."""
-        return is_own(self.headers.get("Host", ""), self.headers.get("Origin"), LOCAL)
+        return is_own(self.headers.get_all("Host", []), self.headers.get_all("Origin", []), LOCAL)
 
     def _choice(self) -> WatchedPicture | None:
         """Read which picture is chosen; None for what is no such choice."""

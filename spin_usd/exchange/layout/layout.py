@@ -105,6 +105,7 @@ class Layout:
     splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
     file: the path of a picture's image, where that is not of the first output that `files` yields for it
     several: whether it holds all targets of a picture, or the chosen one alone
+    first_centre: where the first pixel has its centre in the format's own files, CENTRE or CORNER
     visible_only: whether pictures that show nothing of the target are left out, as a format of boxes has to
     """
 
@@ -119,6 +120,7 @@ class Layout:
     splits: Mapping[str, str] | None = None
     file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
     several: bool = False
+    first_centre: float = 0.5
     visible_only: bool = False
 
 

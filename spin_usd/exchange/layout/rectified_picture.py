@@ -192,5 +192,9 @@ def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedP
 
 def exported_cameras(dataset: ExportedDataset) -> tuple[Camera, ...]:
     """Return the cameras of the pictures as exported, each once."""
-    rectify = dataset.options.get(RECTIFY) == YES
-    return tuple(dict.fromkeys(each.pinhole if rectify else each for each in dataset.cameras))
+    return tuple(dict.fromkeys(as_rectified(each, dataset) for each in dataset.cameras))
+
+
+def as_rectified(camera: Camera, dataset: ExportedDataset) -> Camera:
+    """Return the camera without lens distortion where that is asked for."""
+    return camera.pinhole if dataset.options.get(RECTIFY) == YES else camera

@@ -7,11 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 
 import pytest
 
 import spin_usd
+from spin_usd.commands.export.writer import RowText, Writer
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.exchange.layout.index_file import text_lines
 from tests.exchange.conftest import PLAIN, blank, clone, contents, write_export
 
 MANY = 60
@@ -68,6 +71,25 @@ def test_a_second_run_makes_what_is_missing_alone(two_variants, tmp_path) -> Non
     again = write_export(two_variants, "speedplus", tmp_path / "out")
     assert contents(tmp_path / "out") == before
     assert (again.made, again.kept) == (2, first.made + first.linked - 2)
+
+
+def test_what_was_made_is_said_by_its_ending(two_variants, tmp_path, spin_usd) -> None:
+    done = spin_usd("export", two_variants, "--to", "croissant", "--out", tmp_path / "out")
+    linked = sum(path.stat().st_nlink > 1 for path in (tmp_path / "out").rglob("*") if path.is_file())
+    endings = Counter(path.suffix for path in (tmp_path / "out").rglob("*.*") if path.stat().st_nlink == 1)
+    del endings[".json"]  # the manifest too, which is no picture's
+    assert f"{linked} files linked to the dataset's, " in done.stdout
+    assert all(f"{number} {ending}" in done.stdout for ending, number in endings.items())
+
+
+def test_a_full_disk_is_said_with_the_file_that_it_is_of(tmp_path) -> None:
+    """What rows wait in has no more room than the file that they go to; it is let go of without another word."""
+    (tmp_path / "0-0").symlink_to("/dev/full")
+    writer = Writer(out=tmp_path / "out", work=tmp_path, copy=False, indexes={"train.txt": text_lines()})
+    writer.add(RowText("train.txt", "", "img000001.png\n"))
+    with pytest.raises(OutputError, match=r"out/train\.txt: cannot be written \(No space left"):
+        writer.finish()
+    writer.close()
 
 
 def test_what_the_owner_wrote_into_the_card_stays(two_variants, tmp_path) -> None:

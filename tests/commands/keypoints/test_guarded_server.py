@@ -43,6 +43,16 @@ def test_only_its_own_page_may_ask_it(server) -> None:
         assert status(server, upgrade, Host="rebound.example", Origin="http://rebound.example") == 403
 
 
+@pytest.mark.parametrize("name", ["Host", "Origin"])
+def test_a_header_that_stands_twice_is_nobodys(server, name) -> None:
+    own = f"{LOCAL}:{server.get_port()}"
+    said = {"Host": own, "Origin": f"http://{own}"}
+    lines = "".join(f"{key}: {value}\r\n" for key, value in said.items())
+    with socket.create_connection((LOCAL, server.get_port()), timeout=30) as asking:
+        asking.sendall(f"GET / HTTP/1.1\r\n{lines}{name}: {said[name]}\r\n\r\n".encode())
+        assert asking.recv(64).startswith(b"HTTP/1.1 403 ")
+
+
 def test_its_page_is_as_light_as_the_system(server) -> None:
     found = {}
     for path in ("/", "/?darkMode", "/?light"):

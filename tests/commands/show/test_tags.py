@@ -101,6 +101,14 @@ def test_tags_go_by_their_file_to_the_dataset_and_to_others(pictured, shown, ope
     assert sorted(rows) == [("img000001", "nominal"), ("img000003", "other")]
 
 
+def test_tags_that_cannot_be_read_are_refused_before_a_page_is_begun(pictured, tmp_path) -> None:
+    dataset = shutil.copytree(pictured, tmp_path / "dataset")
+    (dataset / "tags.json").write_text('{"schema": "tags-1", "tags": [1]}')
+    with pytest.raises(InputError, match=r"tags\.json: .*write it like"):
+        spin_usd.show(dataset, out=tmp_path / "page", workers=1)
+    assert not (tmp_path / "page").exists()
+
+
 def test_marks_survive_another_file_of_the_dataset(pictured, opened, tmp_path) -> None:
     dataset = shutil.copytree(pictured, tmp_path / "dataset")
     spin_usd.show(dataset, out=tmp_path / "page", workers=1)
