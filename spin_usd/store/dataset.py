@@ -7,7 +7,7 @@ from math import isfinite
 from numbers import Real
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, overload
 
 import numpy as np
 
@@ -52,6 +52,19 @@ class Resized:
         return picture.resize(self.size)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Labelled:
+    """Which of its files each picture has: see Picture.only."""
+
+    labels: tuple[str, ...]
+
+    def __call__(self, picture: Picture) -> Picture:
+        return picture.only(self.labels)
+
+
+Change: TypeAlias = Cropped | Resized | Labelled
+
+
 class Dataset(Sequence[Picture]):
     """The pictures in a dataset's folder, ordered by variant and by frame.
 
@@ -63,13 +76,22 @@ class Dataset(Sequence[Picture]):
     Pictures that are rendered after a dataset was opened are not in it.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        """Open the dataset in the folder `path`. Raises InputError where there is none."""
+    def __init__(self, path: str | Path, *, labels: str | Sequence[str] | None = None) -> None:
+        """Open the dataset in the folder `path`. labels: "image", "depth" and so on, and no other file of a picture is
+        read, nor stacked by `collate`; all if not given. Raises InputError where there is no dataset, or its first
+        picture lacks one of them."""
         refuse_unless_path(path, "path")
         self._root = Path(path).absolute()
         self._description = read_description(self._root)
         self._names = _names(self._root)
-        self._changes: tuple[Cropped | Resized, ...] = ()
+        self._changes: tuple[Change, ...] = ()
+        if labels is not None:
+            wanted = (labels,) if isinstance(labels, str) else tuple(dict.fromkeys(labels))
+            there = list(self[0].files) if self._names else wanted
+            if lacking := next((label for label in wanted if label not in there), None):
+                do = f"choose among {', '.join(there)}, or render it too"
+                raise InputError(f"has no label {lacking!r}", where=self.root, do=do)
+            self._changes = (Labelled(labels=wanted),)
 
     def __len__(self) -> int:
         return len(self._names)
@@ -211,13 +233,14 @@ class Dataset(Sequence[Picture]):
     @staticmethod
     def collate(
         pictures: Sequence[Picture],
-        labels: str | Sequence[str] = ("image",),
+        labels: str | Sequence[str] | None = None,
         types: Mapping[str, str] = MappingProxyType({}),
     ) -> dict[str, Any]:
         """Return a batch of B pictures of one size, as PyTorch's DataLoader takes it from its `collate_fn`.
 
         labels: what is stacked of the pictures' files, by these names: "image" (B, H, W) or (B, H, W, 3), "depth" and
-        so on; another choice is `functools.partial(Dataset.collate, labels=("image", "depth"))`. types: other types of
+        so on; those that the dataset was opened with, else the image, if not given. Another choice is
+        `functools.partial(Dataset.collate, labels=("image", "depth"))`. types: other types of
         arrays by their names, such as {"segmentation": "int64", "T_cam_body": "float32"}. Beside the labels it has
         "camera_matrix" (B, 3, 3), and of the first target "T_cam_body" (B, 4, 4), "q_cam_body" (B, 4), "t_cam_body"
         (B, 3), "box_visible" (B, 4), "keypoints" (B, K, 2) pixels and "keypoints_visible" (B, K); and the lists "frame"
@@ -227,7 +250,8 @@ class Dataset(Sequence[Picture]):
         if not pictures:
             raise InputError("there is no picture to make a batch of", do="give one or more")
         first = [picture.targets[0] for picture in pictures]
-        wanted = [labels] if isinstance(labels, str) else labels
+        own = ("image",) if pictures[0].labels is None else pictures[0].labels
+        wanted = own if labels is None else [labels] if isinstance(labels, str) else labels
         stacked = {label: [np.asarray(picture.label(label)) for picture in pictures] for label in wanted}
         for label, arrays in stacked.items():
             shapes = sorted({array.shape for array in arrays})
@@ -277,7 +301,7 @@ class Dataset(Sequence[Picture]):
             picture = change(picture)
         return picture
 
-    def _of(self, names: tuple[tuple[str, str], ...], *changes: Cropped | Resized) -> "Dataset":
+    def _of(self, names: tuple[tuple[str, str], ...], *changes: Change) -> "Dataset":
         """Return the same dataset with these pictures alone, changed in these ways too."""
         part = Dataset.__new__(Dataset)
         part._root, part._description, part._names = self._root, self._description, names

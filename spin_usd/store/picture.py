@@ -124,6 +124,7 @@ class Picture:
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
         description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
         window: the part that `crop` or `resize` took, None of the whole picture as it was rendered.
+        labels: what alone is read of its files, as its Dataset was asked; None for all that there are.
     """
 
     root: Path
@@ -136,6 +137,7 @@ class Picture:
     T_cam_body: Float
     description: Description
     window: Window | None = None
+    labels: tuple[str, ...] | None = None
 
     def __repr__(self) -> str:
         return f"Picture({self.frame!r} of {self.variant!r}, in {str(self.root)!r})"
@@ -216,6 +218,13 @@ class Picture:
         """Return the whole picture in `size` pixels, (width, height) or the side of a square, as `crop` does."""
         return self._part(Window.whole(self.camera, size_of(size)))
 
+    def only(self, labels: Sequence[str] | None) -> Self:
+        """Return the same picture with no other files than these labels', or with all that it has, None."""
+        if labels is None:
+            return self
+        files = {kind: file for kind, file in self.files.items() if kind in labels}
+        return replace(self, files=files, labels=tuple(labels))
+
     def _part(self, window: Window) -> Self:
         window = window.of(self.window)
         return replace(self, window=window, camera=window.camera(self._whole_camera))
@@ -274,7 +283,7 @@ class Picture:
             with suppress(InputError):
                 found = read_picture(self.root, record_of(variant, self.frame), self.description)
                 if found.record.get("rig", {}).get("camera") == camera:
-                    return found
+                    return found.only(self.labels)
         raise InputError(f"{self.frame} has no picture by the camera {camera!r}", where=self.root, do="render it too")
 
     def relative_pose(self, other: "Picture") -> Float:
@@ -334,7 +343,8 @@ class Picture:
     def _read(self, kind: str, rows: range | None) -> NDArray[Any]:
         """Read them as they are in the file."""
         if kind not in self.files:
-            do = f"choose among {', '.join(self.files)}, or render {kind} too"
+            do = f"render {kind} too" if self.labels is None else f"open the dataset with {kind} among its labels"
+            do = f"choose among {', '.join(self.files)}, or {do}" if self.files else do
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         file = FileIn(Folder(self.root), self.files[kind].path)
         array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels, rows)

@@ -145,3 +145,25 @@ def test_a_relative_path_outlives_a_change_of_folder(rendered, monkeypatch) -> N
     dataset = Dataset(Path(rendered.name))
     monkeypatch.chdir("/")
     assert dataset[0].segmentation.any()
+
+
+def test_what_was_not_asked_for_is_not_read(rendered, tmp_path) -> None:
+    """As little is read where the other files are gone, in another process too, of crops, and of what is chosen."""
+    folder = shutil.copytree(rendered, tmp_path / "dataset")
+    for kind in ("depth", "image"):
+        shutil.rmtree(folder / kind)
+    dataset = Dataset(folder, labels=["segmentation"])
+    assert dataset.collate([*dataset])["segmentation"].shape == (3, *dataset[0].segmentation.shape)
+    assert "image" not in dataset.collate([*dataset])
+    for part in (dataset[:1], dataset.where("index == 0"), dataset.resize(32), pickle.loads(pickle.dumps(dataset))):
+        assert list(part[0].files) == ["segmentation"]
+        assert part[0].mask(1).any()
+    with pytest.raises(InputError, match=r"has no depth; .*open the dataset with depth among its labels"):
+        _ = dataset[0].depth
+    assert Dataset(rendered, labels="depth").collate(Dataset(rendered, labels="depth")[:2])["depth"].shape[0] == 2
+    assert dataset[0].record == Dataset(rendered)[0].record
+
+
+def test_a_label_that_pictures_lack_is_refused_when_the_dataset_is_opened(rendered) -> None:
+    with pytest.raises(InputError, match=r"has no label 'flow'; choose among .*image.*, or render it too"):
+        Dataset(rendered, labels=["image", "flow"])
