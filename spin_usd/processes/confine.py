@@ -15,13 +15,20 @@ from pathlib import Path
 
 READ_FILE = 1 << 2
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446  # the same on all architectures
-PATH_BENEATH = 1
+PATH_BENEATH, ASK_VERSION = 1, 1
 NO_NEW_PRIVS = 38  # linux/prctl.h
 SYSTEM = (
     *("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/urandom", "/dev/shm"),
     *("/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/sys/devices/system"),
 )
 MAX_FILES = 2**14  # each takes some microseconds
+
+
+def landlock_version() -> int:
+    """Return which version of Landlock the kernel has, 0 for none."""
+    if sys.platform != "linux":
+        return 0
+    return max(int(ctypes.CDLL(None).syscall(CREATE_RULESET, None, ctypes.c_size_t(0), ASK_VERSION)), 0)
 
 
 def confine(*, root: str) -> bool:

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from spin_usd.commands.doctor import run
 from spin_usd.processes import confine
 
 READ = """
@@ -43,3 +44,17 @@ def test_plain_files_of_one_folder_are_read_and_nothing_else(tmp_path, most) -> 
     expected = ["read", "refused", "refused", "refused" if most > 1 else "read", "refused"]
     assert done.stdout.split()[:5] == expected, done.stderr
     assert done.returncode == 0, done.stderr
+
+
+def test_doctor_says_whether_a_process_can_be_confined(tmp_path) -> None:
+    code = "import sys; from spin_usd.processes import confine; print(confine.confine(root=sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True, check=True)
+    assert (confine.landlock_version() > 0) is (done.stdout.strip() == "True")
+
+
+@pytest.mark.parametrize(("version", "saying"), [(0, "no Landlock in this kernel"), (4, "Landlock 4: ")])
+def test_doctor_is_well_without(monkeypatch, version, saying) -> None:
+    monkeypatch.setattr(run, "landlock_version", lambda: version)
+    line = run._confinement()
+    assert line.well
+    assert line.found.startswith(saying)

@@ -144,7 +144,7 @@ def _author(
         units, time = choices.units_per_metre, choices.model_time
         asset, notes = write_model(sources.target_file, folder, units, choices.prim, time, selections(choices.variant))
         notes += axes_note(sources.target_file, asset, "poses are meant in these")
-        notes += _unused(sources.preset, asset)
+        notes += _unused(sources.preset, asset, selections(choices.variant))
         corners, lens = box_corners(asset), lens_of(sources.cameras.layer)
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)
         if light is not None and not choices.any_size:
@@ -239,10 +239,18 @@ def _lists_note(poses: PoseList) -> tuple[str, ...]:
     return (f"{poses.source}: read {poses.lists}",) if poses.lists else ()
 
 
-def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
-    """Return a note for each selection of the preset that the target has no variant set for."""
-    missing = [name for name in preset.selections if name not in target.variants] if preset else []
-    return tuple(f"the target has no variant set '{name}', so its materials stay as they are" for name in missing)
+def _unused(preset: Preset | None, target: TargetAsset, asked: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a note for each selection of the preset that the target has no variant set for, and for each of those
+    `asked` that the preset's own replaces."""
+    if preset is None:
+        return ()
+    missing = [name for name in preset.selections if name not in target.variants]
+    notes = [f"the target has no variant set '{name}', so its materials stay as they are" for name in missing]
+    for name, variant in preset.chosen(target.variants).items():
+        if asked.get(name, variant) != variant:
+            instead = f"the preset {preset.file.stem} selects {name}={variant}, in place of --variant"
+            notes.append(f"{instead} {name}={asked[name]}: leave one of them out")
+    return tuple(notes)
 
 
 def _colour_notes(camera: Path, composed: ComposedTarget, additions: Additions) -> tuple[str, ...]:

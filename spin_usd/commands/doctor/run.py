@@ -21,6 +21,7 @@ from spin_usd.json_fields import JsonStruct
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import rendering_memory
+from spin_usd.processes.confine import landlock_version
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.devices import graphics_processors
 from spin_usd.processes.open_renderer import RENDERERS
@@ -61,6 +62,7 @@ def examine(folder: Path) -> Iterator[Line]:
     yield _devices()
     yield _memory()
     yield _disk(folder)
+    yield _confinement()
 
 
 def _python() -> Line:
@@ -87,6 +89,16 @@ def _children() -> Iterator[Line]:
             yield Line(subject=f"renderer {renderer}", found=e.found, remedy=str(e.do))
         except (SpinError, RuntimeError) as e:
             yield Line(subject=f"renderer {renderer}", found=str(e), remedy="install the locked packages again")
+
+
+def _confinement() -> Line:
+    """Say whether the kernel keeps what reads a stranger's model to the model's folder. That is no fault of the
+    machine: nothing else needs it."""
+    if number := landlock_version():
+        found = f"Landlock {number}: what reads a .blend, FBX or STEP opens no file outside its folder"
+    else:
+        found = "no Landlock in this kernel: a .blend or FBX is opened before the paths that it names are looked at"
+    return Line(subject="strangers' models", found=found)
 
 
 def _processors() -> Line:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from pxr import Sdf, UsdUtils
+from pxr import Sdf, Usd, UsdUtils
 
-from spin_usd.commands.author.in_child import author_stage
+from spin_usd.commands.author.in_child import author_sample, author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Texture
@@ -375,3 +375,16 @@ def test_a_variant_set_without_a_selection_is_named_and_can_be_given_one(authore
 def test_a_variant_that_is_not_there_is_refused(authored: Any, shared: Path, given: str, saying: str) -> None:
     with pytest.raises(InputError, match=saying):
         authored(shared / "data" / "strangers" / "variant_set_unselected" / "craft.usda", variant=[given])
+
+
+@pytest.mark.parametrize(("given", "said"), [("look=matt", 1), ("look=reflective", 0)])
+def test_a_variant_that_the_preset_replaces_is_said(tmp_path: Path, given: str, said: int) -> None:
+    """What is shown is the preset's."""
+    options = {"target": "tango", "preset": "spin_lightbox", "variant": [given], "camera": "speedplus"}
+    report = author_sample(sample="range=8 count=1", out=tmp_path / "stage", **options)
+    stage = Usd.Stage.Open(str(report.root))
+    look = stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look")
+    assert look.GetVariantSelection() == "reflective"
+    notes = [note for note in report.notes if "--variant" in note]
+    wanted = f"the preset spin_lightbox selects look=reflective, in place of --variant {given}: leave one of them out"
+    assert notes == [wanted] * said
