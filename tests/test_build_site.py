@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import spin_usd
@@ -12,7 +13,9 @@ from spin_usd.command_line import app
 from spin_usd.commands.check.rules import RULES
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
+from spin_usd.renderers.embree.coincident_faces import face_findings
 from spin_usd.stage.augment.parameters import PARAMETERS
+from tests.cases.scenes import box, target
 from tests.conftest import REPOSITORY
 
 PYTHON = REPOSITORY / ".venv-docs" / "bin" / "python"
@@ -84,6 +87,14 @@ def test_the_page_of_messages_has_what_users_read(troubleshooting, ask, tmp_path
         for found, do in troubleshooting.messages()
         if do and _is_of(raised.value.found, found) and _is_of(raised.value.do, do)
     ]
+
+
+def test_the_page_of_messages_has_what_is_noted(troubleshooting) -> None:
+    """By the words that `author` and `check` print; what to do is the rule's."""
+    points, faces = box()
+    (noted,) = face_findings(target(points, np.concatenate([faces, faces])))
+    remedies = [do for found, do in troubleshooting.messages() if _is_of(noted.message, found)]
+    assert remedies == [RULES[noted.code].remedy]
 
 
 def _is_of(text, stem) -> bool:

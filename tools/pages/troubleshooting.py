@@ -1,4 +1,5 @@
-"""The page that says what to do: about every rule of `check`, and every message of an error in the package's source."""
+"""The page that says what to do: about every rule of `check`, and every message of an error, or of a finding that
+`author` and `render` note, in the package's source."""
 
 import ast
 import inspect
@@ -10,7 +11,7 @@ from pathlib import Path
 from pages.markdown import cell, row
 
 from spin_usd import errors
-from spin_usd.commands.check.rules import DATASET, STAGE
+from spin_usd.commands.check.rules import DATASET, RULES, STAGE
 
 PACKAGE = Path(errors.__file__).parent
 KINDS = {name for name, kind in inspect.getmembers(errors, inspect.isclass) if issubclass(kind, errors.SpinError)}
@@ -54,7 +55,8 @@ def page() -> str:
 
 
 def messages() -> list[tuple[str, str]]:
-    """Return what each error of the package says and what to do about it, by its text; "" where the text says that."""
+    """Return what each error and each finding of the package says and what to do about it, by its text; "" where the
+    text says that."""
     found = {pair for file in PACKAGE.rglob("*.py") for pair in _messages_of(file)}
     return sorted(found, key=lambda pair: (re.sub(r"\W+", " ", pair[0]).strip().lower(), pair))
 
@@ -62,13 +64,18 @@ def messages() -> list[tuple[str, str]]:
 def _messages_of(file: Path) -> Iterator[tuple[str, str]]:
     tree = ast.parse(file.read_text())
     for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
-        for call in ast.walk(function):
-            if isinstance(call, ast.Call) and call.args and ast.unparse(call.func).rpartition(".")[2] in KINDS:
-                names = {**_constants(file), **_assigned(function, call.lineno)}
-                do = next((keyword.value for keyword in call.keywords if keyword.arg == "do"), ast.Constant(""))
-                text = _text(call.args[0], names)
-                if len(re.findall(r"[^\W\d]+", text)) > 1:
-                    yield text, re.sub(rf"^{VALUE}$", "", _text(do, names))
+        for call in (node for node in ast.walk(function) if isinstance(node, ast.Call)):
+            kind, given = ast.unparse(call.func), {keyword.arg: keyword.value for keyword in call.keywords}
+            noted = kind == "Finding" and {"code", "message"} <= set(given)
+            if not (noted or (kind.rpartition(".")[2] in KINDS and call.args)):
+                continue
+            names = {**_constants(file), **_assigned(function, call.lineno)}
+            text = _text(given["message"] if noted else call.args[0], names)
+            do = _text(given.get("code" if noted else "do", ast.Constant("")), names)
+            if noted:
+                do = RULES[do].remedy if do in RULES else ""
+            if len(re.findall(r"[^\W\d]+", text)) > 1:
+                yield text, re.sub(rf"^{VALUE}$", "", do)
 
 
 @cache
