@@ -222,8 +222,10 @@ def read_poses(path: Path) -> Iterator[PoseEntry | str]:
     if empty:
         yield f"left out {pluralise(len(empty), 'image')} without bodies, such as {empty[0]}"
     if several:
-        images_with = pluralise(len(several), "image")
-        yield f"several bodies in {images_with}, such as {several[0]}: the first of the least obj_id is taken"
+        ids = [_object(body) for body in images[several[0]]]
+        bodies = f"{pluralise(len(several), 'image')}, such as {several[0]} with obj_id {', '.join(map(str, ids))}"
+        rest = "write the poses of each other as CSV, and give it as --also MODEL:FILE"
+        yield f"several bodies in {bodies}: the first of the least obj_id is taken; {rest}"
     for number in sorted(images, key=_number):
         if images[number] != []:
             yield _entry(images[number], f"{scene}_{_number(number):06d}", f"{path}, image {number}")
@@ -232,11 +234,15 @@ def read_poses(path: Path) -> Iterator[PoseEntry | str]:
 def _entry(bodies: Any, name: str, where: str) -> PoseEntry:
     if not isinstance(bodies, list) or not bodies or not all(isinstance(body, dict) for body in bodies):
         raise InputError("lists no bodies", where=where)
-    body = min(bodies, key=lambda each: _number(each.get("obj_id", 0)))
+    body = min(bodies, key=_object)
     millimetres = finite_numbers(body.get("cam_t_m2c"), 3, "cam_t_m2c", where)
     rotation, off = quaternion_of(body.get("cam_R_m2c"), "cam_R_m2c", where)
     place = [value / MILLIMETRES for value in millimetres]
     return PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, off_rotation=off)
+
+
+def _object(body: Any) -> int:
+    return _number(body.get("obj_id", 0) if isinstance(body, dict) else None)
 
 
 def _scene_name(path: Path) -> str:

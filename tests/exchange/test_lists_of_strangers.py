@@ -131,7 +131,7 @@ def test_bops_empty_pictures_second_bodies_and_few_decimals(tmp_path) -> None:
     assert poses.names == ("s_000001", "s_000002")
     assert len(poses.notes) == 3
     assert "left out 1 image without bodies, such as 0" in poses.notes[0]
-    assert "several bodies in 1 image, such as 2" in poses.notes[1]
+    assert "several bodies in 1 image, such as 2 with obj_id 1, 1: the first" in poses.notes[1]
     assert "2 of 2 matrices were made rotations" in poses.notes[2]
     assert 1e-5 < float(poses.notes[2].split("up to ")[1].split()[0]) < 1e-3
     body["cam_R_m2c"] = (matrix(Q, T)[:3, :3] * 1000).ravel().tolist()
