@@ -124,10 +124,13 @@ def _image_names(annotations: Path | None) -> Mapping[Any, str]:
 
 
 def _values(entry: Mapping[str, Any], keys: Sequence[str], count: int, where: str) -> list[float]:
-    """Return the numbers under the first of the keys that is there."""
-    key = next((each for each in keys if each in entry), None)
-    if key is None:
+    """Return the numbers under the one of the keys that is there, or under several alike."""
+    there = [each for each in keys if each in entry]
+    if not there:
         raise InputError(f"has no {keys[0]!r}, {keys[1]!r} or {keys[2]!r}", where=where, do=DO)
+    key, *others = there
+    if differing := next((each for each in others if entry[each] != entry[key]), None):
+        raise InputError(f"has {key!r} and {differing!r}, which differ", where=where, do="leave one of them out")
     values = entry[key]
     if not isinstance(values, list) or len(values) != count:
         raise InputError(f"{key!r} is not a list of {count} numbers", where=where, do=DO)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import spin_usd as package
+from spin_usd.commands.score.predictions import read_predictions
 from spin_usd.errors import InputError
 
 COLUMNS = ("filename", "qw", "qx", "qy", "qz", "x", "y", "z")
@@ -88,6 +89,21 @@ def test_groups_add_up_and_the_page_is_written(rendered, truth, tmp_path, spin_u
     assert "<svg" in page
     assert json.loads((out / "score.json").read_text()) == report
     assert sorted(path.name for path in tmp_path.iterdir()) == ["page", "predictions.csv"]
+
+
+def test_what_a_prediction_says_twice_is_the_same(tmp_path) -> None:
+    pose = {"filename": "a.png", "q_cam_body": [1, 0, 0, 0], "t_cam_body": [0, 0, 6]}
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps([{**pose, "r_Vo2To_vbs": [0, 0, 6]}]))
+    (found,) = read_predictions(file)
+    assert found.pose.tolist() == [1, 0, 0, 0, 0, 0, 6]
+    file.write_text(json.dumps([{**pose, "r_Vo2To_vbs": [0, 0, 7]}]))
+    with pytest.raises(InputError, match=r"entry 0: has 'r_Vo2To_vbs' and 't_cam_body', which differ"):
+        read_predictions(file)
+    heads = "filename,qw,qx,qy,qz,x,y,z,z"
+    (tmp_path / "a.csv").write_text(f"{heads}\na.png,1,0,0,0,0,0,6,7\n")
+    with pytest.raises(InputError, match=r"a\.csv, line 1: has the heading 'z' twice"):
+        read_predictions(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize(
