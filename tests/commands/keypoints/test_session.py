@@ -226,3 +226,10 @@ def test_a_target_with_textures_has_its_colours(tmp_path) -> None:
     assert read["name"] == "tango"
     with np.load(tmp_path / "target.npz") as found:
         assert len(np.unique(found["colors"], axis=0)) > 2
+
+
+def test_the_axes_of_an_own_model_are_said(shared, tmp_path) -> None:
+    given = {"folder": str(tmp_path), "units_per_metre": 1.0, "prim": None, "any_size": False}
+    read = save_target(target=str(shared / "data" / "strangers" / "decal.obj"), **given)
+    own = "body axes are the file's own x, y and z, and it does not say which is up: keypoints are meant in these"
+    assert own in read["notes"]
