@@ -26,6 +26,7 @@ from spin_usd.renderers.blender.material import label_material
 from spin_usd.renderers.blender.mesh import TargetObject
 from spin_usd.renderers.blender.motion import MotionSetup
 from spin_usd.renderers.blender.nodes import assign
+from spin_usd.renderers.blender.one_thread import one_thread
 from spin_usd.renderers.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
@@ -69,6 +70,7 @@ class BlenderRenderer:
         self._readback = Readback(folder)
         self._denoiser = Denoiser(folder)
         self._kept: Any = None
+        self._built: Any = None
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`: an independent check of the labels, which are
@@ -105,6 +107,7 @@ class BlenderRenderer:
         self._scene.cycles.seed = seed
         guided = bool(names) and effort.denoiser != "none"
         self._split_light(names, guided=guided)
+        self._build_trees(scene)
         planes, coverage = self._planes(scene, effort, [*map(pass_name, names), *(GUIDES if guided else ())])
         groups, guides = planes[: len(names)], planes[len(names) :]
         noisy = Radiance(region=region, groups=groups, coverage=coverage)
@@ -187,6 +190,20 @@ class BlenderRenderer:
         if effort.adaptive:
             return [scene.picture_region]  # a pixel's neighbours decide with it how many samples it takes
         return picture_bands(scene, samples=effort.samples)
+
+    def _build_trees(self, scene: Scene) -> None:
+        """Have Cycles build the trees of meshes that it has not kept, by one thread: a pixel is rendered for it. Where
+        faces glow it builds them for each picture."""
+        bodies = scene.one_body_scenes
+        glow = any(emits(one.target) for one in bodies)
+        built = (self._kept, needs_groups(scene.lights), [one.target.mesh for one in bodies])
+        if glow or built != self._built:
+            region = scene.picture_region
+            pixel = Region(x0=region.x0, y0=region.y0, x1=region.x0 + 1, y1=region.y0 + 1)
+            self._camera.crop(pixel)
+            with one_thread():
+                self._readback.picture(self._scene, pixel)
+            self._built = built
 
     def _forget(self, kept: Any) -> None:
         """Make Cycles prepare all anew where effort, settings, the world's image, how often lights were made or how
