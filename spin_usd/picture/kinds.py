@@ -27,3 +27,4 @@ RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels are of no renderer."""
 KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
+DEVICE_PASS = "beauty pass on a device"  # a graphics processor, which workers share

@@ -14,6 +14,7 @@ from spin_usd.labels.table import CLOUD_LABELS, PIXEL_LABELS
 from spin_usd.picture.kinds import (
     BEAM_PASS,
     BEAUTY_PASS,
+    DEVICE_PASS,
     IMAGE,
     IMAGE_CHANNELS,
     IMAGE_MEANING,
@@ -31,6 +32,7 @@ from spin_usd.scene.derived.echoes import FirstFaces, echoes
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
+from spin_usd.scene.effort import CPU
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
@@ -96,7 +98,7 @@ def make_clouds(
 
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
     """Render the target in unit light: a render that all pictures with this radiance key share."""
-    with watch(BEAUTY_PASS):
+    with watch(BEAUTY_PASS if settings.device == CPU else DEVICE_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
         return enlarged(small, light.scene, by)

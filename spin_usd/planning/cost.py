@@ -15,7 +15,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import finite_json
-from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.store.atomic import write_json
@@ -50,7 +50,8 @@ MIN_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
 def tracing_costs(renderer: str) -> Costs:
     """Return seconds a unit of a render by the renderer `renderer`."""
-    return {BEAUTY_PASS: renderer_entry(renderer).image_costs}
+    entry = renderer_entry(renderer)
+    return {BEAUTY_PASS: entry.image_costs, DEVICE_PASS: entry.device_costs}
 
 
 def expected_work(task: Task, options: CommonWork) -> dict[str, float]:

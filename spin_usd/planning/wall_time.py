@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from spin_usd.picture.kinds import BEAUTY_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS, DEVICE_PASS
 from spin_usd.planning.make_plan import sharing
 
 PLANNING_S = 1.4  # to open the stage in a process of its own
@@ -17,26 +17,28 @@ START_S = 2.4  # a worker's start, and what its first picture takes more than ot
 OPEN_S = 0.2  # a variant's stage, in each worker
 IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
 BESIDE = 1.02  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
+DEVICE_ALONE = 0.5  # of a render's time on a device, in which no other worker's is rendered there (measured)
 SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
 
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
     """A picture's work in seconds of one core: the `render` uses all of a worker's cores, the `rest` one; more or
-    less."""
+    less. `device`: seconds of a graphics processor, which all workers share."""
 
     render: float
     rest: float
+    device: float = 0.0
 
     @classmethod
     def of(cls, seconds: Mapping[str, float]) -> "Work":
         """Sum up seconds by kind of work."""
-        render = seconds.get(BEAUTY_PASS, 0.0)
-        return cls(render=render, rest=sum(seconds.values()) - render)
+        render, device = (seconds.get(kind, 0.0) for kind in (BEAUTY_PASS, DEVICE_PASS))
+        return cls(render=render, rest=sum(seconds.values()) - render - device, device=device)
 
     @property
     def total(self) -> float:
-        return self.render + self.rest
+        return self.render + self.rest + self.device
 
 
 def wall_seconds(
@@ -63,7 +65,8 @@ def wall_seconds(
     for work in listed:
         heapq.heapreplace(ends, ends[0] + worker_seconds(work, workers=count, cores=cores))
     planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
-    return slower * (planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images) + max(ends)
+    shared = DEVICE_ALONE * sum(work.device for work in listed)
+    return slower * (planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images) + max(shared, *ends)
 
 
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
@@ -73,7 +76,7 @@ def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
 
 def thread_seconds(work: Work, *, workers: int, cores: int) -> float:
     """Return the processor seconds that the work takes the busiest thread of one of so many workers."""
-    return work.render / _pace(workers, cores)[0] + work.rest
+    return work.render / _pace(workers, cores)[0] + work.rest + work.device
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:

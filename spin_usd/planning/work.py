@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
-from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RENDERED
+from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.shown_materials import shown_materials
-from spin_usd.scene.effort import LOOKS_EVERY, Effort
+from spin_usd.scene.effort import CPU, LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
 
@@ -40,16 +40,23 @@ class Task:
 
 @dataclass(frozen=True, kw_only=True)
 class CommonWork:
-    """The options that all pictures of a run share: renderer, effort, kinds of file, pixels of the whole frame."""
+    """The options that all pictures of a run share: renderer, effort, kinds of file, pixels of the whole frame, and the
+    device, of renderers.device.DEVICES."""
 
     renderer: str
     effort: Effort
     kinds: tuple[str, ...]
     frame_pixels: int
+    device: str = CPU
 
     @property
     def labels(self) -> tuple[str, ...]:
         return tuple(kind for kind in self.kinds if kind in LABELS)
+
+    @property
+    def light_pass(self) -> str:
+        """Return the kind of work that a render is."""
+        return BEAUTY_PASS if self.device == CPU else DEVICE_PASS
 
     @property
     def renders(self) -> bool:
@@ -93,7 +100,7 @@ def work_units(task: Task, options: CommonWork) -> dict[str, Units]:
         costly = {name: picture.target_pixels for name in options.labels if LABELS[name].target_s}
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels, **costly}
     if task.render:
-        found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, options))}
+        found[options.light_pass] = {"picture": 1, **dict(_light(picture, options))}
     elif options.renders:
         found["cache"]["pixel"] = picture.region_pixels
     if IMAGE in options.kinds:

@@ -32,7 +32,8 @@ class RendererEntry:
     and does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region
     into bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
     image_costs: seconds of one core for each unit of a render, where the units are those of planning.work; `tools/bench
-    calibrate` measures them, and units that do not stand here cost nothing.
+    calibrate` measures them, and units that do not stand here cost nothing · device_costs: likewise seconds of a
+    graphics processor, by `tools/bench device` on an NVIDIA H200.
     """
 
     name: str
@@ -46,6 +47,7 @@ class RendererEntry:
     bands: bool = False
     casts: bool = False
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+    device_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
 
     @property
     def installed(self) -> bool:
@@ -83,6 +85,15 @@ _ALL = (
             "denoised balanced": 2.7e-6,
             "denoised high": 1.4e-5,
             "enlarged": 1e-7,
+        },
+        device_costs={
+            "picture": 0.03,
+            "pixel": 5.4e-7,
+            "beside": 5e-9,
+            "target": 5e-9,
+            "group": 1e-7,
+            "denoised balanced": 2e-7,
+            "denoised high": 1e-6,
         },
     ),
     RendererEntry(

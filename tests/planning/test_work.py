@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.commands.plan.report import measured_renders
-from spin_usd.picture.kinds import BEAUTY_PASS, LABEL_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS, DEVICE_PASS, LABEL_PASS
 from spin_usd.planning.cost import expected_work
 from spin_usd.planning.in_child import Extents
 from spin_usd.planning.make_plan import SHARED_FROM, make_plan
 from spin_usd.planning.request import PlanRequest
-from spin_usd.planning.wall_time import BESIDE, PLANNED_S, Work, one_core, wall_seconds
+from spin_usd.planning.wall_time import BESIDE, DEVICE_ALONE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.renderers.crop import picture_bands
 from spin_usd.scene.effort import Effort
@@ -117,6 +117,23 @@ def test_no_pictures_take_no_time_and_cores_speed_up_renders_alone() -> None:
     works = (Work.of({kind: 9.0}) for kind in (BEAUTY_PASS, LABEL_PASS, "files"))
     render, label_pass, files = (wall([work], 1, cores=2) - wall([work], 1) for work in works)
     assert render < 0 == label_pass == files
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8))
+def test_a_device_is_shared_and_cores_do_not_speed_it_up(seconds, workers) -> None:
+    works = [Work.of({DEVICE_PASS: s, "files": 1.0}) for s in seconds]
+    took = spent(works, workers, cores=8)
+    assert took == spent(works, workers, cores=16)
+    assert DEVICE_ALONE * sum(seconds) - 1e-6 <= took <= BESIDE * sum(s + 1 for s in seconds) + 1e-6
+
+
+def test_light_on_a_device_is_work_of_its_own(pictures) -> None:
+    task = Task(picture=pictures[0], label_pass=True, render=True)
+    here, there = expected_work(task, OPTIONS), expected_work(task, replace(OPTIONS, device="optix"))
+    assert {*here} - {*there} == {BEAUTY_PASS}
+    assert {*there} - {*here} == {DEVICE_PASS}
+    many = replace(OPTIONS, effort=Effort(samples=4096))
+    assert expected_work(task, replace(many, device="optix"))[DEVICE_PASS] < expected_work(task, many)[BEAUTY_PASS] / 10
 
 
 @pytest.mark.parametrize(("cores", "shares"), [(1, 1), (2, 2), (8, 2)])

@@ -26,13 +26,15 @@ from scipy.optimize import nnls
 
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.options import PictureOptions
+from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.planning.cost import EVERYWHERE, expected_work, tracing_costs
+from spin_usd.planning.cost import EVERYWHERE, expected_work
 from spin_usd.planning.machine_speed import TRIAL_S
 from spin_usd.planning.make_plan import make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
 from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.planning.work import CommonWork, Task, work_units
+from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort
@@ -88,7 +90,10 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "trial": {"file": TRIAL_S, "measured": round(trial_seconds(), 4)},
         "everywhere": fitted(samples, EVERYWHERE),
         "tracing": {
-            name: fitted([sample for sample in samples if sample.renderer == name], tracing_costs(name))
+            name: fitted(
+                [sample for sample in samples if sample.renderer == name],
+                {BEAUTY_PASS: renderer_entry(name).image_costs},
+            )
             for name in renderers
         },
     }

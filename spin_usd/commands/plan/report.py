@@ -212,7 +212,7 @@ def _of_device(request: RenderRequest, plan: Plan) -> Iterator[str]:
     if request.device == AUTO:
         yield f"--device auto: light is rendered on {device}"
     if device != CPU:
-        yield f"what a picture costs on {device} is not known: times are those of the CPU"
+        yield f"what light costs on {device} was measured on an NVIDIA H200"
 
 
 def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timings, list[str]]:
@@ -231,8 +231,10 @@ def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timin
 
 
 def measured_renders(measurement: Measurement, plan: Plan, options: CommonWork) -> Timings:
-    """Return the timings of pictures that were measured and are planned, rendered as the options say."""
+    """Return the timings of pictures that were measured, on the CPU, and are planned, rendered as the options say."""
     setting, found = Configuration(renderer=options.renderer, effort=options.effort), Timings()
+    if options.device != CPU:
+        return found
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:

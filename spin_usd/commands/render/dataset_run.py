@@ -91,8 +91,7 @@ class DatasetRun:
         self._copied = there if self._own else lease.work / STAGE
         self._processes = WorkerProcesses(destination, lease, request)
         self._new = self._store.folder.type_of(DESCRIPTION) is None
-        elsewhere = destination.cluster or request.device != CPU  # of which no cost is known
-        self._foretold = self._new and not elsewhere
+        self._foretold = self._new and not destination.cluster  # of which no cost is known
 
     def complete(self) -> RenderReport:
         """Make all that is missing, and return what was made."""

@@ -90,4 +90,5 @@ def common_work(request: RenderRequest, plan: Plan) -> CommonWork:
         effort=request.effort,
         kinds=wanted_kinds(request, plan),
         frame_pixels=width * height,
+        device=plan.settings.device,
     )
