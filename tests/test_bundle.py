@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import zstandard
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from bundling import archive, leave_out, libraries, tree  # noqa: E402
+from bundling import archive, kernels, leave_out, libraries, tree  # noqa: E402
 
 PACKAGES = Path("lib", "python3.13", "site-packages")
 MODULE = "NUMBER = 42\n" + "# padding that makes several parts\n" * 1000
@@ -117,3 +118,16 @@ def test_what_is_left_out_is_what_a_device_does_not_need(tmp_path: Path) -> None
     assert {file.name for file in kernels.iterdir()} == {"kernel_sm_86.cubin.zst", "kernel_compute_75.ptx.zst"}
     assert leave_out.prune(tmp_path, "cpu")["kernels of NVIDIA"] == 4
     assert not list(kernels.iterdir())
+
+
+def test_kernels_are_assembled_of_the_newest_text_that_is_not_newer_under_the_name_that_cycles_looks_for(
+    tmp_path: Path,
+) -> None:
+    for number in ("61", "75", "120"):
+        (tmp_path / f"kernel_compute_{number}.ptx.zst").write_bytes(zstandard.compress(f"of {number}".encode()))
+    assembler = tmp_path / "ptxas"
+    assembler.write_text('#!/bin/sh\n(echo "$1"; cat "$3") > "$5"\n')
+    assembler.chmod(0o755)
+    made = kernels.assemble(tmp_path, "9.0", str(assembler))
+    assert made == tmp_path / "kernel_sm_90.cubin.zst"
+    assert zstandard.decompress(made.read_bytes()).decode() == "--gpu-name=sm_90\nof 75"

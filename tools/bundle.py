@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from bundling import archive, leave_out, libraries, licences, tree
+from bundling import archive, kernels, leave_out, libraries, licences, tree
 
 ROOT = Path(__file__).resolve().parents[1]
 WHEEL_VENV = ROOT / ".venv-wheel"
@@ -25,7 +25,10 @@ def main() -> None:
     parser.add_argument("--part-size", default="60M", metavar="SIZE", help="of a part at most, as 60M")
     parser.add_argument("--for", dest="device", choices=leave_out.DEVICES, default="cpu", help="what renders there")
     parser.add_argument("--compute", metavar="X.Y", help="of NVIDIA's kernels, those for this compute capability alone")
+    parser.add_argument("--ptxas", metavar="FILE", help="CUDA's program, which assembles kernels that Blender lacks")
     options = parser.parse_args()
+    if options.ptxas and not (options.compute and options.device == "cuda"):
+        sys.exit("tools/bundle: --ptxas assembles kernels for one processor: give --for cuda and --compute X.Y too")
     part_bytes = int(options.part_size[:-1]) * SUFFIXES[options.part_size[-1]]
     out = options.out
     if out.exists() and any(out.iterdir()):
@@ -35,6 +38,8 @@ def main() -> None:
         root = Path(name) / "spin_usd"
         tree.lay_out(root, WHEEL_VENV)
         left_out = leave_out.prune(root, options.device, options.compute)
+        if options.ptxas:
+            kernels.assemble(root / leave_out.KERNELS, options.compute, options.ptxas)
         copied, stand_ins = libraries.settle(root, WHEEL_VENV)
         manifest = {
             "device": options.device,

@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
@@ -24,7 +24,7 @@ import three_stages
 from benchmarks.command import COMMAND, asked
 from benchmarks.frames import own_camera
 
-from spin_usd.accuracy.tables import in_markdown
+from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.scene.effort import QUALITIES
 
 STAGES = ("matt", "plain", "sunlamp", "earth", "two")
@@ -34,7 +34,7 @@ WIDTHS = (256, 512, 1920, LENS)
 ROUNDS = 3  # times that every picture is made at a quality, but for the slow ones
 REFERENCE = {"parts": 4, "samples": 512, "bounces": 32}
 QUICK = 96  # pixels
-RUN: dict[str, Any] = {"frames": 48, "width": 512, "quality": "draft"}  # of whole runs
+RUN: dict[str, Any] = {"frames": 96, "width": 512, "quality": "draft"}  # of whole runs
 PATIENCE_S = 240  # for one row
 COMPILING_S = 1200  # for the first picture of a device, which a driver may compile kernels for
 
@@ -65,16 +65,15 @@ def rows(devices: list[str], *, quick: bool) -> Iterator[Row]:
     for device, stage in product(devices, ("plain", "matt")):  # whose lens takes kernels of its own
         if able(device, stage, 512):
             yield Row(kind="first", device=device, stage=stage)
-    for width, stage in ((512, "plain"), (512, "matt"), (LENS, "matt")):
-        for device in ("cpu", *devices):
-            if able(device, stage, width):
-                yield Row(kind="pictures", device=device, stage=stage, width=width)
+    for stage, device in product(("plain", "matt"), ("cpu", *devices)):
+        if able(device, stage, 512):
+            yield Row(kind="pictures", device=device, stage=stage)
     for device, workers in product((*devices, "cpu"), (1, 2, 4)):
         yield Row(kind="run", device=device, workers=workers if device != "cpu" else 4 * workers)
     yield from (Row(kind="refusal", device=device, width=LENS) for device in devices if not able(device, "matt", LENS))
     yield from (Row(kind="kill", device=device) for device in devices[:1])
     yield from (Row(kind="denoiser", device=device) for device in devices[:1])
-    for width, stage in product((512, 256, 1920, LENS), STAGES):
+    for width, stage in product((LENS, 512, 256, 1920), STAGES):
         for device in ("cpu", *devices):
             if able(device, stage, width):
                 yield Row(kind="pictures", device=device, stage=stage, width=width)
@@ -119,6 +118,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
             continue
         if time.monotonic() > ends:
             break
+        if row.kind != "first" and row.device in _without_picture(found["rows"].values()):
+            continue
         began = time.monotonic()
         found["rows"][row.name] = {**asdict(row), **_taken(row, options)}
         said = found["rows"][row.name].get("failed", "done")
@@ -126,6 +127,11 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         if options.json:
             _keep(options.json, found)
     return found
+
+
+def _without_picture(taken: Iterable[Mapping[str, Any]]) -> set[str]:
+    """Return the devices that did not render their first picture."""
+    return {row["device"] for row in taken if row["kind"] == "first" and "failed" in row}
 
 
 def _known(file: Path | None) -> dict[str, Any]:
@@ -242,10 +248,10 @@ def pictures(row: Row, work: Path) -> dict[str, Any]:
     qualities = {}
     for quality, effort in QUALITIES.items():
         times = []
-        for number in range(1 if quality == "reference" else ROUNDS):
+        for seed in range(1 if quality == "reference" else ROUNDS):
             for scene in scenes:
                 began = time.perf_counter()
-                rendered(scene, effort, number)
+                rendered(scene, effort, seed)
                 times.append(time.perf_counter() - began)
         each: dict[str, Any] = {"warm_s": sorted(times[1:])[len(times[1:]) // 2], "first_s": times[0]}
         if reference is not None:
@@ -377,30 +383,27 @@ KINDS: Mapping[str, Any] = {
 
 
 def table(figures: dict[str, Any]) -> str:
-    """Return the figures as Markdown: a row for each device, stage and width, and one for each whole run."""
+    """Return the figures as Markdown: of light a row for each stage, width and device, and one for each whole run."""
     taken = [row for row in figures["rows"].values() if "failed" not in row]
-    headings = ["stage, px", "device", "first, s", *QUALITIES, *(f"{name}: error" for name in QUALITIES)]
-    lines = []
-    for row in taken:
-        if row["kind"] == "pictures":
-            qualities = row["qualities"]
-            times = [f"{qualities[name]['warm_s']:.3g}" for name in QUALITIES]
-            errors = [
-                f"{100 * qualities[name]['error']:.3g} %" if "error" in qualities[name] else "" for name in QUALITIES
-            ]
-            where = f"{row['stage']}, {row['width'] or '1920 through the lens of SPEED+'}"
-            lines.append([where, row["device"], f"{row['first_s']:.3g}", *times, *errors])
-    runs = [
-        [row["device"], str(row["workers"]), f"{row['per_picture_s']:.3g}", f"{row['wall_s']:.3g}"]
-        for row in taken
-        if row["kind"] == "run"
-    ]
-    failed = [f"\n{name}: {row['failed'][-200:]}" for name, row in figures["rows"].items() if "failed" in row]
-    return "\n".join(
+    pictures, runs = ([row for row in taken if row["kind"] == kind] for kind in ("pictures", "run"))
+    pictures.sort(key=lambda row: (row["width"] == LENS, row["width"], row["stage"]))
+    headings = ["stage", "region, px", "device", "first, s", *(f"{name}, s · error" for name in QUALITIES)]
+    lines = [
         [
-            in_markdown(headings, lines),
-            "",
-            in_markdown(["device", "workers", "seconds a picture", "seconds in all"], runs),
-            *failed,
+            f"{row['stage']}, {row['width'] or 'the lens of SPEED+'}",
+            "x".join(map(str, reversed(row["region"]))),
+            row["device"],
+            number(row["first_s"]),
+            *(_cost_and_error(row["qualities"][name]) for name in QUALITIES),
         ]
-    )
+        for row in pictures
+    ]
+    whole = [[row["device"], str(row["workers"]), number(row["wall_s"])] for row in runs]
+    failed = [f"\n{name}: {row['failed'][-200:]}" for name, row in figures["rows"].items() if "failed" in row]
+    of_runs = in_markdown(["device", "workers", f"{RUN['frames']} pictures, s"], whole)
+    return "\n".join([in_markdown(headings, lines), "", of_runs, *failed])
+
+
+def _cost_and_error(quality: dict[str, Any]) -> str:
+    error = f" · {percent(quality['error'])}" if "error" in quality else ""
+    return f"{number(quality['warm_s'])}{error}"
