@@ -6,6 +6,7 @@ of a few pixels differ.
 """
 
 import ctypes
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -26,7 +27,11 @@ class GlobalControl(ctypes.Structure):
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let oneTBB, by which Blender, Cycles and Embree share out work, use the calling thread alone, until the end."""
+    """Let oneTBB, by which Blender, Cycles and Embree share out work, use the calling thread alone, until the end; on
+    Linux, for elsewhere its functions have other names."""
+    if sys.platform != "linux":
+        yield
+        return
     control = ctypes.byref(GlobalControl(value=1, parameter=MOST_THREADS))
     _library()[CREATE](control)
     try:
@@ -38,5 +43,4 @@ def one_thread() -> Iterator[None]:
 @cache
 def _library() -> ctypes.CDLL:
     """Return Blender's copy of oneTBB."""
-    (file,) = (Path(bpy.utils.resource_path("LOCAL")).parent / "lib").glob("libtbb.*")
-    return ctypes.CDLL(str(file))
+    return ctypes.CDLL(str(Path(bpy.utils.resource_path("LOCAL")).parent / "lib" / "libtbb.so.12"))
