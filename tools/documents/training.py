@@ -108,9 +108,21 @@ def _table(rows: Sequence[Row]) -> str:
     note = (
         f"SPEED+ score · median error of the attitude; means over {' or '.join(map(str, sorted(seeds)))} seeds with "
         f"their standard errors. {training['steps']} steps of {training['batch']} crops of {training['size']} pixels, "
-        f"{train:.0f} processor seconds; rendering: processor seconds of all the row's pictures."
+        f"{train:.0f} processor seconds; rendering: processor seconds of all the row's pictures. {_state(rows)}"
     )
     return f"{prose(note)}\n\n{in_markdown(('learned from', 'pictures', 'rendering, s', *tests), cells)}"
+
+
+def _state(rows: Sequence[Row]) -> str:
+    """Return of which state of spin_usd the rows are. Ends the program for a table of several: what was rendered and
+    learned by one is no more comparable with another's."""
+    runs = [run for row in rows for run in row.runs]
+    commits = {run.get("commit") for run in runs}
+    if len(commits) > 1:
+        found = ", ".join(sorted(f"{run['row']} of {run.get('commit', 'no commit')}" for run in runs))
+        raise SystemExit(f"rows of one table are of several states of spin_usd: {found}; take them again")
+    days = sorted({run["finished"] for run in runs})
+    return f"Commit {commits.pop() or 'unknown'}, {' to '.join(dict.fromkeys((days[0], days[-1])))}."
 
 
 def _within(found: tuple[float, float]) -> str:

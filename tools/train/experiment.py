@@ -18,6 +18,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -152,6 +153,7 @@ class Work:
             "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
             "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
             "machine": machine(),
+            "commit": _commit(),
             "finished": result["finished"],
         }
 
@@ -192,6 +194,13 @@ def _timed(folder: Path, command: Sequence[str]) -> None:
     file.write_text(json.dumps({"cpu_s": spent + usage.ru_utime + usage.ru_stime}))
     if process.returncode:
         raise SystemExit(f"ended with {process.returncode}: {' '.join(command)}")
+
+
+def _commit() -> str:
+    """Return the repository's commit, with a + where the working tree is not it."""
+    git = partial(subprocess.run, cwd=ROOT, capture_output=True, text=True)
+    head = git(["git", "rev-parse", "--short=8", "HEAD"]).stdout.strip()
+    return f"{head}{'+' if git(['git', 'status', '--porcelain', 'spin_usd', 'stages']).stdout else ''}"
 
 
 def _stage_hash(dataset: Path) -> str:
