@@ -7,9 +7,9 @@ import pytest
 
 from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.derived.eclipse import disc, eclipsed, obscuration
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight
-from spin_usd.stage.read.stage_reader import disc, eclipsed, obscuration
 
 SUN = DistantLight(path="/Sun", direction_cam=(0.6, 0.0, 0.8), irradiance=(1361.0, 1361.0, 1361.0), angle=0.0093)
 TO_SUN, ASIDE = -np.array(SUN.direction_cam), np.array([0.8, 0.0, -0.6])
