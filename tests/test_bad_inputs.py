@@ -328,7 +328,7 @@ def planned(path, copy, renders=True):
         "provenance": (),
         "explain": False,
     }
-    stage = {name: opened[name] for name in ("root", "variants", "chosen")}
+    stage = {name: getattr(opened, name) for name in ("root", "variants", "chosen")}
     return plan_pictures(**stage, **asked, progress=no_progress)
 
 

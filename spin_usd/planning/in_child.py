@@ -29,10 +29,12 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.identity_memo import IdentityMemo
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.planning.columns import COLUMNS, PLANNING
+from spin_usd.planning.opened_stage import OpenedStage, StageContent
 from spin_usd.planning.skipped_work import SkippedWorkCounter
 from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.planning.work import features
 from spin_usd.progress import Progress
+from spin_usd.records.descriptions import PartEntry, TargetEntry
 from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
@@ -62,9 +64,10 @@ class StagePlanner:
 
     def __init__(self, **stage: Any) -> None:
         self._reader: StageReader | None = None
-        self.opened: dict[str, Any] = {}
+        self.opened: Any = None
         if stage:
-            self.opened, self._reader = open_plan(**stage)
+            opened, self._reader = open_plan(**stage)
+            self.opened = to_builtins(opened)
 
     def pictures(self, *, progress: Progress, **of: Any) -> list[dict[str, Any]]:
         """Plan some of its pictures, as plan_pictures; of the stage that it names where none is open yet."""
@@ -81,15 +84,13 @@ def open_plan(
     renders: bool = True,
     copy_to: str | None = None,
     trial: bool = False,
-) -> tuple[dict[str, Any], StageReader]:
-    """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
-    which of them are chosen, what the stage was made from, and what dataset.json says of the target; and the stage's
-    reader, for `plan_pictures`.
+) -> tuple[OpenedStage, StageReader]:
+    """Return what a plan says of the stage as a whole; and the stage's reader, for `plan_pictures`.
 
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
-    those that may render the light; "device" is the first that can. `renders`: as plan_pictures has it.
-    `copy_to`: first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
-    `trial`: whether to try how fast this machine is; "trial_s" are the seconds.
+    those that may render the light. `renders`: as plan_pictures has it.
+    `copy_to`: first copy the stage into that folder and plan from the copy. `trial`: whether to try how fast this
+    machine is.
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
     several = bool(variants)  # perhaps: then poses are kept for the readers after this one
@@ -99,19 +100,19 @@ def open_plan(
         found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
         raise InputError(found, where=stage, do="count from 0; 0:10 are the first ten")
     wanted = wanted_variants(variants, reader.variants)
-    described = {
-        "root": str(root),
-        "seed": reader.seed if seed is None else seed,
-        "variants": wanted,
-        "device": chosen_device(devices, _scenes(root, reader, wanted, chosen)),
-        "known_variants": list(reader.variants),
-        "names": [frame.name for frame in reader.frames],
-        "chosen": list(chosen),
-        "origin": origin_of(reader.stage),
-        "description": _description(reader),
-        "trial_s": trial_seconds() if trial else None,
-    }
-    return described, reader
+    opened = OpenedStage(
+        root=str(root),
+        seed=reader.seed if seed is None else seed,
+        variants=list(wanted),
+        device=chosen_device(devices, _scenes(root, reader, wanted, chosen)),
+        known_variants=list(reader.variants),
+        names=[frame.name for frame in reader.frames],
+        chosen=list(chosen),
+        origin=origin_of(reader.stage),
+        content=_stage_content(reader),
+        trial_s=trial_seconds() if trial else None,
+    )
+    return opened, reader
 
 
 def plan_pictures(
@@ -302,42 +303,39 @@ def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> No
         raise UnsupportedError(found, where=f"{reader.camera_path}.{schema.SENSOR['bit_depth']}", do=do)
 
 
-def _description(reader: StageReader) -> dict[str, Any]:
+def _stage_content(reader: StageReader) -> StageContent:
     """Return what dataset.json says of the bodies, and what a plan needs of the camera."""
     scene = reader.scene(reader.frames[0])
-    return {
-        "targets": [described_target(body) for body in scene.targets],
-        "parts": dict(described_parts(reader.numbering.bodies)),
-        "bodies": len(reader.bodies),
-        "camera": [scene.camera.width, scene.camera.height],
-        "channels": scene.sensor.channels,
-        "lidar": scene.lidar is not None,
-        "paired": scene.rig is not None,
-    }
+    return StageContent(
+        targets=[described_target(body) for body in scene.targets],
+        parts=dict(described_parts(reader.numbering.bodies)),
+        bodies=len(reader.bodies),
+        camera=[scene.camera.width, scene.camera.height],
+        lidar=scene.lidar is not None,
+        paired=scene.rig is not None,
+    )
 
 
-def described_target(body: Body) -> dict[str, Any]:
+def described_target(body: Body) -> TargetEntry:
     """Return what dataset.json says of a target."""
     target = body.target
-    return {
-        "id": body.id,
-        "name": target.name,
-        "path": target.path,
-        "size": target.mesh.size.tolist(),
-        "box": target.mesh.box.tolist(),
-        "keypoints": {
-            name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)
-        },
-    }
+    return TargetEntry(
+        id=body.id,
+        name=target.name,
+        path=target.path,
+        size=target.mesh.size.tolist(),
+        box=target.mesh.box.tolist(),
+        keypoints={name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)},
+    )
 
 
-def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterator[tuple[str, dict[str, Any]]]:
+def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterator[tuple[str, PartEntry]]:
     """Yield the parts of all bodies by their ids in labels. `bodies`: of each its id, the number of parts before its
     own, and its parts."""
     for target, before, parts in bodies:
         for part in parts:
-            labels = {"class": part.class_name, "name": part.name}
-            yield str(before + part.id), {"path": part.path, **labels, "target": target}
+            entry = PartEntry(path=part.path, class_=part.class_name, name=part.name, target=target)
+            yield str(before + part.id), entry
 
 
 def chosen_device(offered: Sequence[str], scenes: Iterable[Scene]) -> str:

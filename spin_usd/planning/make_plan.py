@@ -11,6 +11,7 @@ from msgspec import convert
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.columns import COLUMNS, PLANNING
+from spin_usd.planning.opened_stage import OpenedStage, StageContent
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.skipped_work import SkippedCount, skipped_counts
 from spin_usd.processes.ask_child import unreadable
@@ -38,7 +39,7 @@ class Plan:
     frames: names of those wanted, in all shards
     stages: by variant, what a record says of the stage
     origin: what the stage was made from
-    description: what dataset.json says of the target
+    content: what all pictures share
     pictures: those to make, by variant, then in the stage's order
     skipped: what of their work they do not need, where that was asked
     notes: sentences on what is rendered otherwise than the stage says
@@ -54,7 +55,7 @@ class Plan:
     frames: tuple[str, ...]
     stages: Mapping[str, Mapping[str, Any]]
     origin: Mapping[str, Any]
-    description: Mapping[str, Any]
+    content: StageContent
     pictures: tuple[PlannedPicture, ...]
     skipped: tuple[SkippedCount, ...] = ()
     notes: tuple[str, ...] = ()
@@ -88,11 +89,11 @@ def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
         settings = RenderSettings(
             renderer=question.request.renderer,
             effort=question.request.effort,
-            seed=opened["seed"],
-            device=opened["device"],
+            seed=opened.seed,
+            device=opened.device,
         )
         chosen = _chosen(question, opened)
-        pictures = len(chosen) * len(opened["variants"])
+        pictures = len(chosen) * len(opened.variants)
         count = sharing(pictures, processes)
         for number in range(1, count):
             pool.add(number, Child())
@@ -106,7 +107,7 @@ def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
 
 def _request(
     question: PlanRequest,
-    opened: Mapping[str, Any],
+    opened: OpenedStage,
     settings: RenderSettings,
     chosen: Sequence[int],
     number: int,
@@ -114,47 +115,47 @@ def _request(
 ) -> dict[str, Any]:
     """Return what the `number`th of `count` children is asked of the `chosen` frames."""
     return {
-        "root": opened["root"],
-        "variants": opened["variants"],
+        "root": opened.root,
+        "variants": opened.variants,
         "chosen": chosen,
         "settings": asdict(settings),
         "image_suffix": question.request.image_suffix if question.request.image else None,
         "renders": question.request.renders,
         "labels": question.labels,
-        "provenance": opened["variants"][number::count],
+        "provenance": opened.variants[number::count],
         "explain": question.explain,
     }
 
 
-def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequence[Any]) -> Plan:
+def _merged(opened: OpenedStage, settings: RenderSettings, answers: Sequence[Any]) -> Plan:
     """Return the plan in the children's `answers`, each a part of every variant."""
     parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
     stages = {part["variant"]: part["stage"] for part in parts_in_order if part["stage"]}
     return Plan(
-        root=Path(opened["root"]),
+        root=Path(opened.root),
         settings=settings,
-        variants=tuple(opened["variants"]),
-        known_variants=tuple(opened["known_variants"]),
-        names=tuple(opened["names"]),
-        frames=tuple(opened["names"][place] for place in opened["chosen"]),
-        stages={variant: stages[variant] for variant in opened["variants"]},
-        origin=opened["origin"],
-        description=opened["description"],
+        variants=tuple(opened.variants),
+        known_variants=tuple(opened.known_variants),
+        names=tuple(opened.names),
+        frames=tuple(opened.names[place] for place in opened.chosen),
+        stages={variant: stages[variant] for variant in opened.variants},
+        origin=opened.origin,
+        content=opened.content,
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
         views=merged([convert(part["views"], Views) for part in parts_in_order if part["views"]]),
         skipped=skipped_counts((part["variant"], part["skipped"]) for part in parts_in_order),
-        trial_s=opened["trial_s"],
+        trial_s=opened.trial_s,
     )
 
 
-def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
-    """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
+def _opened(question: PlanRequest) -> tuple[Child, OpenedStage]:
+    """Open the stage in a child; return that and what it answers. Raises ChildDiedError where several die."""
     asked, retries = question.request, Retries(READING_TRIES)
     while True:
         child = next_child()
         try:
-            return child, child.call(
+            answer = child.call(
                 "open_plan",
                 stage=str(asked.stage.absolute()),
                 variants=asked.variants,
@@ -166,6 +167,7 @@ def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
                 trial=question.trial,
                 within_s=PATIENCE_S,
             )
+            return child, convert(answer, OpenedStage)
         except ChildDiedError as died:
             child.kill()
             if not retries.may_try_again(died):
@@ -177,12 +179,12 @@ def _opened(question: PlanRequest) -> tuple[Child, Mapping[str, Any]]:
             raise
 
 
-def _chosen(question: PlanRequest, opened: Mapping[str, Any]) -> list[int]:
+def _chosen(question: PlanRequest, opened: OpenedStage) -> list[int]:
     """Return the places in the stage of the frames to plan."""
-    chosen: list[int] = opened["chosen"]
+    chosen: list[int] = opened.chosen
     if question.shard is None:
         return chosen
-    return [chosen[place] for place in question.shard.own([opened["names"][place] for place in chosen])]
+    return [chosen[place] for place in question.shard.own([opened.names[place] for place in chosen])]
 
 
 def _parts(chosen: Sequence[int], count: int) -> Iterator[Sequence[int]]:

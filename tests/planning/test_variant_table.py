@@ -139,7 +139,7 @@ def a_plan(pictures, variants):
         frames=(),
         stages={},
         origin={},
-        description={},
+        content=None,
         pictures=tuple(pictures),
     )
 

@@ -137,7 +137,7 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
 
     request = RenderRequest(options=PictureOptions(root, renderer=renderer, seed=0), effort=effort)
     plan = make_plan(PlanRequest(request=request), processes=1, progress=lambda *_: None)
-    width, height = plan.description["camera"]
+    width, height = plan.content.camera
     method = CommonWork(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
     options = WorkerOptions(root=str(out), work=str(out / "work"), stage=str(root), settings=settings)

@@ -180,7 +180,7 @@ def _chosen(plan: Plan, stage: Path, count: int) -> list[PlannedPicture]:
 
 
 def _frame_pixels(plan: Plan) -> int:
-    width, height = plan.description["camera"]
+    width, height = plan.content.camera
     return int(width * height)
 
 

@@ -312,11 +312,11 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
     hashes = dict(before["stage"]["hashes"]) if before else {}
     hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
     hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
-    classes = class_ids(part["class"] for part in plan.description["parts"].values())
+    classes = class_ids(part.class_ for part in plan.content.parts.values())
     description = DatasetDescription(
         stage=StageEntry(root=root, origin=StageOrigin(**plan.origin), hashes=hashes),
-        targets=plan.description["targets"],
-        parts=plan.description["parts"],
+        targets=plan.content.targets,
+        parts=plan.content.parts,
         classes={str(number): name for name, number in classes.items()},
         variants=list(hashes),
         frames=len(plan.names),
@@ -337,7 +337,7 @@ def unfinished_tasks(
         kinds_left,
         store,
         wanted=wanted,
-        names={target["id"]: target["name"] for target in planned.description["targets"]},
+        names={target.id: target.name for target in planned.content.targets},
         finished=lambda record: report.add(faults(record)),
         outdated=lambda record, stage: again.update([why_outdated(record, planned.settings, stage)]),
         work=work,

@@ -60,14 +60,14 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
     of what is made where_possible what the stage can have. Raises InputError for another label that it cannot have, and
     for one that cannot hold so many targets."""
-    _refuse_targets(request, len(plan.description["targets"]))
-    missing = {name for name, needed in NEEDS.items() if not plan.description[needed]}
+    _refuse_targets(request, len(plan.content.targets))
+    missing = {name for name, needed in NEEDS.items() if not getattr(plan.content, needed)}
     for kind in request.kinds:
         if kind in missing:
             what, do = LACKING[NEEDS[kind]]
             raise InputError(f"has no {what}, which the label {kind} needs", where=request.stage, do=do)
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
-    more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
+    more = LABELS_OF_SEVERAL if of_pixels and plan.content.bodies > 1 else ()
     possible = set(request.where_possible) - missing
     return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *possible))
 
@@ -84,7 +84,7 @@ def _refuse_targets(request: RenderRequest, count: int) -> None:
 
 def common_work(request: RenderRequest, plan: Plan) -> CommonWork:
     """Return how all pictures of the run are made."""
-    width, height = plan.description["camera"]
+    width, height = plan.content.camera
     return CommonWork(
         renderer=request.renderer,
         effort=request.effort,

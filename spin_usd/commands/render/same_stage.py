@@ -41,19 +41,14 @@ def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
 
 def _renumbered(description: Mapping[str, Any], plan: Plan) -> Iterator[str]:
     """Yield IDS where a target or a part that dataset.json lists has another id in the plan, or its id is another's."""
-    for listed in (_targets, _parts):
-        before, now = listed(description), listed(plan.description)
+    content = plan.content
+    targets = {target["path"]: target["id"] for target in description["targets"]}
+    parts = {part["path"]: int(number) for number, part in description["parts"].items()}
+    planned_parts = {part.path: int(number) for number, part in content.parts.items()}
+    for before, now in ((targets, {target.path: target.id for target in content.targets}), (parts, planned_parts)):
         moved = any(before[path] != now[path] for path in before.keys() & now.keys())
         if moved or any(number in now.values() for path, number in before.items() if path not in now):
             yield IDS
-
-
-def _targets(description: Mapping[str, Any]) -> dict[str, int]:
-    return {target["path"]: target["id"] for target in description["targets"]}
-
-
-def _parts(description: Mapping[str, Any]) -> dict[str, int]:
-    return {part["path"]: int(number) for number, part in description["parts"].items()}
 
 
 def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:

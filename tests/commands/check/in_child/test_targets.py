@@ -59,8 +59,8 @@ def picture_of(s, tmp_path):
     targets = [to_builtins(recorded_target(body, each)) for body, each in zip(s.targets, facts, strict=True)]
     record = {"camera": to_builtins(recorded_camera(s.camera)), "pose": targets[0]["pose"], "targets": targets}
     bodies = [(body.id, before, body.target.parts) for body, before in zip(s.bodies, s.part_offsets, strict=True)]
-    parts = dict(described_parts(bodies))
-    description = {"targets": [described_target(body) for body in s.targets], "parts": parts}
+    described = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(bodies))}
+    description = to_builtins(described)
     return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
 
 
