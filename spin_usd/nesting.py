@@ -8,9 +8,12 @@ import json
 import re
 import tomllib
 from math import isfinite
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from msgspec import convert
+
+T = TypeVar("T")
 
 MAX_DEPTH = 100  # levels; ten are many
 CHUNK = 1 << 20  # bytes looked at together
@@ -41,6 +44,12 @@ def finite_json(text: str | bytes) -> Any:
     """Return the JSON value in `text`, which spin_usd wrote: its numbers are finite, for it could not be written again
     otherwise. Raises ValueError, which NestingError is."""
     return parsed_json(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
+
+
+def typed_json(text: str | bytes, type: type[T]) -> T:
+    """Return the JSON value in `text`, which spin_usd wrote, as one of that type; fields that it does not name are
+    passed over. Raises ValueError, also where the text is not of that type."""
+    return convert(finite_json(text), type)
 
 
 def parsed_toml(text: str) -> dict[str, Any]:

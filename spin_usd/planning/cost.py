@@ -13,8 +13,9 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.json_fields import Size
 from spin_usd.labels.table import LABELS
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import typed_json
 from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.processes.open_renderer import renderer_entry
@@ -78,8 +79,8 @@ def expected_bytes(task: Task, options: CommonWork) -> float:
 class Timings:
     """Seconds of one core by kind of work: what was expected of a dataset's runs, and what they took."""
 
-    expected: dict[str, float] = field(default_factory=dict)
-    taken: dict[str, float] = field(default_factory=dict)
+    expected: dict[str, Size] = field(default_factory=dict)
+    taken: dict[str, Size] = field(default_factory=dict)
 
     def add(self, expected: Mapping[str, float], taken: Mapping[str, float]) -> None:
         """Add what was expected of a picture and what it took."""
@@ -102,11 +103,8 @@ class Timings:
 
 def read_measured(folder: Folder, name: str) -> Timings:
     """Read what `write_measured` wrote; nothing where that is not there or damaged."""
-    with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        values = finite_json(folder.read(name, MAX_SPECIFICATION))
-        parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]
-        if all(0 <= seconds < float("inf") for part in parts for seconds in part.values()):
-            return Timings(expected=parts[0], taken=parts[1])
+    with suppress(InputError, ValueError):
+        return typed_json(folder.read(name, MAX_SPECIFICATION), Timings)
     return Timings()
 
 

@@ -8,28 +8,37 @@ import os
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import Meta, Struct, to_builtins
 
 from spin_usd.errors import SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import typed_json
 from spin_usd.picture.versions import library_versions
 from spin_usd.processes.processors import processor_model
 from spin_usd.store.atomic import write_json
 
 TRIAL_S = 0.021  # the trial of planning.speed_trial, on the machine that the constants were measured on
-LIKELY_S = (TRIAL_S / 100, TRIAL_S * 100)  # anything else is damage
+LIKELY = 100  # times as fast or as slow; anything else is damage
 FOLDER = "spin_usd"
+
+
+class Trial(Struct, frozen=True, kw_only=True):
+    """A trial of this machine, as the user's cache folder keeps it."""
+
+    trial_s: Annotated[float, Meta(gt=TRIAL_S / LIKELY, lt=TRIAL_S * LIKELY)]
+    made_by: dict[str, str]
+    """What must be the same for the trial to say anything."""
 
 
 def kept_trial() -> float | None:
     """Return the seconds of the trial that an earlier plan made on such a machine; None where there is none."""
     folder = _folder()
     if folder is not None:
-        with suppress(SpinError, ValueError, TypeError, KeyError, RecursionError):
-            seconds = float(finite_json(folder.read(_file_name(), MAX_SPECIFICATION))["trial_s"])
-            if LIKELY_S[0] < seconds < LIKELY_S[1]:
-                return seconds
+        with suppress(SpinError, ValueError):
+            return typed_json(folder.read(_file_name(), MAX_SPECIFICATION), Trial).trial_s
     return None
 
 
@@ -38,7 +47,8 @@ def keep_trial(seconds: float) -> None:
     folder = _folder()
     if folder is not None:
         with suppress(SpinError, OSError):
-            write_json(folder, _file_name(), {"trial_s": seconds, "made_by": _made_by()}, work=folder.root)
+            trial = Trial(trial_s=seconds, made_by=_made_by())
+            write_json(folder, _file_name(), to_builtins(trial), work=folder.root)
 
 
 def slower_by(trial_s: float | None) -> float:

@@ -11,12 +11,14 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Annotated
+
+from msgspec import Meta
 
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import typed_json
 from spin_usd.pluralise import pluralise
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
@@ -55,7 +57,7 @@ class Shard:
 class Manifest:
     """The manifest of a run in `count` shards: the names of the variants and of the frames that are made."""
 
-    count: int
+    count: Annotated[int, Meta(ge=1, le=MAX_SHARDS)]
     variants: tuple[str, ...]
     frames: tuple[str, ...]
 
@@ -83,17 +85,9 @@ def write_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
 
 def read_manifest(store: Store) -> Manifest | None:
     """Read the manifest; None where there is none, or something else in its place."""
-    with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        value = finite_json(store.folder.read(SHARDS, MAX_DOCUMENT))
-        shard = Shard.parse(f"0/{value['count']}")
-        return Manifest(count=shard.count, variants=_names(value["variants"]), frames=_names(value["frames"]))
+    with suppress(InputError, ValueError):
+        return typed_json(store.folder.read(SHARDS, MAX_DOCUMENT), Manifest)
     return None
-
-
-def _names(value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise TypeError
-    return tuple(value)
 
 
 def remove_manifest(store: Store) -> None:

@@ -14,12 +14,14 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from msgspec import Struct, to_builtins
+
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import typed_json
 from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
 from spin_usd.scene.passes import Radiance
 from spin_usd.store.atomic import write_atomically, write_json
@@ -50,6 +52,13 @@ class RenderCost:
     warm: bool
 
 
+class KeptRender(Struct, frozen=True, kw_only=True):
+    """What is written beside a render."""
+
+    cost: RenderCost
+    sha256: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class RenderStore:
     """The renders and results in the folder `root`; `work` is for temporary files."""
@@ -59,15 +68,13 @@ class RenderStore:
 
     def has(self, key: str) -> bool:
         """Return whether the render of that key is there, every byte verified."""
-        with suppress(InputError, OSError, ValueError, KeyError, TypeError):
-            value = self._value(key)
-            RenderCost(**value["cost"])
-            return self._folder.sha256(render_file(key, RENDER_SUFFIX)) == str(value["sha256"])
+        with suppress(InputError, OSError, ValueError):
+            return self._folder.sha256(render_file(key, RENDER_SUFFIX)) == self._kept(key).sha256
         return False
 
     def cost(self, key: str) -> RenderCost:
         """Return the cost of a render that is there."""
-        return RenderCost(**self._value(key)["cost"])
+        return self._kept(key).cost
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
         """Read the render of that key. Raises InputError where it is not there, or damaged."""
@@ -81,7 +88,7 @@ class RenderStore:
         """Write a render and its cost. Raises OutputError."""
         encode = partial(encoded_render, radiance)
         sha256 = write_atomically(self._folder, render_file(key, RENDER_SUFFIX), encode, work=self.work)
-        self.write_result(key, {"cost": vars(cost), "sha256": sha256})
+        self.write_result(key, to_builtins(KeptRender(cost=cost, sha256=sha256)))
 
     def result(self, key: str) -> Path:
         """Return the file for the result of that key."""
@@ -89,8 +96,8 @@ class RenderStore:
 
     def known(self, key: str) -> dict[str, Any] | None:
         """Return the result of that key; None where it is not there, or damaged."""
-        with suppress(InputError, ValueError, RecursionError):
-            return self._value(key)
+        with suppress(InputError, ValueError):
+            return typed_json(self._read(key), dict[str, Any])
         return None
 
     def write_result(self, key: str, value: Mapping[str, Any]) -> None:
@@ -110,9 +117,11 @@ class RenderStore:
                 remove_file(self._folder, name)
                 remove_emptied(self._folder, name)
 
-    def _value(self, key: str) -> dict[str, Any]:
-        value: dict[str, Any] = finite_json(self._folder.read(render_file(key), MAX_DOCUMENT))
-        return value
+    def _kept(self, key: str) -> KeptRender:
+        return typed_json(self._read(key), KeptRender)
+
+    def _read(self, key: str) -> bytes:
+        return self._folder.read(render_file(key), MAX_DOCUMENT)
 
     @property
     def _folder(self) -> Folder:

@@ -8,7 +8,6 @@ The marker of a run at a URL: stores of objects have no locks, so whoever comes 
 Two runs that begin in the same moment may both go on: they write the same bytes, and work twice.
 """
 
-import json
 import os
 import platform
 import secrets
@@ -21,12 +20,14 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 import psutil
+from msgspec import Struct, json
+from msgspec.structs import replace
 
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import make_folder, remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import finite_json, typed_json
 from spin_usd.picture.kinds import KINDS
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
@@ -103,13 +104,22 @@ def _is_record(name: str) -> bool:
     return name.startswith(f"{RECORDS}/")
 
 
+class Marker(Struct, frozen=True, kw_only=True):
+    """What a run writes while it is on: its token, machine and process, and when it wrote that."""
+
+    token: str
+    host: str
+    process: int
+    time: float
+
+
 @contextmanager
 def marked(url: DatasetUrl) -> Iterator[None]:
     """Mark `url` as written by this run, as long as the block.
 
     Raises InputError where another run is on there, and OutputError.
     """
-    own = {"token": secrets.token_hex(8), "host": platform.node(), "process": os.getpid()}
+    own = Marker(token=secrets.token_hex(8), host=platform.node(), process=os.getpid(), time=time.time())
     _refuse_other(url, own)
     _put(url, own)
     _refuse_other(url, own)  # which came between
@@ -124,31 +134,29 @@ def marked(url: DatasetUrl) -> Iterator[None]:
         url.remove(MARKER)
 
 
-def _renew(url: DatasetUrl, own: dict[str, Any], ended: threading.Event) -> None:
+def _renew(url: DatasetUrl, own: Marker, ended: threading.Event) -> None:
     while not ended.wait(RENEWED_S):
         with suppress(OutputError):  # the next one may succeed
             _put(url, own)
 
 
-def _put(url: DatasetUrl, own: dict[str, Any]) -> None:
+def _put(url: DatasetUrl, own: Marker) -> None:
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         file = Path(folder) / MARKER
-        write_whole(file, json.dumps({**own, "time": time.time()}).encode())
+        write_whole(file, json.encode(replace(own, time=time.time())))
         url.put(MARKER, file)
 
 
-def _refuse_other(url: DatasetUrl, own: dict[str, Any]) -> None:
+def _refuse_other(url: DatasetUrl, own: Marker) -> None:
     """Raise InputError where a run is on whose marker has another token. Of a run on this machine its process tells,
     of others the time of the marker, since clocks of machines agree to seconds."""
     try:
-        found = finite_json(url.read(MARKER) or b"{}")
-        token, host, process = found["token"], str(found["host"]), int(found["process"])
-        renewed = float(found["time"])
-    except (ValueError, TypeError, KeyError):
+        found = typed_json(url.read(MARKER) or b"{}", Marker)
+    except ValueError:
         return  # none, or what no run has written
-    on = psutil.pid_exists(process) if host == own["host"] else time.time() - renewed < OVER_S
-    if token != own["token"] and on:
-        said = f"is being written by another run (process {process} on {host})"
+    on = psutil.pid_exists(found.process) if found.host == own.host else time.time() - found.time < OVER_S
+    if found.token != own.token and on:
+        said = f"is being written by another run (process {found.process} on {found.host})"
         do = f"wait for its end; {OVER_S:.0f} s after it was killed this goes on where it stopped"
         raise InputError(said, where=url.shown, do=do)
 
