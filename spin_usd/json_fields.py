@@ -4,6 +4,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+# A frame's name becomes the stem of files; ".tmp-" in a file's name marks what an interrupted run left half-written.
+FRAME_PATTERN = r"(?!.*\.tmp-)[A-Za-z0-9][A-Za-z0-9._-]{0,199}"
+
 Count = Annotated[int, Meta(ge=0)]
 Size = Annotated[float, Meta(ge=0)]
 Share = Annotated[float, Meta(ge=0, le=1)]
@@ -14,12 +17,12 @@ Pixel = Annotated[list[float], Meta(min_length=2, max_length=2)]
 Span = Annotated[list[float], Meta(min_length=2, max_length=2)]
 Vector = Annotated[list[float], Meta(min_length=3, max_length=3)]
 Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
-FrameName = Annotated[str, Meta(pattern="^[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
+FrameName = Annotated[str, Meta(pattern=f"^{FRAME_PATTERN}$")]
 VariantName = Annotated[str, Meta(pattern="^[a-z0-9_]+(-[a-z0-9_]+)?$")]
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]*$")]
 Number = Annotated[str, Meta(pattern="^[1-9][0-9]*$")]
 TagName = Annotated[str, Meta(pattern=r"^[^\s,]([^,\u0000-\u001f]{0,38}[^\s,])?$")]
-PictureName = Annotated[str, Meta(pattern="^[a-z0-9_]+(-[a-z0-9_]+)?/[A-Za-z0-9][A-Za-z0-9._-]{0,199}$")]
+PictureName = Annotated[str, Meta(pattern=f"^[a-z0-9_]+(-[a-z0-9_]+)?/{FRAME_PATTERN}$")]
 FileName = Annotated[str, Meta(pattern=r"^(?!\.{0,2}(/|$))(?![\s\S]*/\.{0,2}(/|$))[^\u0000]{1,4000}$")]
 """Of a file below a folder: parts with slashes between them, none of them empty, . or .., so that it never leads
 out."""

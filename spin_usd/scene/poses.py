@@ -10,9 +10,9 @@ import numpy as np
 from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
+from spin_usd.json_fields import FRAME_PATTERN
 
-# A name becomes the stem of files, and ".tmp-" in a file's name marks what an interrupted run left half-written.
-FRAME_NAME = re.compile(r"(?!.*\.tmp-)[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
+FRAME_NAME = re.compile(FRAME_PATTERN)
 FRAME_NAME_RULE = "use up to 200 letters, digits, '.', '_' and '-', the first a letter or digit, and not '.tmp-'"
 
 

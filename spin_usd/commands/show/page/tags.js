@@ -3,7 +3,7 @@
 // page, and to spin-usd export --tags.
 
 const TAG_NAME = /^[^\s,]([^,\u0000-\u001f]{0,38}[^\s,])?$/;
-const PICTURE_NAME = /^[a-z0-9_]+\/[A-Za-z0-9][A-Za-z0-9._-]{0,199}$/;
+const PICTURE_NAME = /^[a-z0-9_]+(-[a-z0-9_]+)?\/(?!.*\.tmp-)[A-Za-z0-9][A-Za-z0-9._-]{0,199}$/;
 const TAGS_SCHEMA = "tags-1";
 
 class Tags extends EventTarget {
