@@ -1,12 +1,4 @@
-"""A mesh file's model as a USD asset: an interface layer whose payload is the materials over the geometry.
-
-<name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. One Mesh
-for each part, labelled with the part's name; the asset's class is "spacecraft".
-
-A model's material as UsdPreviewSurface, fed by UsdUVTexture, UsdTransform2d and UsdPrimvarReader where it varies.
-
-Inputs that use the same image in the same way share one node.
-"""
+"""A mesh file's model as a USD asset: an interface layer whose payload is the materials over the geometry."""
 
 import re
 from collections.abc import Mapping
@@ -42,7 +34,11 @@ INPUT_TYPES = {"normal": TYPES.Normal3f, **dict.fromkeys(COLORS, TYPES.Color3f)}
 
 
 def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
-    """Write the asset's layers into `folder` and return the interface layer, <name>.usda. Raises OutputError."""
+    """Write the asset's layers into `folder` and return the interface layer, <name>.usda. Raises OutputError.
+
+    <name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. Each
+    part is one Mesh, labelled with the part's name; the asset's class is "spacecraft".
+    """
     prim = name[:1].upper() + name[1:]
     root = Sdf.Path.absoluteRootPath.AppendChild(prim)
     paths = [
@@ -212,7 +208,11 @@ def write_images(asset: MeshAsset, folder: Path) -> None:
 def author_material(
     stage: Usd.Stage, path: Sdf.Path, material: ModelMaterial, files: Mapping[ImageFile, str]
 ) -> UsdShade.Material:
-    """Author the material at `path`; `files` are the asset paths of its images."""
+    """Author the material at `path` as UsdPreviewSurface; `files` are the asset paths of its images.
+
+    UsdUVTexture, UsdTransform2d and UsdPrimvarReader feed it where it varies. Inputs that use the same image in the
+    same way share one node.
+    """
     made = UsdShade.Material.Define(stage, path)
     made.GetPrim().SetDisplayName(material.constants.path)
     surface = _node(stage, path.AppendChild("Surface"), "UsdPreviewSurface")

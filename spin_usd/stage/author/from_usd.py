@@ -1,9 +1,4 @@
-"""A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on.
-
-Several root prims of a file gathered under one, so that a stage can reference them all.
-
-A reference includes one prim with all below it, and loses its relationships to prims elsewhere in the file.
-"""
+"""A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -128,7 +123,8 @@ def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
     """Write beside the stage at `file` a layer whose default prim holds the prim at `chosen` and, invisibly, all other
     root prims; or all root prims alike, where `chosen` is the absolute root. Returns its path.
 
-    Raises InputError for a prim that cannot be moved.
+    A stage can reference them all through it. A reference includes one prim with all below it, and loses its
+    relationships to prims elsewhere in the file. Raises InputError for a prim that cannot be moved.
     """
     absolute = file.resolve()  # so are the asset paths that USD makes in what it flattens
     layer = UsdUtils.FlattenLayerStack(open_as_it_is(absolute))

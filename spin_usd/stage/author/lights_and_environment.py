@@ -1,7 +1,6 @@
 """Surroundings: layers of a stage's lights, and of its background, in which a planet may have maps.
 
-Those that travel with spin_usd lie in `stages/environments`; a user may give others. The default prim of a layer of
-lights is Lights, that of an environment is Environment.
+Those that travel with spin_usd lie in `stages/environments`; a user may give others.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,15 +17,14 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata
 
 KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
-"""The kinds of surroundings, and where an authored stage has them."""
+"""The kinds of surroundings, and where an authored stage has them.
+
+The default prim of a layer of lights is Lights, that of an environment is Environment."""
 USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 """The layer of each kind that a stage has unless another is chosen."""
 PICTURES = (".jpg", ".jpeg", ".png", ".exr")
 """The endings of files that can be a back plate or a planet's map."""
-MAP_SHAPE = (
-    1.9,
-    2.1,
-)  # width over height: all longitudes and latitudes, and a row or two more or less
+MAP_SHAPE = 1.9, 2.1  # width over height: all longitudes and latitudes, and a row or two more or less
 MAP_ATTRIBUTES = {
     "albedo": schema.PLANET_ALBEDO_FILE,
     "clouds": schema.PLANET_CLOUDS_FILE,

@@ -1,9 +1,4 @@
-"""Find the prim of a USD file that is the target, and what it uses outside itself.
-
-The origin of a stage: UsdMedia's AuthorshipAPI for other programs, customLayerData for ourselves.
-
-No clock is read: the same inputs give the same bytes.
-"""
+"""The prim of a USD file that is the target, what it uses outside itself, and what a stage was authored from."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -103,15 +98,20 @@ def _listed(names: list[str]) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """The inputs and options from which a stage was authored. inputs: role (poses, target, camera) -> (file or built-in
-    name, sha256) · options: name (seed, units_per_metre, sun_direction) -> text, a number or three."""
+    """The origin of a stage: the inputs and options from which it was authored."""
 
     inputs: Mapping[str, tuple[str, str]]
+    """Role (poses, target, camera) -> (file or built-in name, sha256)."""
     options: Mapping[str, Option] = field(default_factory=dict)
+    """Name (seed, units_per_metre, sun_direction) -> text, a number or three."""
 
 
 def author_origin(layer: Sdf.Layer, prim: Usd.Prim, origin: Origin) -> None:
-    """Record `origin` on a root layer and on its default prim."""
+    """Record `origin` on a root layer and on its default prim.
+
+    UsdMedia's AuthorshipAPI holds it for other programs, customLayerData for ourselves. No clock is read: the same
+    inputs give the same bytes.
+    """
     data = dict(layer.customLayerData)
     data[schema.PROVENANCE] = {
         "version": __version__,

@@ -1,10 +1,4 @@
-"""Rules on what the pictures need: every picture of every variant is read as for a render.
-
-Rule: an exposure must not blend poses that do not belong to one motion.
-
-USD interpolates between time samples. In a list of unrelated poses, whose time codes only count them, the poses between
-two of them are not a real motion.
-"""
+"""Rules on what the pictures need: every picture of every variant is read as for a render."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
@@ -238,7 +232,8 @@ class BlendedPoses:
     """Collects the pictures whose exposure blends time samples that differ by more than one motion would.
 
     That is a rotation above MAX_TURN_RAD, or a path longer than the first target's size (twice the radius about its
-    centre).
+    centre). USD interpolates between time samples. In a list of unrelated poses, whose time codes only count them, the
+    poses between two of them are not a real motion.
     """
 
     do = "bring shutter:open and shutter:close together, or give the poses the times of one motion"

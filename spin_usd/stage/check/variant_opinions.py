@@ -1,12 +1,7 @@
-"""Rules on variants: a variant's opinion must not be beaten by a stronger one, and two sets must not author the same
-value.
+"""Rules on variants: no stronger opinion may beat a variant's, and two sets must not author the same value.
 
 Strength is Local > Inherits > Variants > References: a value that a variant changes must be referenced. Of the sets on
 a prim the first one wins; the set `augmentation` is made to override the others, so it never conflicts.
-
-The opinions on a composed prim, strongest first, and the variant selections that contribute them.
-
-Opinions of a layer that a variant references count as the variant's: they are as strong.
 """
 
 from collections.abc import Iterator
@@ -45,10 +40,11 @@ class VariantSelection:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Opinion:
-    """One layer's spec of a prim. through: the selections that contribute it, outermost first."""
+    """One layer's spec of a prim."""
 
     spec: Sdf.PrimSpec
     through: tuple[VariantSelection, ...]
+    """The variant selections that contribute it, outermost first."""
 
     @cached_property
     def properties(self) -> dict[str, Sdf.PropertySpec]:
@@ -66,7 +62,10 @@ class Opinion:
 
 
 def opinions(prim: Usd.Prim) -> list[Opinion]:
-    """List all opinions on `prim`, strongest first, without the session layer, which is used for trials."""
+    """List all opinions on `prim`, strongest first, without the session layer, which is used for trials.
+
+    Opinions of a layer that a variant references count as the variant's: they are as strong.
+    """
     session = prim.GetStage().GetSessionLayer()
     return list(_of_node(prim.GetPrimIndex().rootNode, prim.GetPath(), (), session))
 

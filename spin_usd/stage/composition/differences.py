@@ -27,19 +27,15 @@ from spin_usd.stage.usd.visibility import PROXIES
 
 ALL_PRIMS = Usd.TraverseInstanceProxies(Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
 """All prims, also those that are not active."""
-# fmt: off
 WITHOUT_EFFECT = {
     "allowedTokens", "apiSchemas", "active", "comment", "custom", "customData", "default", "displayGroup",
     "displayName", "documentation", "hidden", "specifier", "spline", "timeSamples", "typeName", "variability",
     "variantSelection", "variantSetNames",
-}
+}  # fmt: skip
 
 MAX_CHARACTERS = 72  # characters of one value
 FIRST = 4  # numbers of an array that are shown
 DIGITS = 12  # of a digest
-
-
-# fmt: on
 
 
 def differences(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:

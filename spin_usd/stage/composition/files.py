@@ -2,9 +2,6 @@
 
 USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a warning. Here a stage may only
 name files by relative paths that stay within its own folder; layers that travel with spin_usd, within theirs.
-
-Not every asset path that a layer names brings something into a stage. Metadata that describe an asset (assetInfo,
-customData) hold some too: an identifier says what the asset is called where it came from, and nothing opens it.
 """
 
 import glob
@@ -57,14 +54,13 @@ class Missing:
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """All files that a stage depends on, over all variants: `root` first. Paths are real ones.
-
-    `missing`: files that are named but do not exist.
-    """
+    """All files that a stage depends on, over all variants, by their real paths."""
 
     root: Path
     found: tuple[Path, ...]
+    """All of them, `root` first."""
     missing: tuple[Missing, ...]
+    """Files that are named but do not exist."""
 
 
 def files_of(path: str | Path, *, also_bundled: bool = False) -> Files:
@@ -246,7 +242,11 @@ def named_assets(identifier: str) -> list[str]:
 
 
 def opened_assets(identifier: str, names: Iterable[str]) -> list[str]:
-    """Select those of `names` that the layer names outside descriptions: in arcs, clips and values."""
+    """Select those of `names` that the layer names outside descriptions: in arcs, clips and values.
+
+    Not every asset path that a layer names brings something into a stage. Metadata that describe an asset (assetInfo,
+    customData) hold some too: an identifier says what the asset is called where it came from, and nothing opens it.
+    """
     bare = Sdf.Layer.CreateAnonymous()
     bare.TransferContent(layer_at(identifier))
     bare.Traverse(Sdf.Path.absoluteRootPath, lambda path: _strip(bare, path))

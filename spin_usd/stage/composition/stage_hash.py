@@ -1,9 +1,4 @@
-"""The hash of a composed stage's content, wherever it lies, and the files that it uses.
-
-The text of a flattened stage, the same in every process.
-
-USD numbers and writes the prototypes of instances in the order in which its threads find them, which varies.
-"""
+"""The hash of a composed stage's content, wherever it lies, and the files that it uses."""
 
 import re
 from pathlib import Path
@@ -87,8 +82,11 @@ def _relative(file: Path, folder: Path) -> str:
 
 
 def flattened_text(flat: Sdf.Layer) -> str:
-    """Return the text of the layer `flat`, with its prototypes numbered and ordered by their first reference, from the
-    stage's own prims down. The prototypes are removed from `flat`."""
+    """Return the text of the layer `flat`, the same in every process, with its prototypes removed from `flat`.
+
+    USD numbers and writes the prototypes of instances in the order in which its threads find them, which varies. Here
+    they are numbered and ordered by their first reference, from the stage's own prims down.
+    """
     prototypes = {prim.name: prim.GetAsText() for prim in flat.rootPrims if PROTOTYPE.fullmatch(prim.name)}
     if len(prototypes) < 2:
         return str(flat.ExportToString())

@@ -1,19 +1,4 @@
-"""All lights of a stage, at a time, in camera axes.
-
-Light linking: which faces a light illuminates, and which of them cast its shadows.
-
-USD computes the membership. Prims that every link treats alike form a group; a mesh's faces carry its number.
-
-Images of domes, UsdLux.DomeLight and DomeLight_1, are latitude-longitude as OpenEXR defines it: the top row is the pole
-+y, the middle column +z, and +x lies a quarter of the width left of that. DomeLight_1 may start with its pole along +z
-instead, the middle column along -y. Normalisation does not apply to a dome. Source: UsdLux's schema text on DomeLight_1
-and on LightAPI's normalize.
-
-Spheres, disks, rectangles and cylinders are read as radiance, size and pose. Normalised, their emission is divided by
-the surface that emits, in the stage's units of area, with all scaling: a sphere's 4 pi r2, a disk's and a rectangle's
-one side, a cylinder's mantle without its ends (which emit nothing). Source: UsdLux's schema text on LightAPI's
-normalize, "Area Lights"; hdEmbree.
-"""
+"""All lights of a stage, at a time, in camera axes."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -142,7 +127,10 @@ def refuse_light(prim: Usd.Prim) -> None:
 
 
 class LightLinks:
-    """The links between `lights` and the geometry of `stage`."""
+    """The links between `lights` and the geometry of `stage`: which faces a light illuminates, which cast its shadows.
+
+    USD computes the membership. Prims that every link treats alike form a group; a mesh's faces carry its number.
+    """
 
     def __init__(self, lights: Sequence[Usd.Prim], stage: Usd.Stage) -> None:
         linked = [(prim, name) for prim in lights for name in (LIGHTS, SHADOWED_BY) if _is_linked(prim, name)]
@@ -220,7 +208,13 @@ def is_dome(prim: Usd.Prim) -> bool:
 
 
 def read_dome_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> DomeLight:
-    """Read the light, in camera axes. Raises StageError, UnsupportedError."""
+    """Read the light, in camera axes. Raises StageError, UnsupportedError.
+
+    Images of domes, UsdLux.DomeLight and DomeLight_1, are latitude-longitude as OpenEXR defines it: the top row is the
+    pole +y, the middle column +z, and +x lies a quarter of the width left of that. DomeLight_1 may start with its pole
+    along +z instead, the middle column along -y. Normalisation does not apply to a dome. Source: UsdLux's schema text
+    on DomeLight_1 and on LightAPI's normalize.
+    """
     time = space.time
     refuse_shaping(prim, time, np.pi)
     if not casts_shadows(prim, time):
@@ -246,7 +240,13 @@ def _pole(prim: Usd.Prim) -> Float:
 
 
 def read_area_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> AreaLight:
-    """Read the light, in camera axes. Raises StageError, UnsupportedError."""
+    """Read the light, in camera axes. Raises StageError, UnsupportedError.
+
+    Spheres, disks, rectangles and cylinders are read as radiance, size and pose. Normalised, their emission is divided
+    by the surface that emits, in the stage's units of area, with all scaling: a sphere's 4 pi r2, a disk's and a
+    rectangle's one side, a cylinder's mantle without its ends (which emit nothing). Source: UsdLux's schema text on
+    LightAPI's normalize, "Area Lights"; hdEmbree.
+    """
     time = space.time
     T_world_light, scale = _axes(prim, space.world, space.metres)
     unlit = _unlit(prim, time, scale, space.from_world(T_world_light))

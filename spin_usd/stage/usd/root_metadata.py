@@ -1,10 +1,4 @@
-"""Metadata of a stage's root layer, in whatever numeric type a program stored it.
-
-USD declares them double and raises on a float, which crate files by some exporters hold.
-
-Warnings about what is rendered differently from what the stage authors: a picture with a warning is better than
-none.
-"""
+"""Metadata of a stage's root layer, and the warnings that are gathered while a stage is read."""
 
 from dataclasses import dataclass, field
 
@@ -19,7 +13,11 @@ UNITS = 1e-12, 1e17
 
 
 def root_number(stage: Usd.Stage, name: str) -> float:
-    """Return the metadatum `name` of the root layer, or USD's fallback. Raises StageError unless it is a number."""
+    """Return the metadatum `name` of the root layer, or USD's fallback. Raises StageError unless it is a number.
+
+    It may be of any numeric type: USD declares it double and raises on a float, which crate files by some exporters
+    hold.
+    """
     value = stage.GetMetadata(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
         where = stage.GetRootLayer().realPath
@@ -29,7 +27,10 @@ def root_number(stage: Usd.Stage, name: str) -> float:
 
 @dataclass(eq=False)
 class Notes:
-    """A collection of findings: each rule is reported once for each prim or property."""
+    """Warnings about what is rendered differently from what the stage authors: a picture with one is better than none.
+
+    Each rule is reported once for each prim or property.
+    """
 
     _found: dict[tuple[str, str], Finding] = field(default_factory=dict)
 

@@ -17,20 +17,26 @@ INFINITE = 10.0  # USD: an edge of sharpness 10 or more stays sharp after any nu
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cage:
-    """A polygon mesh to subdivide. points (P, 3), or other values (P, C) that follow the same rules · counts (F,) ·
-    indices (sum of counts,) · source (F,): the face of the first cage from which each face comes · edges (E, 2): sorted
-    point pairs · edge_sharpness (E,) · point_sharpness (P,). Sharpness is a whole number: how many steps an edge or
-    point stays sharp."""
+    """A polygon mesh to subdivide, whose sharpness is a whole number: how many steps an edge or point stays sharp."""
 
     points: Float
+    """(P, 3), or other values (P, C) that follow the same rules."""
     counts: Int
+    """(F,)"""
     indices: Int
+    """(sum of counts,)"""
     source: Int
+    """(F,): the face of the first cage from which each face comes."""
     edges: Int
+    """(E, 2): sorted point pairs."""
     edge_sharpness: Float
+    """(E,)"""
     point_sharpness: Float
-    face_edges: Int  # (sum of counts,) the edge from each corner to the next
-    edge_faces: Int  # (E,) how many faces each edge has
+    """(P,)"""
+    face_edges: Int
+    """(sum of counts,): the edge from each corner to the next."""
+    edge_faces: Int
+    """(E,): how many faces each edge has."""
 
     @property
     def face_of_corner(self) -> Int:
@@ -45,12 +51,14 @@ class Cage:
 
 @dataclass(frozen=True, kw_only=True)
 class Scheme:
-    """A subdivision scheme. corners: the corners of each face after one step · refine: one step · limit: the limit of
-    the points (P, C) of a refined cage after infinitely many steps."""
+    """A subdivision scheme."""
 
     corners: int
+    """The corners of each face after one step."""
     refine: Callable[[Cage], Cage]
+    """One step."""
     limit: Callable[[Cage], Float]
+    """The limit of the points (P, C) of a refined cage after infinitely many steps."""
 
 
 def cage(points: Float, counts: Int, indices: Int, creases: dict[tuple[int, int], float], corners: Float) -> Cage:

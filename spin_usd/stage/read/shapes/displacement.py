@@ -1,12 +1,4 @@
-"""Displacement that moves the mesh itself, so that silhouette and labels move with it.
-
-Each point moves along the mean normal of the corners that meet there, by the mean of their displacements (weighted by
-their angles), so that neither hard edges nor texture seams open. Lengths are of the gprim's own axes. Triangles are
-split first until their edges span at most MAX_TEXELS texels of the displacement's image.
-
-Triangles split until no edge is longer than allowed, without cracks: an edge is halved for all triangles that have
-it or for none.
-"""
+"""Displacement that moves the mesh itself, so that silhouette and labels move with it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -43,6 +35,10 @@ PATTERNS = (
 
 def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: object) -> Triangles:
     """Move `triangles` (T) by amounts[of] (T,) and recompute normals; the same object where all are 0.
+
+    Each point moves along the mean normal of the corners that meet there, by the mean of their displacements (weighted
+    by their angles), so that neither hard edges nor texture seams open. Lengths are of the gprim's own axes. Triangles
+    are split first until their edges span at most MAX_TEXELS texels of the displacement's image.
 
     Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back;
     StageError for a displacement of more than MAX_DISPLACEMENT times the extent of the mesh.
@@ -150,7 +146,8 @@ def tessellated(triangles: Triangles, measure: Float, longest: float, where: obj
     """Split welded `triangles` until no edge is longer than `longest`, measured between the coordinates `measure` (T,
     3, 2) of their corners. Returns them, and the original triangle (N,) of each.
 
-    Normals and primvars are interpolated. Raises UnsupportedError beyond MAX_TRIANGLES.
+    No cracks open: an edge is halved for all triangles that have it or for none. Normals and primvars are interpolated.
+    Raises UnsupportedError beyond MAX_TRIANGLES.
     """
     parent = np.arange(len(triangles.corners))
     while True:

@@ -1,9 +1,4 @@
-"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; its arrays are checked first.
-
-Polygons cut into triangles: a fan where a polygon is convex (as Hydra does), ear clipping where it is not.
-
-Source of ear clipping: G. H. Meisters, "Polygons have ears" (1975).
-"""
+"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; its arrays are checked first."""
 
 from collections.abc import Sequence
 
@@ -136,8 +131,9 @@ def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tupl
     """Return triangles (T, 3) as positions in `indices`, the face (T,) of each, in face order, and which faces cross
     themselves.
 
-    points (P, 3); counts (F,) corners of each face; indices (sum of counts,). Concave faces are cut in the plane that
-    fits them; those that cross themselves are a fan, as Hydra shows them.
+    points (P, 3); counts (F,) corners of each face; indices (sum of counts,). Convex faces are cut as a fan, as Hydra
+    does. Concave faces are cut by their ears in the plane that fits them; those that cross themselves are a fan, as
+    Hydra shows them.
     """
     starts = np.cumsum(counts) - counts
     corners, source, crossing = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
@@ -187,7 +183,10 @@ def _flattened(polygon: Float) -> Float:
 
 
 def _clip_ears(p: Float, where: str) -> Int | None:
-    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3); None for one that crosses itself."""
+    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3); None for one that crosses itself.
+
+    Source: G. H. Meisters, "Polygons have ears" (1975).
+    """
     if len(p) > MAX_CONCAVE_CORNERS:
         raise UnsupportedError(f"is concave and has {len(p)} corners", where=where, do="triangulate it")
     if _crosses(p):

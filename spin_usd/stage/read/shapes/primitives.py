@@ -1,10 +1,4 @@
-"""USD's own shapes as triangles: points on the true surface, exact normals where it is round.
-
-Surfaces of revolution: an outline's sections rotated about z.
-
-Round sections have 224 corners: a chord then stays within 1e-4 of the radius (1 - cos(pi / 224) = 9.8e-5), one
-pixel in 10,000 across a radius. Between the corners of a sphere, which curves both ways, it is twice that.
-"""
+"""USD's own shapes as triangles: points on the true surface, exact normals where it is round."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -24,6 +18,10 @@ from spin_usd.stage.usd.values import read
 # Which axes replace (x, y, z) of a shape along z, so that the frame stays right-handed.
 AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 SEGMENTS = 224
+"""The corners of a round section: a chord then stays within 1e-4 of the radius (1 - cos(pi / 224) = 9.8e-5).
+
+That is one pixel in 10,000 across a radius. Between the corners of a sphere, which curves both ways, it is twice
+that."""
 Profile = list[tuple[Float, Float]]
 """Sections of an outline from bottom to top: points (K, 2) and normals (K, 2) as (distance from the axis, height)."""
 
@@ -156,7 +154,10 @@ def _size(prim: Usd.Prim, name: str, time: Usd.TimeCode, *, zero: bool = False) 
 
 
 def revolve(profile: Profile) -> Triangles:
-    """Rotate an outline about z. Its sections meet at sharp edges; points on the axis are merged."""
+    """Make a surface of revolution: rotate an outline's sections about z.
+
+    They meet at sharp edges; points on the axis are merged.
+    """
     angle = np.arange(SEGMENTS) * (2 * np.pi / SEGMENTS)
     ring = np.stack([np.cos(angle), np.sin(angle)], -1)
     points: list[Float] = []

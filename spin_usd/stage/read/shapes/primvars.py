@@ -18,16 +18,21 @@ DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundPrimvar:
-    """A primvar as authored. values (V, C) · indices (N,): the value of each element · interpolation: what an element
-    is · where: for messages · prim: the one that authors it · clamped: whether values above 1 were set to 1."""
+    """A primvar as authored."""
 
     name: str
     values: Float
+    """(V, C)"""
     indices: Int
+    """(N,): the value of each element."""
     interpolation: str
+    """What an element is."""
     where: str
+    """For messages."""
     prim: Usd.Prim
+    """The one that authors it."""
     clamped: bool = False
+    """Whether values above 1 were set to 1."""
 
     @property
     def is_constant(self) -> bool:
@@ -49,13 +54,16 @@ class FoundPrimvar:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
-    """The elements of a mesh at the corners of its triangles. positions (T, 3) in faceVertexIndices · points (T, 3) ·
-    faces (T,) · counts: of face corners, points and faces."""
+    """The elements of a mesh at the corners of its triangles."""
 
     positions: Int
+    """(T, 3) in faceVertexIndices."""
     points: Int
+    """(T, 3)"""
     faces: Int
+    """(T,)"""
     counts: tuple[int, int, int]
+    """Of face corners, points and faces."""
 
     def elements(self, interpolation: str, count: int, where: str) -> Int:
         """Return the element (T, 3) at each corner. Raises StageError where the primvar's `count` of elements is

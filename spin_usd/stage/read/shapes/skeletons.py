@@ -1,5 +1,4 @@
-"""The deformations of gprims by skeletons at one time, found by UsdSkel's own library, and computed by it: blend
-shapes, then skinning.
+"""The deformations of gprims by skeletons at one time, as UsdSkel's own library finds and computes them.
 
 A prim is deformed only below a SkelRoot. Where there is no animation the skeleton is in its rest pose; one that has
 neither, or no bind pose, moves nothing, and its gprims stay where they are authored.
@@ -22,18 +21,19 @@ from spin_usd.stage.usd.visibility import PROXIES, ancestors
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deformation:
-    """A gprim under a skeleton at one time.
-
-    joint_transforms: from the bind pose to the pose, for all the skeleton's joints; None where it lacks one of the two,
-    so that only blend shapes act · shape_weights: of all the animation's blend shapes · T_own_skeleton: row-vector
-    matrix from the skeleton's axes, in which UsdSkel places what it skins, to the gprim's own.
-    """
+    """A gprim under a skeleton at one time, which deforms it by blend shapes, then by skinning."""
 
     query: UsdSkel.SkinningQuery
     time: Usd.TimeCode
     joint_transforms: Vt.Matrix4dArray | None
+    """From the bind pose to the pose, for all the skeleton's joints.
+
+    None where it lacks one of the two, so that only blend shapes act.
+    """
     shape_weights: Sequence[float]
+    """Of all the animation's blend shapes."""
     T_own_skeleton: Gf.Matrix4d
+    """Row-vector matrix from the skeleton's axes, in which UsdSkel places what it skins, to the gprim's own."""
 
     @property
     def skins(self) -> bool:

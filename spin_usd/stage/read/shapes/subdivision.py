@@ -1,11 +1,4 @@
-"""A UsdGeom.Mesh with a subdivision scheme, as the schema describes it: creases, corners, boundaries.
-
-Primvars of a subdivided mesh: cages of values that are refined in step with the cage of points.
-
-Source: the rules of OpenSubdiv's documentation ("Face-varying interpolation rules"), to which the schema of
-UsdGeomMesh refers for faceVaryingLinearInterpolation. An edge is continuous where both of its ends have the same
-values on both sides; all other edges bound the values like the border of a mesh.
-"""
+"""A UsdGeom.Mesh with a subdivision scheme, as the schema describes it: creases, corners, boundaries."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -144,12 +137,13 @@ def _whole(sharpness: Float, name: str, where: Any) -> Float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PrimvarCage:
-    """Values of one primvar on a cage; `linear`: interpolated between the first cage's corners only."""
+    """Values of one primvar on a cage, which is refined in step with the cage of points."""
 
     name: str
     cage: Cage
     scheme: Scheme
     linear: bool
+    """Whether they are interpolated between the first cage's corners only."""
 
     def refined(self) -> "PrimvarCage":
         """Refine the cage once."""
@@ -181,7 +175,11 @@ def primvar_cage(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme,
 
 def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:
     """Build the cage of face-varying values. number (sum of counts,): of the value at each corner. A point of the mesh
-    becomes one point for each different value there."""
+    becomes one point for each different value there.
+
+    An edge is continuous where both of its ends have the same values on both sides; all other edges bound the values
+    like the border of a mesh.
+    """
     pairs, indices = np.unique(np.stack([points.indices, number], 1), axis=0, return_inverse=True)
     vertex = pairs[:, 0]
     own = cage(values[pairs[:, 1]], points.counts, indices.reshape(-1), {}, points.point_sharpness[vertex])
@@ -194,7 +192,11 @@ def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:
 
 def _sharpened(c: Cage, vertex: Int, border: NDArray[np.bool_], mode: str) -> NDArray[np.bool_]:
     """Return which values (V,) the mode fixes. vertex (V,): the point of each · border (V,): whether it is on the
-    mesh's boundary."""
+    mesh's boundary.
+
+    Source: the rules of OpenSubdiv's documentation ("Face-varying interpolation rules"), to which the schema of
+    UsdGeomMesh refers for faceVaryingLinearInterpolation.
+    """
     faces = np.bincount(c.indices, minlength=len(c.points))
     bounded = _at(c, c.edge_faces != 2)
     if mode == "boundaries":

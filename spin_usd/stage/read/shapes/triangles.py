@@ -17,17 +17,20 @@ FLAT = 1e-14
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Triangles:
-    """A prim's triangles. points (P, 3) · corners (T, 3) into points, counter-clockwise seen from outside · normals (T,
-    3, 3) unit, at the corners · source (T,): the face of the prim from which each triangle comes · primvars: (T, 3, C)
-    at the corners, by name · mended: faces of the prim by what was mended in them, a code of `check`'s rules.
-    """
+    """A prim's triangles."""
 
     points: Float
+    """(P, 3)"""
     corners: Int
+    """(T, 3) into points, counter-clockwise seen from outside."""
     normals: Float
+    """(T, 3, 3) unit, at the corners."""
     source: Int
+    """(T,): the face of the prim from which each triangle comes."""
     primvars: Mapping[str, Float] = field(default_factory=dict)
+    """(T, 3, C) at the corners, by name."""
     mended: Mapping[str, Int] = field(default_factory=dict)
+    """Faces of the prim by what was mended in them, a code of `check`'s rules."""
 
     def transformed(self, matrix: Float, where: object) -> "Triangles":
         """Transform by the row-vector `matrix` (4, 4); normals by its inverse transpose. A mirror flips the winding."""
