@@ -1,24 +1,4 @@
-"""Errors of renders against a reference in linear light, separated into variance and bias.
-
-A pixel has the renders x_s of S seeds, their mean x, and a reference r, the mean of K parts with other seeds, whose own
-variance v is estimated from the spread of its parts:
-
-variance  sum |x_s - x|^2 / (S - 1)
-bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor the reference's counts as bias
-relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2 is the mean over red, green and blue
-
-All three are unbiased, so bias^2 comes out a little below zero where there is none.
-
-The uncertainty of a mean square: |x_s - r|^2 - v of each seed estimates it too, as large as variance + bias^2 in
-expectation, and the standard error of their mean over the seeds is its uncertainty. It does not include the reference's
-own error, which limits it where that is not far smaller than the error compared.
-
-Structural ssim of two images.
-
-Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to structural
-ssim", IEEE Transactions on Image Processing 13 (4), 2004, section III-C: an 11 x 11 Gaussian window of 1.5
-pixels, K1 = 0.01, K2 = 0.03.
-"""
+"""How far images are from others: renders from a reference in linear light, images in structure, labels in place."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -48,11 +28,14 @@ K1, K2 = 0.01, 0.03
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reference:
-    """Radiance (P, 3) of the target's pixels, the variance (P, 3) of that, and of how many parts it is the mean."""
+    """A reference: the mean of some parts, which are renders with other seeds."""
 
     radiance: Float
+    """(P, 3) of the target's pixels."""
     variance: Float
+    """(P, 3) of the radiance, estimated from the spread of its parts."""
     parts: int
+    """How many parts it is the mean of."""
 
     @classmethod
     def of(cls, parts: Iterable[NDArray[Any]]) -> "Reference":
@@ -88,13 +71,30 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearError:
-    """variance, bias_squared: relative, their sum is the mean square · uncertainty: the standard error of that, by the
-    seeds' own mean squares · brightness: the target's light over the reference's, minus 1."""
+    """The error of renders in linear light, separated into variance and bias.
+
+    A pixel has the renders x_s of S seeds, their mean x, and a reference r of variance v:
+
+    variance  sum |x_s - x|^2 / (S - 1)
+    bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor the reference's counts as bias
+    relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2 is the mean over R, G and B
+
+    All three are unbiased, so bias^2 comes out a little below zero where there is none.
+    """
 
     variance: float
+    """Relative."""
     bias_squared: float
+    """Relative; with the variance it makes the mean square."""
     uncertainty: float
+    """The standard error of the mean square.
+
+    Of each seed |x_s - r|^2 - v estimates that too: its expectation is variance + bias^2. Their spread over the seeds
+    gives the standard error. It does not include the reference's own error, which limits it where that is not far
+    smaller than the error compared.
+    """
     brightness: float
+    """The target's light over the reference's, minus 1."""
 
     @property
     def squared(self) -> float:
@@ -136,8 +136,13 @@ def _mean(values: Float) -> float:
 
 
 def ssim(a: Float, b: Float, *, top: float) -> Float:
-    """Return (H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are averaged, which reach from 0
-    to `top`: 1 where the windows around a pixel are equal, less where not. Beyond its edge an image is mirrored."""
+    """Return the structural similarity (H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are
+    averaged, which reach from 0 to `top`: 1 where the windows around a pixel are equal, less where not.
+
+    Beyond its edge an image is mirrored. A window is a Gaussian of 11 x 11 pixels, whose standard deviation is 1.5.
+    Source: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to
+    structural similarity", IEEE Transactions on Image Processing 13 (4), 2004, section III-C.
+    """
     c1, c2 = (K1 * top) ** 2, (K2 * top) ** 2
     mean_a, mean_b = _windowed(a), _windowed(b)
     both = mean_a * mean_b
@@ -157,11 +162,14 @@ def _windowed(image: Float) -> Float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LabelImages:
-    """The labels of a whole picture, 0 = nothing: depth (H, W), metres; part (H, W), ids; body (H, W, 3), metres."""
+    """The labels of a whole picture, 0 = nothing."""
 
     depth: NDArray[Any]
+    """(H, W), metres."""
     part: NDArray[Any]
+    """(H, W), ids."""
     body: NDArray[Any]
+    """(H, W, 3), metres."""
 
     @property
     def seen(self) -> NDArray[np.bool_]:

@@ -2,10 +2,8 @@
 
 A ray at the angle t from the axis is seen at the distance t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8) from the principal
 point, in focal lengths. Coordinates are those of `lens`: x/z and y/z, which a ray at a right angle has none of. Pixels
-beyond it see nothing; where a ray has to be said, they have one at GRAZING.
-
-Source: J. Kannala and S. S. Brandt, "A generic camera model and calibration method" (2006); OpenCV's documentation of
-calib3d ("Fisheye camera model").
+beyond it see nothing; where a ray has to be said, they have one at GRAZING. Source: J. Kannala and S. S. Brandt, "A
+generic camera model and calibration method" (2006); OpenCV's documentation of calib3d ("Fisheye camera model").
 """
 
 from functools import lru_cache

@@ -5,7 +5,6 @@
 `body`    the target's own axes, metres.
 `world`   the stage, metres, double precision.
 `mesh`    a mesh's own axes before its transforms.
-
 `T_cam_body` maps body to camera, `p_cam = T_cam_body @ p_body`: equal letters touch and cancel.
 """
 

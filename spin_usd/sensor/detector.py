@@ -1,14 +1,8 @@
-"""The detector: light to electrons to steps of the ADC. Names as in EMVA Standard 1288, release 4.0.
+"""The detector: light to electrons to steps of the ADC.
 
-expected electrons  mu_e = signal x (1 + PRNU) x gain x 100 / iso x full scale + dark current x time
-electrons           Poisson(mu_e), at most the full well, plus normal read noise
-ADC steps           electrons / (gain x 100 / iso) + black level, rounded and clipped to adc_bits
-
-`gain` is EMVA's 1 / K at ISO 100, in electrons per step. A film grain texture, which other simulators lay over
-their pictures, is not noise of a detector and is not part of it.
-
-Every purpose has a stream of its own, so that switching one kind of noise on does not change another. Names and
-symbols are those of EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release 4.0.
+Names and symbols are those of EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release
+4.0. A film grain texture, which other simulators lay over their pictures, is not noise of a detector and is not part of
+it.
 """
 
 from collections.abc import Iterator
@@ -61,7 +55,14 @@ def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[
 
 
 def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[np.uint16]:
-    """Steps of the ADC (H, W, C) for `light` (H, W, C)."""
+    """Steps of the ADC (H, W, C) for `light` (H, W, C).
+
+    expected electrons  mu_e = signal x (1 + PRNU) x gain x 100 / iso x full scale + dark current x time
+    electrons           Poisson(mu_e), at most the full well, plus normal read noise
+    ADC steps           electrons / (gain x 100 / iso) + black level, rounded and clipped to adc_bits
+
+    `gain` is EMVA's 1 / K at ISO 100, in electrons per step.
+    """
     full_scale = 2**sensor.adc_bits - 1
     per_step = sensor.gain * 100 / sensor.iso
     per_light = np.float32(sensor.exposure * full_scale * per_step)
@@ -144,7 +145,10 @@ def _bands(shape: tuple[int, ...]) -> Iterator[slice]:
 
 
 def stream(seed: int, purpose: int) -> np.random.Generator:
-    """Random numbers that depend on the picture's `seed` and the purpose alone."""
+    """Random numbers that depend on the picture's `seed` and the purpose alone.
+
+    Every purpose has a stream of its own, so that switching one kind of noise on does not change another.
+    """
     return np.random.Generator(np.random.SFC64([seed, purpose]))
 
 

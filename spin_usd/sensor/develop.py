@@ -1,30 +1,4 @@
-"""Development of radiance into the image: the background is added, then come optics and detector.
-
-The optics: how lens and housing dim and spread light before the detector counts it. Everything but the artist's
-bloom is linear in the light.
-
-Veiling glare: a share of all light, bright or dim, is scattered far aside by lens surfaces and housing.
-
-The halo's profile (1 + (r / core)^2) ** (-falloff / 2) is a mixture of Gaussians: with t = falloff / 2,
-a^-t = integral of s^(t - 1) exp(-s a) ds / Gamma(t), so each s adds a Gaussian of variance core^2 / (2 s), and the
-energies follow a Gamma distribution of t - 1. In log(s) the integrand is smooth and ends softly at both sides: there
-the plain sum of equal steps converges exponentially.
-
-Bloom: the glow that game engines put around bright pixels, an artist's means to match their pictures.
-
-Not physics: light below the threshold is not scattered (for that see `glare`). It follows the behaviour of Unity's High
-Definition Render Pipeline: a soft threshold on the brightest channel, Gaussians that double in width from one
-resolution to the next, each blended over the last by the scatter, and an intensity of 2^i - 1. A bright pixel loses the
-light that its glow adds.
-
-Light spread by Gaussians of any width. Beyond the frame all is black, unless it is `mirrored`; what falls there is
-lost, and nothing else.
-
-Narrow Gaussians are convolved at full resolution, wide ones at a half, a quarter ...: a halving and its doubling each
-convolve with the binomial kernel (1, 4, 6, 4, 1) / 16, whose response is zero at the frequency that the halving folds
-onto the mean, so that every pixel's light counts in full wherever it lies. Source of the pyramid: P. J. Burt, "Fast
-filter transforms for image processing" (1981).
-"""
+"""Development of radiance into the image: the background is added, then come optics and detector."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -105,7 +79,8 @@ def through_optics(
 ) -> NDArray[np.float32]:
     """`light` (H, W, C) of the whole frame as it falls on the detector; the same array where the optics do nothing.
 
-    `exposure` scales it to the unit range, in which bloom has its threshold.
+    Lens and housing dim and spread it. Everything but the artist's bloom is linear in the light. `exposure` scales it
+    to the unit range, in which bloom has its threshold.
     """
     image = light[..., 0] if light.shape[-1] == 1 else light
     gain = vignetting_gain(camera, optics)
@@ -141,7 +116,10 @@ def _gain(camera: Camera, cos_fourth: bool, coefficients: tuple[float, float, fl
 
 
 def scatter(light: Image, optics: Optics) -> Image:
-    """`light` with the share `optics.glare` of it in the halo. The halo is normalised over the infinite plane."""
+    """`light` with the share `optics.glare` of it in the halo, which is normalised over the infinite plane.
+
+    This is veiling glare: lens surfaces and housing scatter a share of all light, bright or dim, far aside.
+    """
     height, width = light.shape[:2]
     halo = halo_scales(optics.glare_core, optics.glare_falloff, LARGEST * float(np.hypot(width, height)))
     scattered = spread(light, [(variance, weight * optics.glare) for variance, weight in halo])
@@ -151,8 +129,13 @@ def scatter(light: Image, optics: Optics) -> Image:
 
 @lru_cache(maxsize=16)
 def halo_scales(core: float, falloff: float, widest: float) -> tuple[Scale, ...]:
-    """Return the Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are
-    skipped."""
+    """Return the Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are skipped.
+
+    The halo's profile (1 + (r / core)^2) ** (-falloff / 2) is a mixture of Gaussians: with t = falloff / 2,
+    a^-t = integral of s^(t - 1) exp(-s a) ds / Gamma(t), so each s adds a Gaussian of variance core^2 / (2 s), and the
+    energies follow a Gamma distribution of t - 1. In log(s) the integrand is smooth and ends softly at both sides:
+    there the plain sum of equal steps converges exponentially.
+    """
     from scipy.special import gammainccinv, gammaincinv  # not above: scipy is slow to load, and few need it
 
     shape = falloff / 2 - 1
@@ -164,7 +147,14 @@ def halo_scales(core: float, falloff: float, widest: float) -> tuple[Scale, ...]
 
 
 def bloom(light: Image, optics: Optics, exposure: float) -> Image:
-    """`light` with its glow; `exposure` scales it to the unit range."""
+    """`light` with its glow; `exposure` scales it to the unit range.
+
+    Game engines put this glow around bright pixels: an artist's means to match their pictures, not physics. Light below
+    the threshold is not scattered (for that see `scatter`). It follows the behaviour of Unity's High Definition Render
+    Pipeline: a soft threshold on the brightest channel, Gaussians that double in width from one resolution to the next,
+    each blended over the last by the scatter, and an intensity of 2^i - 1. A bright pixel loses the light that its glow
+    adds.
+    """
     if optics.bloom_intensity <= 0:
         return light
     bright = light * _excess(light, optics.bloom_threshold / exposure)
@@ -188,7 +178,14 @@ def _excess(light: Image, threshold: float) -> Image:
 
 
 def spread(light: Image, scales: Sequence[Scale]) -> Image:
-    """Return the sum of `light` convolved with each Gaussian of `scales`, times its weight."""
+    """Return the sum of `light` convolved with each Gaussian of `scales`, of any width, times its weight.
+
+    Beyond the frame all is black; what falls there is lost, and nothing else. Narrow Gaussians are convolved at full
+    resolution, wide ones at a half, a quarter ...: a halving and its doubling each convolve with the binomial kernel
+    (1, 4, 6, 4, 1) / 16, whose response is zero at the frequency that the halving folds onto the mean, so that every
+    pixel's light counts in full wherever it lies. Source of the pyramid: P. J. Burt, "Fast filter transforms for image
+    processing" (1981).
+    """
     import cv2  # not above: cv2 is slow to load, and few need it
 
     spreading = np.zeros_like(light)

@@ -1,10 +1,4 @@
-"""The points where rays meet an ellipsoid, in double precision.
-
-Light that a planet's air scatters once: an exponential atmosphere, Rayleigh's law, a curved surface.
-
-A ray's way through the air counts in vertical thicknesses, its air mass: 1 / cos(zenith angle) where the ground is flat
-enough, and sqrt(pi R / 2H) along the horizon (S. Chapman, 1931); between them 1 / sqrt(cos^2 + 2H / pi R).
-"""
+"""A planet as rays meet it: the points of its ellipsoid, in double precision, and its air."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,11 +21,16 @@ BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Air:
-    """Air that grows thinner with height. scale_height: in planet radii; depth: the optical depth straight down, R, G,
-    B."""
+    """Air that scatters light once: an exponential atmosphere, Rayleigh's law, a curved surface.
+
+    A ray's way through it counts in vertical thicknesses, its air mass: 1 / cos(zenith angle) where the ground is flat
+    enough, and sqrt(pi R / 2H) along the horizon (S. Chapman, 1931); between them 1 / sqrt(cos^2 + 2H / pi R).
+    """
 
     scale_height: float
+    """In planet radii."""
     depth: tuple[float, float, float]
+    """The optical depth straight down, R, G, B."""
 
     def mass(self, cosine: Float32) -> Float32:
         """Return (N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the
@@ -61,14 +60,15 @@ def rayleigh(cosine: Float32) -> Float32:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rays:
-    """Rays in the camera frame, N of them or an array of any shape: components x, y, z, or one number z, float64, and
-    their length; angle: what each ray's pixel spans, radians."""
+    """Rays in the camera frame, N of them or an array of any shape; x, y and z are float64."""
 
     x: Float
     y: Float
     z: Float | float
+    """One number where all rays have the same."""
     length: Float32
     angle: Float32
+    """What each ray's pixel spans, radians."""
 
     @classmethod
     def through(cls, camera: Camera, xy: Float) -> "Rays":
@@ -90,19 +90,20 @@ class Rays:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Meeting:
-    """The points where rays meet a planet, or come nearest to it; lengths in its mean radius, float32 (N,).
-
-    covered: share of the pixel that the planet fills · normal: x, y, z in planet axes, outward · height above the
-    surface · toward: cosine of the angle between the normal and the way back · footprint: the length that the pixel
-    spans on the surface · inside: how many pixels it is from the limb, negative outside. The normal is float64.
-    """
+    """The points where rays meet a planet, or come nearest to it; lengths in its mean radius, float32 (N,)."""
 
     covered: Float32
+    """The share of the pixel that the planet fills."""
     normal: list[Float]
+    """x, y, z in planet axes, outward, float64."""
     height: Float32
+    """Above the surface."""
     toward: Float32
+    """The cosine of the angle between the normal and the way back."""
     footprint: Float32
+    """The length that the pixel spans on the surface."""
     inside: Float32
+    """How many pixels it is from the limb, negative outside."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -2,10 +2,6 @@
 
 One tile that repeats is laid over the six faces of a cube around the sphere again for each octave, turned and shifted
 anew, so that no repeat shows.
-
-Points of a sphere as the faces of a cube around it have them, on each of which noise lies flat.
-
-Where faces meet, one fades into the other.
 """
 
 from collections.abc import Sequence
@@ -33,14 +29,20 @@ SPREAD = 1.0199618  # of a tile of these waves, in place of 1: a sum of them wou
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Face:
-    """Points as a face of the cube has them: a and b, radians from its middle; share: the part it has in the noise;
-    ways: for each of some directions, how far they move in a and in b along the sphere, per radian."""
+    """Points of a sphere as one face of the cube around it has them, on which noise lies flat.
+
+    Where faces meet, one fades into the other.
+    """
 
     number: int
     a: Float
+    """Radians from the middle of the face."""
     b: Float
+    """Radians from the middle of the face."""
     share: Float32 | None
+    """The part that the face has in the noise."""
     ways: tuple[tuple[Float, Float], ...] = ()
+    """For each of some directions, how far the points move in a and in b along the sphere, per radian."""
 
     def part(self, slices: tuple[slice, ...]) -> "Face":
         """Return the face's points at `slices` alone."""

@@ -1,20 +1,4 @@
-"""The lights of a scene as Blender's: kept from frame to frame, touched only where they changed.
-
-Lights with a place as Blender lights, exactly as bright: no falloff is softened, no power guessed.
-
-With `normalize` off, Blender's energy is pi times the radiance of a sphere, disk or rectangle, and pi times the radiant
-intensity of a point (measured against the formulas: tests/renderers/blender/test_lights.py).
-
-Cylinder lights, which Blender lacks: a tube that emits outwards and is invisible otherwise.
-
-Its sides are as many as keep its width within 0.03 % of a cylinder's from every direction, and so wide that the mean
-over all directions, its surface, is the cylinder's. Along its length it is in pieces, so that the light tree can
-choose those that are near.
-
-Nodes for a light's emission by direction, exactly as UsdLux.ShapingAPI defines it.
-
-Blender's own spots fade differently, so their cone is not used.
-"""
+"""The lights of a scene as Blender's own, exactly as bright: no falloff is softened, no power guessed."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -66,7 +50,10 @@ class LampNodes(Nodes):
 
 
 def shaped(nodes: Nodes, shaping: Shaping | None, axis: Float, color: Value) -> Value:
-    """`color` times what a light that shines along `axis` (3,), unit, of Blender's world sends to who sees it."""
+    """Return `color` times what a light that shines along `axis` (3,), unit, of Blender's world sends to who sees it.
+
+    It is exactly as UsdLux.ShapingAPI defines it. Blender's own spots fade differently, so their cone is not used.
+    """
     if shaping is None:
         return color
     to_viewer = nodes.add("ShaderNodeNewGeometry").outputs["Incoming"]
@@ -98,11 +85,14 @@ def _focus(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightPlacement:
-    """rotation (3, 3) and location (3,) of some axes in Blender's world, metres; the parent of all that has one."""
+    """The place of a light in Blender's world."""
 
     rotation: Float
+    """(3, 3) of the axes."""
     location: Float
+    """(3,) of the axes, metres."""
     parent: Any
+    """The parent of all objects that have one."""
 
     @classmethod
     def of(cls, T_cam: Transform, view: View, parent: Any) -> "LightPlacement":
@@ -125,7 +115,7 @@ class LightPlacement:
 
 
 class Tube:
-    """One emissive tube."""
+    """One emissive tube, for a cylinder light, which Blender lacks: it emits outwards and is invisible otherwise."""
 
     def __init__(self) -> None:
         self.object = bpy.data.objects.new("tube", _unit_tube())
@@ -166,7 +156,12 @@ class Tube:
 
 
 def _unit_tube() -> Any:
-    """Return a mesh of length and radius 1 along x, open, its faces outwards."""
+    """Return a mesh of length and radius 1 along x, open, its faces outwards.
+
+    Its SIDES are as many as keep its width within 0.03 % of a cylinder's from every direction. They are so wide that
+    the mean width over all directions, hence the surface, is the cylinder's. It has PIECES along its length, so that
+    the light tree can choose those that are near.
+    """
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     radius = np.pi / SIDES / np.sin(np.pi / SIDES)
     along = np.repeat(np.linspace(-0.5, 0.5, PIECES + 1), SIDES)
@@ -192,7 +187,11 @@ def _emissive_material(light: CylinderLight, place: LightPlacement) -> Any:
 
 
 class Lamp:
-    """One Blender light."""
+    """One Blender light that has a place.
+
+    With `normalize` off, Blender's energy is pi times the radiance of a sphere, disk or rectangle, and pi times the
+    radiant intensity of a point (measured against the formulas: tests/renderers/blender/test_lights.py).
+    """
 
     def __init__(self, kind: str, images: ImageLibrary) -> None:
         self.object = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", kind))
@@ -272,15 +271,20 @@ def shining_along(direction: Float) -> Float:
 
 @dataclass(eq=False)
 class BlenderLight:
-    """A light in Blender: the `source` object, its links, and the key of the light that it shows now."""
+    """A light in Blender."""
 
     source: Sun | Lamp | Tube
+    """The object."""
     links: LightLinking
     key: str = ""
+    """The key of the light that it shows now."""
 
 
 class LightSetup:
-    """The Suns, lamps and tubes that one Blender scene needs. Domes belong to the world."""
+    """The Suns, lamps and tubes that one Blender scene needs; domes belong to the world.
+
+    They are kept from frame to frame, and touched only where they changed.
+    """
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

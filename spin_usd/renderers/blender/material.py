@@ -1,18 +1,6 @@
 """UsdPreviewSurface as Cycles materials, and the materials of the label picture.
 
-Opacity: what of a surface is not there, or lets light through. Light that passes is not refracted.
-
-As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its diffuse
-body fades, and what neither clearcoat nor surface reflects passes. `presence` fades everything. A cut-out is there or
-not.
-
-Reflection of a surface, as inputs of the Principled BSDF and as a factor of the light that it transmits.
-
-The metallic workflow is Principled's own. The specular workflow's F0 colour becomes an index of refraction and a tint:
-Principled's dielectric reflection has that colour head-on and is white at grazing incidence, as the workflow asks.
-Above MAX_F0, where that index would grow without bound, it is Principled's metal of that colour; the diffuse part that
-it lacks would get less than 1 - MAX_F0 of the light. Source: UsdPreviewSurface specification 2.6; Blender manual,
-"Principled BSDF"; Schlick (1994).
+Source: UsdPreviewSurface specification 2.6; Blender manual, "Principled BSDF".
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -38,16 +26,12 @@ LABEL = "label"
 EVERY = tuple(LIMITS)
 BLACK = (0.0, 0.0, 0.0)
 CUT = ("opacity",)  # the inputs that labels depend on
-# fmt: off
 FIELDS = ("diffuse_color", "emissive_color", "specular_color", "metallic", "roughness", "clearcoat",
-          "clearcoat_roughness", "opacity", "ior")
+          "clearcoat_roughness", "opacity", "ior")  # fmt: skip
 MAX_F0 = 0.99  # head-on reflectance that an index of refraction is still sought for
 COAT_IOR = 1.5  # of a clearcoat
 Inputs = Mapping[str, Value]
 """A material's inputs by its own field names, textures as sockets."""
-
-
-# fmt: on
 
 
 class MaterialLibrary:
@@ -187,7 +171,11 @@ def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
 
 
 def faded(nodes: Nodes, opaque: Any, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """Return the shader `opaque` with its material's opacity."""
+    """Return the shader `opaque` with its material's opacity: what of a surface is not there, or lets light through.
+
+    `presence` fades everything, `transparent` what `_clear` leaves out. A cut-out is there or not. Light that passes is
+    not refracted.
+    """
     share = coverage(nodes, material, inputs["opacity"])
     if not varies(share) and share >= 1:
         return opaque
@@ -209,7 +197,11 @@ def absent(nodes: Nodes) -> Any:
 
 
 def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """Return the surface without its body: reflection, emission, and what passes."""
+    """Return the surface without its body: reflection, emission, and what passes.
+
+    As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its
+    diffuse body fades, and what neither clearcoat nor surface reflects passes.
+    """
     share, colored = reflectance(nodes, inputs, normal, specular_workflow=material.use_specular_workflow)
     gloss = {"Roughness": inputs["roughness"], **mapped_normal(normal)}
     if colored:
@@ -287,7 +279,7 @@ def _primvar(mesh: Shape, name: str, size: int, used_by: str, path: str) -> Any:
 
 
 def principled_inputs(nodes: Nodes, inputs: Inputs, *, specular_workflow: bool) -> dict[str, Value]:
-    """Return the inputs of the Principled BSDF, by Blender's names."""
+    """Return the inputs of the Principled BSDF, by Blender's names; the metallic workflow is its own."""
     emission = inputs["emissive_color"]
     reflection = _specular_color(nodes, inputs) if specular_workflow else _metallic(inputs)
     return {
@@ -310,6 +302,12 @@ def _metallic(inputs: Inputs) -> dict[str, Value]:
 
 
 def _specular_color(nodes: Nodes, inputs: Inputs) -> dict[str, Value]:
+    """Return the specular workflow's F0 colour as an index of refraction and a tint.
+
+    Principled's dielectric reflection has that colour head-on and is white at grazing incidence, as the workflow asks.
+    Above MAX_F0, where that index would grow without bound, it is Principled's metal of that colour; the diffuse part
+    that it lacks would get less than 1 - MAX_F0 of the light.
+    """
     color, diffuse = inputs["specular_color"], inputs["diffuse_color"]
     f0 = nodes.largest(color)
     if not varies(f0) and f0 == 0:
@@ -349,7 +347,7 @@ def fresnel(nodes: Nodes, ior: Value, normal: Any) -> Any:
 
 
 def _schlick(nodes: Nodes, f0: Value, normal: Any) -> Any:
-    """Return the colour F0 + (1 - F0) (1 - cosine)^5."""
+    """Return the colour F0 + (1 - F0) (1 - cosine)^5. Source: Schlick (1994)."""
     facing = nodes.add("ShaderNodeLayerWeight", {"Blend": 0.5, **mapped_normal(normal)}).outputs["Facing"]
     fifth = nodes.add("ShaderNodeMath", [facing, 5.0], operation="POWER").outputs[0]
     return nodes.vector("MULTIPLY_ADD", nodes.vector("SUBTRACT", 1.0, f0), fifth, f0)

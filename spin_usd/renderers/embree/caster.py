@@ -1,12 +1,7 @@
-"""Embree: which triangle each ray meets first, of pixels, beams, and rays to light. It makes the labels of every run.
+"""Embree: which triangle each ray meets first, of pixels, beams, and rays to light, for the labels of every run.
 
 Embree computes in float32. Rays are given to it in body axes around the target's centre, in units of the target's
 radius, and start where they enter its bounding sphere: so every number is near one, and range costs no precision.
-
-Of two faces that lie in one another, Embree's kernels for some processors see the one, those for others the other. So
-that labels have the same bytes on all processors, the one with the lowest number is seen. Every pair of triangles in
-one plane with an area in common is found, to the rounding of float32; scene.derived.coincidence looks for faces to warn
-of, by the middles of some, and as far apart as no renderer can tell.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -54,18 +49,22 @@ Pairs = NDArray[np.intp]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OverlappingFaces:
-    """The faces of a mesh that overlap others, in layers: none overlaps another of its layer, and of faces that lie in
-    one another the lowest number is in the lowest layer. The highest layer has all that are above MAX_LAYERS others,
-    and may overlap itself.
+    """The faces of a mesh that overlap others, in layers: none overlaps another of its layer.
 
-    layer (F,): of each face; -1 of one that overlaps none · scenes, numbers: of each layer but the highest Embree's
-    scene, and the numbers of its faces · pairs (P,), sorted: of two that overlap the higher times F, plus the lower.
+    Of two faces that lie in one another, Embree's kernels for some processors see the one, those for others the other.
+    So that labels have the same bytes on all processors, the one with the lowest number is seen. Of such faces the
+    lowest number is in the lowest layer. The highest layer has all that are above MAX_LAYERS others, and may overlap
+    itself.
     """
 
     layer: NDArray[np.int32]
+    """(F,): of each face; -1 of one that overlaps none."""
     scenes: Sequence[EmbreeScene]
+    """Of each layer but the highest Embree's scene."""
     numbers: Sequence[NDArray[np.int32]]
+    """The numbers of the faces of each of these layers."""
     pairs: NDArray[np.int64]
+    """(P,), sorted: of two that overlap the higher times F, plus the lower."""
 
     @classmethod
     def among(cls, points: Float32, faces: Faces) -> "OverlappingFaces | None":
@@ -303,7 +302,12 @@ def rays_entering(origin: Float, directions: Float) -> tuple[Float32, Float32]:
 
 def overlapping(corners: Float) -> Pairs:
     """Return (P, 2) the pairs of the triangles (F, 3, 3), of coordinates of about one, that overlap; the lower number
-    first."""
+    first.
+
+    Every pair of triangles in one plane with an area in common is found, to the rounding of float32;
+    scene.derived.coincidence looks for faces to warn of, by the middles of some, and as far apart as no renderer can
+    tell.
+    """
     normals = unit_normals(corners)
     normals *= np.where(normals[np.arange(len(normals)), np.abs(normals).argmax(1)] < 0, -1.0, 1.0)[:, None]
     offsets = (normals * corners.mean(1)).sum(1)

@@ -3,12 +3,7 @@
 Its shading: every surface diffuse, every light a point, hard shadows, no light between surfaces. Radiance is emission +
 sum over lights of irradiance x colour x cosine / pi: exact for diffuse surfaces in distant light. Colours and emission
 are textured, and cut-outs are not there. A preview lacks gloss, clearcoat, normal maps, opacity that is not a cut-out,
-the light of planets. A metal, which has no diffuse part, is shown in its own colour as if it were diffuse, so that it
-is not black.
-
-A distant light is itself without its angular size. An area light is a point at its centre that has the radiant
-intensity of the whole, by the projected area that its shape shows; a source never gives more than pi times its
-radiance. A dome is its mean radiance, which arrives from all around without shadows.
+the light of planets.
 """
 
 from collections.abc import Iterator
@@ -81,16 +76,23 @@ class RaycastRenderer:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Beam:
-    """Light at N points. to_light: (3,) or (N, 3) unit, body axes · irradiance: (3,) or (N, 3) W/m2 of a plane that
-    faces it · distance: (N,) metres to the light, None where it is far."""
+    """Light at N points."""
 
     to_light: Float
+    """(3,) or (N, 3) unit, body axes."""
     irradiance: Float
+    """(3,) or (N, 3) W/m2 of a plane that faces it."""
     distance: Float | None = None
+    """(N,) metres to the light, None where it is far."""
 
 
 def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) -> Beam:
-    """Return the light that arrives at the `body` points (N, 3)."""
+    """Return the light that arrives at the `body` points (N, 3).
+
+    A distant light is itself without its angular size. An area light is a point at its centre that has the radiant
+    intensity of the whole, by the projected area that its shape shows; a source never gives more than pi times its
+    radiance.
+    """
     T_body_cam = T_cam_body.inverse()
     if isinstance(light, DistantLight):
         return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.at_target))
@@ -108,7 +110,10 @@ def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) ->
 
 
 def mean_radiance(dome: DomeLight) -> Float:
-    """Return (3,) mean over all directions, W/m2/sr; an image's rows weigh as much as their belts of the sphere."""
+    """Return (3,) mean over all directions, W/m2/sr; an image's rows weigh as much as their belts of the sphere.
+
+    It is all that the preview shows of a dome: it arrives from all around without shadows.
+    """
     radiance = np.array(dome.radiance)
     if dome.image is None:
         return radiance
@@ -185,7 +190,8 @@ def _lambert(
 
 def _diffuse_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
     """Return (N, 3) diffuse colours: in the metallic workflow a metal's colour is its diffuse colour, in the specular
-    workflow its specular."""
+    workflow its specular. A metal has no diffuse part; it is shown as if its own colour were one, so that it is not
+    black."""
     diffuse = material_values(target, "diffuse_color", face, weights)
     specular = np.array([m.use_specular_workflow for m in target.materials])[materials_of(target.mesh, face)]
     of = np.flatnonzero(specular)

@@ -4,9 +4,6 @@ A scene is rendered in unit light, each light in a group of its own; what the pi
 groups, each times its light's own red, green and blue. So strengths and colours decide nothing about a render but how
 rays are shared out among the lights, and for that the power of CLASS nearest to each light's share is near enough: to
 choose among lights as if all were equally strong would be noisy where one outshines the others.
-
-The groups are, in this order: each light with a place or a direction that reaches the target, by its place in
-Scene.lights; then domes and planets together; then emissive materials. One that the scene lacks has no group.
 """
 
 import math
@@ -29,21 +26,24 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnitLight:
-    """`scene`: as it is rendered, its lights of unit strength and white. `gains`: what each group of that render is to
-    be multiplied by, red, green and blue, for the picture."""
+    """A scene in unit light."""
 
     scene: Scene
+    """As it is rendered, its lights of unit strength and white."""
     gains: tuple[Color, ...]
+    """What each group of that render is to be multiplied by, red, green and blue, for the picture."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LightGroups:
-    """The light groups that a scene has. placed: indices into Scene.lights of those with a group each; surroundings:
-    whether domes and planets light the target · emission: whether its materials emit."""
+    """The light groups that a scene has, in the order of the fields; one that it lacks has no group."""
 
     placed: tuple[int, ...]
+    """Indices into Scene.lights of those with a place or a direction that reach the target, a group each."""
     surroundings: bool
+    """Whether domes and planets, one group together, light the target."""
     emission: bool
+    """Whether its materials emit, another group."""
 
     @classmethod
     @lru_cache(maxsize=1)

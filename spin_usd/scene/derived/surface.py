@@ -1,11 +1,8 @@
 """The points where each pixel's own ray meets the triangle that the renderer saw there, in double precision.
 
-A renderer only decides *which* triangle a pixel shows; this file decides *where* on it, from the camera and the
-mesh alone. So no renderer's float32 enters a label, and two renderers that see the same triangle agree to the bit.
-
-All arithmetic is done in camera axes around the target's centre `c`: a ray's point at depth c.z is
-`c.z * ray - c` there, which alone carries the range's rounding (2e-9 m at 10,000 km). Functions of a scene and its
-target's faces are for each of several bodies given that body's own scene, of Scene.one_body_scenes.
+A renderer only decides *which* triangle a pixel shows; this file decides *where* on it, from the camera and the mesh
+alone. So no renderer's float32 enters a label, and two renderers that see the same triangle agree to the bit. Functions
+of a scene and its target's faces are for each of several bodies given that body's own scene, of Scene.one_body_scenes.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,27 +34,32 @@ Rows = NDArray[np.intp] | slice
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surface:
-    """The visible points of the bodies: N pixels of `region`, in row-major order.
-
-    rows, columns (N,) pixel indices in the whole frame · xy (N, 2): (x, y, 1) is the pixel's ray in the camera's axes ·
-    place (N,): which of Scene.bodies · target (N,) uint16: its id, 0 of an occluder · face (N,): of its own mesh ·
-    part (N,) uint16 ids in labels · z (N,) planar depth in metres · body (N, 3) metres in its own axes · alone: what is
-    seen of each of Scene.bodies as if it were alone · caster: for labels that cast rays.
-    """
+    """The visible points of the bodies: N pixels of `region`, in row-major order."""
 
     scene: Scene
     region: Region
     rows: NDArray[np.intp]
+    """(N,) pixel indices in the whole frame."""
     columns: NDArray[np.intp]
+    """(N,) pixel indices in the whole frame."""
     xy: Float
+    """(N, 2): (x, y, 1) is the pixel's ray in the camera's axes."""
     place: NDArray[np.intp]
+    """(N,): which of Scene.bodies."""
     target: NDArray[np.uint16]
+    """(N,): its id, 0 of an occluder."""
     face: NDArray[np.int32]
+    """(N,): of its own mesh."""
     part: NDArray[np.uint16]
+    """(N,) ids in labels."""
     z: Float
+    """(N,) planar depth in metres."""
     body: Float
+    """(N, 3) metres in its own axes."""
     alone: tuple[Visibility, ...]
+    """What is seen of each of Scene.bodies as if it were alone."""
     caster: RayCaster | None = None
+    """For labels that cast rays."""
 
     @cached_property
     def normals(self) -> Float:
@@ -170,10 +172,12 @@ def _points_of_one(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
 
 
 def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Float, Float]:
-    """Planar depth z (N,) and body point (N, 3), metres, at which the rays (x, y, 1) of `xy` (N, 2) meet the planes
-    of their faces (N,).
+    """Planar depth z (N,) and body point (N, 3), metres, at which the rays (x, y, 1) of `xy` (N, 2) meet the planes of
+    their faces (N,).
 
-    Where a ray misses its triangle by rounding, or runs within its plane, depth is kept within the triangle's own.
+    All arithmetic is done in camera axes around the target's centre `c`: a ray's point at depth c.z is `c.z * ray - c`
+    there, which alone carries the range's rounding (2e-9 m at 10,000 km). Where a ray misses its triangle by rounding,
+    or runs within its plane, depth is kept within the triangle's own.
     """
     mesh, pose = scene.target.mesh, scene.T_cam_body
     faces, which = _distinct(face, mesh.count)

@@ -2,11 +2,6 @@
 
 A lens is one to one where it can be inverted, so the outermost points of what it makes of a surface lie on edges of its
 triangles, or on the rim of what the lens sees.
-
-The box around the projection of straight edges, exact under lens distortion, beyond the frame too.
-
-Straight edges bow under distortion: the furthest point of one may lie between its ends, and is looked for where the bow
-could reach beyond what is found already.
 """
 
 from collections.abc import Callable, Iterator
@@ -97,8 +92,9 @@ def box_of_points(camera: Camera, points_cam: Float) -> Float:
 
 
 def box_of_edges(camera: Camera, points_cam: Float, edges: NDArray[np.integer]) -> Float:
-    """Return the box (2, 2), least and greatest u and v in pixels, of what the lens sees of the `edges` (E, 2) between
-    points (P, 3), camera frame; NOTHING where it sees none."""
+    """Return the box (2, 2), least and greatest u and v in pixels, of what the lens sees of the straight `edges` (E, 2)
+    between points (P, 3), camera frame; NOTHING where it sees none. It is exact under lens distortion, beyond the frame
+    too."""
     box = NOTHING
     for start in range(0, len(edges), CHUNK):
         first, last = points_cam[edges[start : start + CHUNK].T]
@@ -134,7 +130,11 @@ def _box(pixels: Float) -> Float:
 
 
 def _with_bows(camera: Camera, first: Float, last: Float, box: Float) -> Float:
-    """Return the `box` of the ends of segments (N, 3) and (N, 3), grown to hold what bows out of it between them."""
+    """Return the `box` of the ends of segments (N, 3) and (N, 3), grown to hold what bows out of it between them.
+
+    Straight edges bow under distortion: the furthest point of one may lie between its ends. It is looked for where the
+    bow could reach beyond what is found already.
+    """
     if not len(first):
         return box
     ends = camera.pixels(_normalised(np.stack([first, last])))
