@@ -2,7 +2,6 @@
 
 Its poses, and SwissCube's, are in scene_gt.json, an object of images, each of which lists its bodies with R_cam_body
 row by row and t_cam_body in millimetres. A picture that is read is called after its scene's folder and its number.
-
 Source: the description of the format in bop_toolkit (docs/bop_datasets_format.md).
 """
 

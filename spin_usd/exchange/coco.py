@@ -1,9 +1,8 @@
 """COCO: images in a folder for each split, and a JSON file of their boxes, masks, keypoints and poses.
 
 COCO itself has no poses; exports add them to each image as the member `poses`, with q_cam_body and t_cam_body of each
-target. The pose that is read of an image is that of its target of the least category.
-
-Source: the format's description by its authors (data format, object and keypoint detection), and pycocotools.
+target. The pose that is read of an image is that of its target of the least category. Source: the format's description
+by its authors (data format, object and keypoint detection), and pycocotools.
 """
 
 import re

@@ -3,10 +3,8 @@
 images.txt has two lines an image. The first is a number, the scalar-first quaternion and the translation that take the
 world's axes to the camera's, which are OpenCV's, the camera's number and the image's name; the second x, y and the
 number of a point, for each point that is seen. The world's axes are the target's body axes in an export, in metres.
-Pixels have (0, 0) at the corner of the image.
-
-Source: COLMAP's documentation ("Output Format", "Database Format" for cameras' parameters, "FAQ" for masks), and its
-`sensor/models.h` for the order of parameters.
+Pixels have (0, 0) at the corner of the image. Source: COLMAP's documentation ("Output Format", "Database Format" for
+cameras' parameters, "FAQ" for masks), and its `sensor/models.h` for the order of parameters.
 """
 
 from collections.abc import Iterator, Mapping

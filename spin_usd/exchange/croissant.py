@@ -1,7 +1,6 @@
 """Croissant: the dataset's own images and labels, a table of all pictures, and croissant.json, which describes both.
 
 The table is CSV with q_cam_body, scalar first, and t_cam_body in metres, and is joined with the images by their names.
-
 Source: Croissant Format Specification 1.0, MLCommons (JSON-LD).
 """
 

@@ -3,7 +3,6 @@
 A recording is an augmentation; its folder stands where KITTI has a date. Cameras 0 and 1 are grey, 2 and 3 in colour,
 the even ones left; pictures are without lens distortion. P_rect takes the axes of camera 0, which is the first here, to
 pixels, whose centres are at whole numbers. Depth and disparity are 16-bit PNG of 1/256 m and 1/256 px, 0 for nothing.
-
 Source: Geiger et al., "Vision meets Robotics: The KITTI Dataset" (2013), the development kits of the raw data and of
 the benchmarks of stereo (2015) and depth, and pykitti 0.3.1, which reads it.
 """

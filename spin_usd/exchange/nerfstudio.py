@@ -1,11 +1,9 @@
 """nerfstudio: transforms.json with a camera and a pose for each image, masks, depth, and points to begin with.
 
 A frame's `transform_matrix`, 4 x 4, takes OpenGL's camera axes (x right, y up, looking along -z) to the world's, which
-in an export are the target's body axes, in metres. `file_path` names its image.
-
-Source: nerfstudio's documentation of its data format ("Data conventions"), and its loader
-`nerfstudio_dataparser.py`: `*_filenames` are its splits, all of which it wants where there is one; depth is in
-millimetres; `orientation_override` keeps it from turning the axes.
+in an export are the target's body axes, in metres. `file_path` names its image. Source: nerfstudio's documentation of
+its data format ("Data conventions"), and its loader `nerfstudio_dataparser.py`: `*_filenames` are its splits, all of
+which it wants where there is one; depth is in millimetres; `orientation_override` keeps it from turning the axes.
 """
 
 from collections.abc import Iterator, Mapping

@@ -3,7 +3,6 @@ sensor.yaml.
 
 All count pixels from the first one's centre. OpenCV has no names of its own for what a file holds: these are those of
 its samples, its documentation and its users, in any case. Kalibr has a chain of cameras, of which the first counts.
-
 Source: OpenCV's sample camera_calibration.cpp; ROS's sensor_msgs/CameraInfo and camera_calibration_parsers; Kalibr's
 wiki ("Yaml formats").
 """

@@ -1,10 +1,9 @@
 """Parquet as Hugging Face's datasets reads it: images in the table, a row a picture, and a card that names the shards.
 
 A picture's target is q_cam_body, scalar first, and t_cam_body in metres; these are read again. An image is a struct of
-its file's bytes and its name.
-
-Sources: the documentation of `datasets` (features, "Image feature") and of the hub (dataset cards, "Data files
-configuration"), and `datasets/features/features.py` for what it looks for in a table's metadata. pyarrow is an extra.
+its file's bytes and its name. Sources: the documentation of `datasets` (features, "Image feature") and of the hub
+(dataset cards, "Data files configuration"), and `datasets/features/features.py` for what it looks for in a table's
+metadata. pyarrow is an extra.
 """
 
 import json

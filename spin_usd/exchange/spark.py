@@ -1,11 +1,9 @@
 """SPARK: its three layouts for classification and detection, and that of stream 2, for poses of trajectories.
 
 A row of stream 2, which CubeSat-CDT is taken to share, has a file name, the sequence that it belongs to, t_cam_body in
-metres and q_cam_body, scalar last. A file name is unique in its sequence alone.
-
-Sources: the "SPARK utils" of the challenges. 2021: SPLIT_rgb/CLASS, SPLIT_depth/CLASS and SPLIT_labels.csv; stream 1 of
-2022: SPLIT and SPLIT.csv; of 2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv; stream 2 of both: SPLIT.csv and
-SPLIT/images/GTnnn.
+metres and q_cam_body, scalar last. A file name is unique in its sequence alone. Sources: the "SPARK utils" of the
+challenges. 2021: SPLIT_rgb/CLASS, SPLIT_depth/CLASS and SPLIT_labels.csv; stream 1 of 2022: SPLIT and SPLIT.csv; of
+2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv; stream 2 of both: SPLIT.csv and SPLIT/images/GTnnn.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -3,7 +3,6 @@
 SPEED, SHIRT and SPIN have the same camera.json, and lists of poses of one format, which is read for all: JSON, a bare
 list or {"poses": [...]} of entries with a file name, a scalar-first quaternion q_cam_body and a position t_cam_body in
 metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q_vbs2tango`) and the position `r_Vo2To_vbs_true`.
-
 Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, and a mask of the same file name in masks/),
 JotaBravo/spacecraft-uda (camera.json), tpark94/speedplusbaseline and vpulab/SPIN (poses).
 """

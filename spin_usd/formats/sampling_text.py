@@ -2,8 +2,6 @@
 
 Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
 are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
-
-Where bodies beside the target are is such a line too: "distance=1..5 count=3".
 """
 
 import re
@@ -34,12 +32,16 @@ DISTANCE = "distance"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyText:
-    """What a line says of bodies beside the target. count: of them · poses: the table that it is short for, and
-    `distance`, metres between a body's origin and the target's; empty where nothing is said."""
+    """What a line such as "distance=1..5 count=3" says of where bodies beside the target are."""
 
     text: str
     count: int
+    """Of the bodies."""
     poses: Words
+    """The table that it is short for, and `distance`, metres between a body's origin and the target's.
+
+    It is empty where nothing is said.
+    """
 
 
 def is_sampling_text(given: str) -> bool:

@@ -1,9 +1,8 @@
 """BOP's scenes: their files, and the entries of these, in millimetres: cameras, poses, and what is visible.
 
-A scene is a variant in a split; its images are numbered by their places in the stage.
-
-Source: the format's description in bop_toolkit (docs/bop_datasets_format.md), and its scripts `calc_gt_info.py` and
-`calc_model_info.py`, which make these files of other data sets.
+A scene is a variant in a split; its images are numbered by their places in the stage. Source: the format's description
+in bop_toolkit (docs/bop_datasets_format.md), and its scripts `calc_gt_info.py` and `calc_model_info.py`, which make
+these files of other data sets.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

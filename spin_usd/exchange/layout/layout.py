@@ -1,22 +1,9 @@
 """The layout of an export: what a format asks of the pictures, and the files that it makes of them.
 
-A format is one file in `exchange` and one entry in `table.py`. The file has an `ExportFormat`, which has a `Layout`, or
-one for the options chosen. That yields `Output`s, whose paths are relative to the export's folder, and writes nothing
-itself:
-
-- `indexes` says which files list many pictures, such as train.json, and in which style (index_file.py);
-- `shared` yields what all pictures share, such as camera.json, once;
-- `files` yields the outputs of one picture: a `LinkedFile` where the dataset's file is right as it is, a `MadeFile`
-  where it is not, and an `IndexRow` for each entry in an index.
-
-The framework links, copies and makes the files, skips those that are there, streams the rows into the indexes, and puts
-everything into place atomically. Pictures come one at a time, in the dataset's order of variants and frames, and none
-is kept: an export of 10,000 takes no more memory than one of 10. A file of many pictures, such as a shard, is a
-`MadeFile` that the last of them yields; it reads them again by `ExportedDataset.picture`.
-
-What a format cannot hold is refused before anything is written: by `needs`, by `splits`, and by `limits` (limits.py),
-which are asked after a survey (survey.py) has read every record. What only a file tells, such as how far away an
-occluder is, its `write` refuses.
+A format is one file in `exchange` and one entry in `table.py`. The framework links, copies and makes the files, skips
+those that are there, streams the rows into the indexes, and puts everything into place atomically. Pictures come one at
+a time, in the dataset's order of variants and frames, and none is kept: an export of 10,000 takes no more memory than
+one of 10.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -42,7 +29,11 @@ class LinkedFile:
 @dataclass(frozen=True, kw_only=True)
 class MadeFile:
     """A file that `write` fills at the path that it is given. It is not called where the export has the file already,
-    so all that is costly belongs in it."""
+    so all that is costly belongs in it.
+
+    Of a file of many pictures, such as a shard, the last of them yields it; `write` reads them again by
+    `ExportedDataset.picture`.
+    """
 
     path: str
     write: Callable[[Path], None]
@@ -59,16 +50,18 @@ class SecondName:
 
 @dataclass(frozen=True, kw_only=True)
 class IndexRow:
-    """An entry of the index `path`, in the order in which they come. value: what that index's style takes · section:
-    the list that it goes to, in an index of several."""
+    """An entry of the index `path`; entries keep the order in which they come."""
 
     path: str
     value: Any
+    """What that index's style takes."""
     section: str = ""
+    """The list that it goes to, in an index of several."""
 
 
 ExportFile: TypeAlias = LinkedFile | MadeFile | SecondName
 Output: TypeAlias = ExportFile | IndexRow
+"""What a format yields; paths are relative to the export's folder."""
 
 Limit = Callable[[Survey], None]
 """Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""
@@ -92,48 +85,55 @@ def _no_head(dataset: ExportedDataset) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The layout that a format gives a dataset.
+    """The layout that a format gives a dataset: it yields outputs, and writes nothing itself.
 
-    needs: the kinds of file that every picture must have, such as "image"
-    conventions: sentences for the card: axes, quaternion, units, pixel origin, order of boxes, what was converted
-    files: the outputs of one picture
-    shared: outputs that belong to no picture
-    indexes: the files that rows go to, by their path
-    card_head: what stands before the card's text, such as the YAML that a hub reads
-    last: outputs that need the finished indexes, which lie in the folder given
-    limits: what is refused before anything is written
-    splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
-    file: the path of a picture's image, where that is not of the first output that `files` yields for it
-    several: whether it holds all targets of a picture, or the chosen one alone
-    first_centre: where the first pixel has its centre in the format's own files, CENTRE or CORNER
-    visible_only: whether pictures that show nothing of the target are left out, as a format of boxes has to
+    What a format cannot hold is refused before anything is written: by `needs`, `splits` and `limits`. What only a file
+    tells, such as how far away an occluder is, its `write` refuses.
     """
 
     needs: tuple[str, ...]
+    """The kinds of file that every picture must have, such as "image"."""
     conventions: tuple[str, ...]
+    """Sentences for the card: axes, quaternion, units, pixel origin, order of boxes, what was converted."""
     files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
+    """The outputs of one picture: a `LinkedFile` where the dataset's file is right as it is, a `MadeFile` where it is
+    not, and an `IndexRow` for each entry in an index."""
     shared: Callable[[ExportedDataset], Iterator[ExportFile]] = _no_files
+    """Outputs that belong to no picture, such as camera.json, once."""
     indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
+    """The files that rows of many pictures go to, such as train.json, by their path, and their style
+    (index_file.py)."""
     card_head: Callable[[ExportedDataset], str] = _no_head
+    """What stands before the card's text, such as the YAML that a hub reads."""
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
+    """Outputs that need the finished indexes, which lie in the folder given."""
     limits: tuple[Limit, ...] = ()
+    """What is refused (limits.py) after a survey (survey.py) has read every record."""
     splits: Mapping[str, str] | None = None
+    """The names that the format gives the splits "train", "validation" and "test"; None where any name will do."""
     file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
+    """The path of a picture's image, where that is not of the first output that `files` yields for it."""
     several: bool = False
+    """Whether it holds all targets of a picture, or the chosen one alone."""
     first_centre: float = 0.5
+    """Where the first pixel has its centre in the format's own files, CENTRE or CORNER."""
     visible_only: bool = False
+    """Whether pictures that show nothing of the target are left out, as a format of boxes has to."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormatOption:
-    """An option of a format, given as NAME=VALUE. meaning: a phrase · default: its value if it is not given · choices:
-    all that it can be; empty where `read` decides · read: the value of a text; raises ValueError."""
+    """An option of a format, given as NAME=VALUE."""
 
     name: str
     meaning: str
+    """A phrase."""
     default: str
+    """Its value if it is not given."""
     choices: tuple[str, ...] = ()
+    """All that it can be; empty where `read` decides."""
     read: Callable[[str], Any] = str
+    """The value of a text; raises ValueError."""
 
     def value(self, text: str) -> Any:
         """Return the value that `text` says. Raises InputError that names the option."""
@@ -156,13 +156,16 @@ def from_one(text: str) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportFormat:
-    """A format that datasets are exported to. name: in `--to` · holds: a phrase that says what it is · layout: the one
-    that it has, or what returns that for the values of its options, by name · options: those that there are."""
+    """A format that datasets are exported to."""
 
     name: str
+    """In `--to`."""
     holds: str
+    """A phrase that says what it is."""
     layout: Layout | Callable[[Mapping[str, Any]], Layout]
+    """The one that it has, or what returns that for the values of its options, by name."""
     options: tuple[FormatOption, ...] = field(default=())
+    """Those that there are."""
 
     def layout_for(self, options: Mapping[str, Any]) -> Layout:
         """Return the layout for these values of its options."""

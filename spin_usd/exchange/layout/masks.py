@@ -1,10 +1,4 @@
-"""Masks as COCO's run lengths, and as polygons.
-
-Run lengths go column by column, and are written as the short text that pycocotools reads. Source: P. Dollar and T.-Y.
-Lin, the mask interface of the COCO API (2014); its C file `maskApi` has the same in `rleEncode` and `rleToString`.
-
-Polygons are outlines along the edges of pixels, so that a polygon covers what the mask covers.
-"""
+"""Masks as COCO's run lengths, and as polygons."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +20,12 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
 
 
 def compressed(lengths: list[int]) -> str:
-    """Write the run lengths as text. From the fourth on each is written as what it has more than the one of its kind
-    before it."""
+    """Write the run lengths as the short text that pycocotools reads. From the fourth on each is written as what it has
+    more than the one of its kind before it.
+
+    Source: P. Dollar and T.-Y. Lin, the mask interface of the COCO API (2014); its C file `maskApi` has the same in
+    `rleEncode` and `rleToString`.
+    """
     characters = bytearray()
     for place, length in enumerate(lengths):
         number = length - lengths[place - 2] if place > 2 else length
@@ -51,8 +49,9 @@ def _characters(number: int) -> list[int]:
 def outlines(mask: NDArray[np.bool_]) -> list[Corners]:
     """Return the corners (N, 2), x and y, of each closed outline of a mask (H, W); (0, 0) is the image's corner.
 
-    Seen in the image an outline goes clockwise around pixels and counter-clockwise around holes, so that the areas of
-    all by the shoelace formula add up to the mask's. Pixels that touch at a corner alone are apart.
+    An outline goes along the edges of pixels, so that it covers what the mask covers. Seen in the image it goes
+    clockwise around pixels and counter-clockwise around holes, so that the areas of all by the shoelace formula add up
+    to the mask's. Pixels that touch at a corner alone are apart.
     """
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     if not len(rows):

@@ -1,11 +1,6 @@
 """glTF and GLB, as the file says it: a part for each primitive of each mesh where a node of the scene places it.
 
 Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
-
-KHR_draco_mesh_compression: a primitive's numbers out of one compressed buffer view, by Google's own decoder.
-
-Source: the extension's text. Its attributes are found by their unique ids; the accessors' own buffers, where there are
-any, are a fallback for readers without a decoder. Strips are given as triangles.
 """
 
 import re
@@ -54,12 +49,12 @@ MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metad
 
 @dataclass
 class _Model:
-    """The part of the model that is read so far; materials by (index, texture coordinates, colours) of the parts that
-    have them."""
+    """The part of the model that is read so far."""
 
     document: Document
     parts: list[MeshPart] = field(default_factory=list)
     materials: dict[tuple[int, frozenset[int], bool], tuple[int, ModelMaterial]] = field(default_factory=dict)
+    """By (index, texture coordinates, colours) of the parts that have them."""
     notes: dict[str, None] = field(default_factory=dict)
     faces: int = 0
 
@@ -253,7 +248,11 @@ def _colors(model: _Model, entry: JsonObject, colors: Float, name: str) -> Float
 
 def decompressed(document: Document, primitive: JsonObject) -> dict[int, NDArray[Any]] | None:
     """Return what stands for the primitive's accessors by their indices, as triangles; None where it is not compressed.
-    Raises InputError."""
+
+    KHR_draco_mesh_compression has a primitive's numbers in one compressed buffer view, which Google's own decoder
+    reads. Its attributes are found by their unique ids; the accessors' own buffers, where there are any, are a fallback
+    for readers without a decoder. Strips are given as triangles. Source: the extension's text. Raises InputError.
+    """
     if DRACO not in primitive.object("extensions"):
         return None
     said = primitive.object("extensions").object(DRACO)

@@ -1,22 +1,4 @@
-"""MTL material libraries: constant colours and textures in, UsdPreviewSurface's inputs out.
-
-Kd is the diffuse colour. MTL's Ks and Ns belong to a Phong lobe that no surface has, so they are read as exporters mean
-them: the mean of Ks as Disney's "specular", a head-on reflectance of 0.08 Ks (B. Burley, "Physically-Based Shading at
-Disney", 2012), and Ns as the Blinn-Phong exponent, roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular BRDF
-Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours are taken as linear. Numbers outside what
-a surface can have are moved to the nearest that it can, with a note: Blender wrote Ns -1.96 for years.
-
-Opacity from MTL's `d` and `Tr`, of which only `d` stands in the format's own text.
-
-To most programs Tr is 1 - d, to others another name of d: MeshLab, openMVS and mvs-texturing wrote `Tr 1` and no d of
-opaque materials for years (MeshLab issue 1399, openMVS pull request 1285, mvs-texturing pull request 97), IfcOpenShell
-both with one value (its issue 140). So d decides where it stands. Where only Tr does, a library has one writer: if it
-says `Tr 1` of a material and `Tr 0` of none, 1 is opaque to it, because nobody exports what cannot be seen.
-
-Texture statements, such as `map_Kd -s 2 2 -clamp on wood.png`, are images for UsdPreviewSurface. A map is multiplied by
-its constant, as the format says ("MTL material format", 1995): map_Kd by Kd, map_d by d. -s and -o are read as today's
-importers do (three.js, Blender): st times -s plus -o. Colours of 8 bits are taken as sRGB.
-"""
+"""MTL material libraries: constant colours and textures in, UsdPreviewSurface's inputs out."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -90,6 +72,9 @@ def image_of(
 ) -> tuple[str, ImageMap, list[str]]:
     """Return (input, image, notes) for `material`, whose constants `stated` were given; the image lies within `folder`.
 
+    Texture statements, such as `map_Kd -s 2 2 -clamp on wood.png`, are images for UsdPreviewSurface. A map is
+    multiplied by its constant, as the format says ("MTL material format", 1995): map_Kd by Kd, map_d by d. -s and -o
+    are read as today's importers do (three.js, Blender): st times -s plus -o. Colours of 8 bits are taken as sRGB.
     Raises InputError for what has no place.
     """
     key = statement.key.lower()
@@ -180,13 +165,22 @@ class Statements:
 
 
 def tr_is_opacity(library: Collection[Statements]) -> bool:
-    """Return whether the writer of a library gives Tr the meaning of d: see the head of this file."""
+    """Return whether the writer of a library gives Tr the meaning of d.
+
+    To most programs Tr is 1 - d, to others another name of d: MeshLab, openMVS and mvs-texturing wrote `Tr 1` and no d
+    of opaque materials for years (MeshLab issue 1399, openMVS pull request 1285, mvs-texturing pull request 97),
+    IfcOpenShell both with one value (its issue 140). A library has one writer: if it says `Tr 1` of a material where
+    only Tr stands, and `Tr 0` of none, 1 is opaque to it, because nobody exports what cannot be seen.
+    """
     alone = {said.tr for said in library if said.d is None and said.tr is not None}
     return 1.0 in alone and 0.0 not in alone
 
 
 def opacity(said: Statements, tr_is_d: bool) -> float:
-    """0 to 1: the share of the surface that is there; 1 where nothing is said."""
+    """0 to 1: the share of the surface that is there; 1 where nothing is said.
+
+    `d` decides where it stands, since of `d` and `Tr` it alone is in the format's own text.
+    """
     if said.d is not None:
         return said.d
     if said.tr is None:
@@ -195,7 +189,7 @@ def opacity(said: Statements, tr_is_d: bool) -> float:
 
 
 def opacity_note(said: Statements, tr_is_d: bool) -> str | None:
-    """Return a note for the user on a material whose opacity was decided by this file's rule."""
+    """Return a note for the user on a material whose opacity `tr_is_opacity` decided, or whose statements disagree."""
     if said.tr is None:
         return None
     if said.d is not None:
@@ -213,13 +207,15 @@ def opacity_note(said: Statements, tr_is_d: bool) -> str | None:
 
 @dataclass
 class _Entry:
-    """A material while the file is read; `stated` are the constants that it gives, `moved` those that had to be."""
+    """A material while the file is read."""
 
     constants: Material
     stated: set[str] = field(default_factory=set)
+    """The constants that it gives."""
     maps: list[MapStatement] = field(default_factory=list)
     opacity: Statements = field(default_factory=Statements)
     moved: list[str] = field(default_factory=list)
+    """Sentences on the statements that are not taken as they stand."""
 
 
 def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, ModelMaterial], list[str]]:
@@ -270,7 +266,11 @@ def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: lis
 
 
 def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
-    """Take over what the statement `key` says of the material."""
+    """Take over what the statement `key` says of the material.
+
+    Numbers outside what a surface can have are moved to the nearest that it can, with a note: Blender wrote Ns -1.96
+    for years.
+    """
     if fields[:1] == ["-halo"]:  # of d: fading towards the silhouette, which a surface's opacity cannot do
         entry.moved.append("the option -halo of its d is ignored")
         fields = fields[1:]
@@ -289,7 +289,13 @@ def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
 
 
 def changed(material: Material, key: str, value: Color) -> Material:
-    """Return `material` with a statement's colour, or with its number, which is in each place of `value`."""
+    """Return `material` with a statement's colour, or with its number, which is in each place of `value`.
+
+    Kd is the diffuse colour. MTL's Ks and Ns belong to a Phong lobe that no surface has, so they are read as exporters
+    mean them: the mean of Ks as Disney's "specular", a head-on reflectance of 0.08 Ks (B. Burley, "Physically-Based
+    Shading at Disney", 2012), and Ns as the Blinn-Phong exponent, roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular
+    BRDF Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours are taken as linear.
+    """
     if key == "Kd":
         return replace(material, diffuse_color=value)
     if key == "Ke":
