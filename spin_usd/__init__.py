@@ -3,9 +3,7 @@
 The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
 `export`, `score` and `show`. They take what the commands take, by the same names, return what was done, and raise a
 `SpinError` where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
-
-Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
-Blender is ever loaded into the caller's.
+Stages are opened and pictures rendered in child processes: neither USD nor Blender is ever loaded into the caller's.
 """
 
 from importlib import import_module
@@ -58,7 +56,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> object:
-    """Load what is asked for (PEP 562)."""
+    """Load the name when it is first used (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from spin_usd.faults import reading

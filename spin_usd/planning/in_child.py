@@ -1,13 +1,7 @@
-"""Plan every picture that a run would make, with its keys. Runs in child processes, for it opens the stage.
+"""Plan every picture that a run would make, with its keys, in child processes, for it opens the stage.
 
 `open_plan` copies and describes the stage; `plan_pictures` does the long work, of some of the pictures in all variants,
 so that several processes can share it. Pictures come as columns: there may be a million.
-
-About how many of a picture's pixels show the target: how much of its outline it fills, seen from any side.
-
-How much that is is looked up once a mesh for each of a half sphere of sides (the back fills what the front fills, seen
-from far away) that lies near a line of sight; most pictures then cost a few operations. Over poses of Tango as SPEED+
-has them it is 2 % off, at most 5 %.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -351,7 +345,12 @@ def chosen_device(offered: Sequence[str], scenes: Iterable[Scene]) -> str:
 
 
 class Coverage:
-    """Estimates the pixels that targets cover, and keeps what it worked out by mesh and holes."""
+    """Estimates the pixels that targets cover, by how much of its outline a target fills, seen from any side.
+
+    That share is looked up once a mesh for each side of a half sphere that lies near a line of sight (the back fills
+    what the front fills, seen from far away), and kept by mesh and holes; most pictures then cost a few operations.
+    Over poses of Tango as SPEED+ has them it is 2 % off, at most 5 %.
+    """
 
     def __init__(self) -> None:
         self._sides, self._caster = half_sphere(SIDES), EmbreeCaster()

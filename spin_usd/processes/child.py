@@ -1,10 +1,6 @@
 """A child process that does what the supervising process must not: import pxr or bpy, open a stage, render.
 
-Started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own; spoken to in lines
-of JSON. It dies with its parent. A crash ends the child, never the parent.
-
-With SPIN_USD_IN_PROCESS=1 in the environment there are none: what they are asked is done in the caller's process, where
-breakpoints and profilers work.
+A crash ends the child, never the parent.
 """
 
 import json
@@ -46,12 +42,17 @@ OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what i
 
 
 def in_process() -> bool:
-    """Return whether what children are asked is done in this process."""
+    """Return whether what children are asked is done in this process, as with SPIN_USD_IN_PROCESS=1 in the environment:
+    there breakpoints and profilers work."""
     return os.environ.get(IN_PROCESS) == "1"
 
 
 class Child:
-    """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
+    """One child process; `call` sends a request and waits, `send` and `receive` do the halves.
+
+    It is started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own, and is
+    spoken to in lines of JSON. It dies with its parent.
+    """
 
     def __new__(cls, **_: Any) -> "Child":
         return super().__new__(ChildHere if in_process() else cls)

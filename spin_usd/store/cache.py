@@ -1,13 +1,6 @@
 """The cache of renders and labels by content: each is computed once and serves every picture of the dataset.
 
-cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (picture.render_file)
-cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
-
-A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the start of
-a digest of the software that made it: another Blender's never serves. A file's name holds the digest of its bytes, so a
-name cannot come apart from its file, and nothing is served or removed that is not what was written; what was damaged is
-made again under the same name. A picture's bytes are the same with any cache and with none: the whole folder may be
-deleted when no run is on.
+A picture's bytes are the same with any cache and with none: the whole folder may be deleted when no run is on.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -63,7 +56,16 @@ class CacheEntry:
 @dataclass(frozen=True, kw_only=True)
 class Cache:
     """The cache in a dataset's `folder`, for results of the software with these `versions`, names and numbers; `work`
-    is for temporary files."""
+    is for temporary files.
+
+    cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (picture.render_file)
+    cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
+
+    A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the
+    start of a digest of the software that made it: another Blender's never serves. A file's name holds the digest of
+    its bytes, so a name cannot come apart from its file, and nothing is served or removed that is not what was written;
+    what was damaged is made again under the same name.
+    """
 
     folder: Folder
     versions: Mapping[str, str]

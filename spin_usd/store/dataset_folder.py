@@ -1,19 +1,4 @@
-"""A dataset's folder: names, what it may hold, and the hold of the one run that writes it.
-
-dataset.json                         schema dataset-1
-stage/                               the layers that made it
-records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
-<kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
-cache/                               renders and labels by content (store.cache)
-shards.json                          of a shard: what all shards make
-.lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
-
-These are a dataset's own; all else in the folder is its user's, and left alone.
-
-A run holds its lock file for as long as a block takes; a killed run's hold ends with its last process. The lock is that
-of `flock`. It holds between machines where the file system of a shared folder says so: NFS does (its version 3 with the
-lock service), Lustre where it is mounted with `flock`. A file system without locks is refused.
-"""
+"""A dataset's folder: names, what it may hold, and the hold of the one run that writes it."""
 
 import errno
 import os
@@ -43,16 +28,28 @@ NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 @dataclass(frozen=True, kw_only=True)
 class Lease:
-    """A run's hold on a folder: the descriptor of its lock, which workers keep open too, and the folder of its
-    temporary files."""
+    """A run's hold on a folder."""
 
     descriptor: int
+    """Of its lock, which workers keep open too."""
     work: Path
+    """The folder of its temporary files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Store:
-    """The dataset in the folder `root`."""
+    """The dataset in the folder `root`.
+
+    dataset.json                         schema dataset-1
+    stage/                               the layers that made it
+    records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
+    <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+    cache/                               renders and labels by content (store.cache)
+    shards.json                          of a shard: what all shards make
+    .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
+
+    These are a dataset's own; all else in the folder is its user's, and left alone.
+    """
 
     root: Path
 
@@ -140,7 +137,11 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[Lease]:
-        """Hold the folder, which is made where there is none, for this run.
+        """Hold the folder, which is made where there is none, for this run, as long as the block.
+
+        A killed run's hold ends with its last process. The lock is that of `flock`. It holds between machines where the
+        file system of a shared folder says so: NFS does (its version 3 with the lock service), Lustre where it is
+        mounted with `flock`. A file system without locks is refused.
 
         Waits PATIENCE_S seconds for another run that has it. Takes a folder that it made back when nothing came of the
         run. Raises InputError where another run keeps it, and OutputError.

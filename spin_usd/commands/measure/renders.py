@@ -1,10 +1,4 @@
-"""The store of what a measurement has made so far, by content: renders with what they cost, and results.
-
-runs/<2>/<key>.exr    a render in unit light (picture.render_file)
-runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
-
-<2> is the key's start. The JSON is written last, so that where it is all is.
-"""
+"""The store of what a measurement has made so far, by content: renders with what they cost, and results."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -43,13 +37,16 @@ def render_file(key: str, suffix: str = ".json") -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class RenderCost:
-    """The cost of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and
-    whether that process had rendered the same picture with the same effort just before."""
+    """The cost of a render."""
 
     cpu_s: float
+    """Seconds of one core."""
     wall_s: float
+    """Seconds of wall clock."""
     memory_bytes: int
+    """The most bytes that its process held meanwhile."""
     warm: bool
+    """Whether that process had rendered the same picture with the same effort just before."""
 
 
 class KeptRender(Struct, frozen=True, kw_only=True):
@@ -61,7 +58,13 @@ class KeptRender(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class RenderStore:
-    """The renders and results in the folder `root`; `work` is for temporary files."""
+    """The renders and results in the folder `root`; `work` is for temporary files.
+
+    runs/<2>/<key>.exr    a render in unit light (picture.render_file)
+    runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
+
+    <2> is the key's start. The JSON is written last, so that where it is all is.
+    """
 
     root: Path
     work: Path

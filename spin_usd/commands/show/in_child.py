@@ -1,10 +1,4 @@
-"""The child's part of `show`: the files of one picture, for which it decodes those of the dataset.
-
-The labels of a picture as the page reads them: cropped to what they show.
-
-The dense pose by the depth, the camera and the pose. The page computes it too, so a file need only hold by how much
-the dataset's dense pose differs, which is next to nothing.
-"""
+"""The child's part of `show`: the files of one picture, for which it decodes those of the dataset."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
@@ -106,8 +100,8 @@ class _PictureWriter:
 
 
 def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile:
-    """Return the data file of these labels of the picture by their kinds, (H, W) or (H, W, C) each, cropped to the box
-    outside which all are 0.
+    """Return the data file of these labels of the picture by their kinds, (H, W) or (H, W, C) each, as the page reads
+    them: cropped to the box outside which all are 0.
 
     Numbers are the files' own to the last bit, but those of the dense pose, where that is near what the depth says:
     these are rounded to STEP_M.
@@ -175,8 +169,11 @@ def _differences(bits: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def steps_from_depth(picture: Picture, region: Region, labels: Mapping[str, NDArray[Any]]) -> NDArray[np.int32] | None:
-    """Return (h, w, 3): by how many steps the dense pose in the `region` differs from `points_of_depth`; None where
-    one of the labels that it takes is not there, or they are too far from each other for that."""
+    """Return (h, w, 3): by how many steps the dense pose in the `region` differs from `points_of_depth`; None where one
+    of the labels that it takes is not there, or they are too far from each other for that.
+
+    The page computes `points_of_depth` too. So a file need only hold these steps, which are next to nothing.
+    """
     if not {"depth", "dense_pose"} <= set(labels) or not {INSTANCE, "segmentation"} & set(labels):
         return None
     left = labels["dense_pose"][region.slices] - points_of_depth(picture, region, labels)

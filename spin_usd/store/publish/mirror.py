@@ -1,12 +1,4 @@
-"""The supervisor's copy of a dataset at a URL: a dataset's folder on this machine, for the time of a run.
-
-It holds dataset.json, the stage and the records. The files of pictures are of one byte: a run that resumes asks
-only whether they are there, and not empty.
-
-The marker of a run at a URL: stores of objects have no locks, so whoever comes second is told by a file there.
-
-Two runs that begin in the same moment may both go on: they write the same bytes, and work twice.
-"""
+"""The supervisor's copy of a dataset at a URL, on this machine for the time of a run, and the run's marker there."""
 
 import os
 import platform
@@ -44,7 +36,11 @@ OVER_S = 120.0  # a run that has not renewed its marker for so long is over: som
 
 
 class Mirror:
-    """The copy in the folder of `store` of the dataset at `url`."""
+    """The copy in the folder of `store` of the dataset at `url`.
+
+    It holds dataset.json, the stage and the records. The files of pictures are of one byte: a run that resumes asks
+    only whether they are there, and not empty.
+    """
 
     def __init__(self, store: Store, url: DatasetUrl) -> None:
         self.store, self.url = store, url
@@ -117,7 +113,9 @@ class Marker(Struct, frozen=True, kw_only=True):
 def marked(url: DatasetUrl) -> Iterator[None]:
     """Mark `url` as written by this run, as long as the block.
 
-    Raises InputError where another run is on there, and OutputError.
+    Stores of objects have no locks, so a file tells whoever comes second. Two runs that begin in the same moment may
+    both go on: they write the same bytes, and work twice. Raises InputError where another run is on there, and
+    OutputError.
     """
     own = Marker(token=secrets.token_hex(8), host=platform.node(), process=os.getpid(), time=time.time())
     _refuse_other(url, own)
