@@ -15,7 +15,7 @@ from spin_usd.planning.wall_time import OPEN_S, Work, wall_seconds
 from spin_usd.planning.work import CommonWork, Task
 from spin_usd.store.cache import MEASURED, RENDERS, held_keys
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.unfinished import WantedFiles, is_finished
+from spin_usd.store.pictures_left import WantedFiles, is_finished
 
 MANY = 24  # variants, beyond which those in a row that cost alike share a line
 

@@ -15,7 +15,7 @@ from spin_usd.planning.work import CommonWork, Task
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
-from spin_usd.store.unfinished import WantedFiles
+from spin_usd.store.pictures_left import WantedFiles
 from tests.cases.requests import request_for
 
 OPTIONS = CommonWork(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)

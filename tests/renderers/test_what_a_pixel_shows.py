@@ -128,5 +128,5 @@ def test_the_documents_table_has_each_row() -> None:
     text = (REPOSITORY / "docs" / "concepts" / "conventions.md").read_text(encoding="utf-8")
     table = text.split("### What a pixel shows")[1].split("\n\n#")[0]
     rows = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")]
-    left_out = "of opacity 0, without light or gloss"  # by the reader of stages: tests/stage/read/target/test_target.py
+    left_out = "of opacity 0, without light or gloss"  # by the reader of stages: tests/stage/read/bodies/test_target.py
     assert rows[2:] == [*ROWS, left_out, "coincident with another"]

@@ -22,7 +22,7 @@ from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.added_layer import add_keypoints, add_lidar, add_range_finder
 from spin_usd.stage.author.camera_layer import layer_name, set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
-from spin_usd.stage.read.target.keypoints import read_keypoints_layer
+from spin_usd.stage.read.bodies.keypoints import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")
 LIDAR_SUFFIXES = (".toml", ".json")

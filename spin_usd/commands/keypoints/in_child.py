@@ -24,7 +24,7 @@ from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Color, Texture
 from spin_usd.stage.author.added_layer import keypoints_layer
 from spin_usd.stage.author.target_prim import composed_target
-from spin_usd.stage.read.target.keypoints import holds_keypoints_alone, read_keypoints_layer
+from spin_usd.stage.read.bodies.keypoints import holds_keypoints_alone, read_keypoints_layer
 from spin_usd.store.dataset import Dataset
 
 PART_PX = 720  # most columns of a part of a picture

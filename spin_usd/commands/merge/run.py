@@ -25,9 +25,9 @@ from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.names import DESCRIPTION, STAGE, picture_of, record_of
+from spin_usd.store.pictures_left import recorded_files
 from spin_usd.store.recorded_settings import recorded_options, recorded_settings
 from spin_usd.store.tags import SCHEMA, TAGS, joined
-from spin_usd.store.unfinished import recorded_files
 
 CHECKING, MERGING = "checking: record", "merging: picture"
 AGAIN = "render that picture again, or leave that dataset out"

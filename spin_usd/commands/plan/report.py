@@ -32,7 +32,7 @@ from spin_usd.scene.derived.views import Views
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.measurement_file import FILE, folder_of, measurement_file, read_measurement
-from spin_usd.store.unfinished import WantedFiles
+from spin_usd.store.pictures_left import WantedFiles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -53,9 +53,9 @@ from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, STAGE, record_of
+from spin_usd.store.pictures_left import WantedFiles, kinds_left
 from spin_usd.store.recorded_settings import recorded_settings
 from spin_usd.store.stage_layers import refuse_changed_stage
-from spin_usd.store.unfinished import WantedFiles, kinds_left
 
 MEANINGS = {
     IMAGE: IMAGE_MEANING,

@@ -10,7 +10,7 @@ from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import picture_of
-from spin_usd.store.unfinished import recorded_files
+from spin_usd.store.pictures_left import recorded_files
 
 SHOWN = 3
 

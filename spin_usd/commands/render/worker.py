@@ -41,7 +41,7 @@ from spin_usd.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import record_of
-from spin_usd.store.unfinished import recorded_files
+from spin_usd.store.pictures_left import recorded_files
 
 RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock

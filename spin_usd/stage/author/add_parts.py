@@ -13,8 +13,8 @@ from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.paths import MODEL, TARGET
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.composition.open_stage import open_stage
-from spin_usd.stage.read.target.face_subsets import binds_material, find_subsets
-from spin_usd.stage.read.target.part_labels import labels_of_target
+from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
+from spin_usd.stage.read.bodies.part_labels import labels_of_target
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read

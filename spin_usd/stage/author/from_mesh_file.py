@@ -16,7 +16,7 @@ from spin_usd.scene.asset import ImageFile, ImageMap, ImageTransform, MeshAsset,
 from spin_usd.scene.material import TRANSPARENT, Material
 from spin_usd.scene.texture import Primvar
 from spin_usd.stage.composition.open_layer import stage_on
-from spin_usd.stage.read.target.part_labels import MAX_LABEL
+from spin_usd.stage.read.bodies.part_labels import MAX_LABEL
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 from spin_usd.unique_names import UniqueNames

@@ -13,6 +13,12 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.bodies.bodies import find_occluders, find_targets, occluder_roots
+from spin_usd.stage.read.bodies.gprim import GprimReader
+from spin_usd.stage.read.bodies.keypoints import read_keypoints
+from spin_usd.stage.read.bodies.part_labels import Labels
+from spin_usd.stage.read.bodies.point_instancer import read_instances
+from spin_usd.stage.read.bodies.renderable import is_geometry, is_left_out
 from spin_usd.stage.read.camera import find_camera, find_cameras, read_camera
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
@@ -22,12 +28,6 @@ from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shutter import read_opening
 from spin_usd.stage.read.stage_reader import metres_per_unit
-from spin_usd.stage.read.target.bodies import find_occluders, find_targets, occluder_roots
-from spin_usd.stage.read.target.gprim import GprimReader
-from spin_usd.stage.read.target.keypoints import read_keypoints
-from spin_usd.stage.read.target.part_labels import Labels
-from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import is_geometry, is_left_out
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.parser_faults import parser_faults

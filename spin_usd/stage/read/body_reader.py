@@ -11,13 +11,13 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
+from spin_usd.stage.read.bodies.bodies import OccluderPrims
+from spin_usd.stage.read.bodies.gprim import MaterialUse
+from spin_usd.stage.read.bodies.keypoints import find_keypoints
+from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
-from spin_usd.stage.read.target.bodies import OccluderPrims
-from spin_usd.stage.read.target.gprim import MaterialUse
-from spin_usd.stage.read.target.keypoints import find_keypoints
-from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.time_variation import CachedIfConstant, has_varying_attribute, moves, varying, visibility_varies
 from spin_usd.stage.usd.transforms import (
     UNIT_SCALE_TOLERANCE,

@@ -19,6 +19,7 @@ from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Decoded, Images
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
+from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera import find_cameras, picture_variants, read_camera
 from spin_usd.stage.read.environment import EnvironmentReader
@@ -31,7 +32,6 @@ from spin_usd.stage.read.rig import lidar_in_time, range_finder_in_time, rig_in_
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.shutter import Opening, read_opening, read_poses
-from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, Notes, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying

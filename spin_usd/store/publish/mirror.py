@@ -25,8 +25,8 @@ from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, RECORDS, STAGE
+from spin_usd.store.pictures_left import recorded_files
 from spin_usd.store.publish.dataset_url import MARKER, DatasetUrl, below
-from spin_usd.store.unfinished import recorded_files
 
 Snapshot = dict[str, tuple[int, int]]
 """The size and the time of change of files, by name."""

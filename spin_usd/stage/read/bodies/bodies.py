@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.read.bodies.renderable import is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.prim_order import in_order, ordered_children
 from spin_usd.stage.usd.time_variation import POSE

@@ -16,14 +16,14 @@ from spin_usd.scene.shape import MAX_FACES, Shape
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.bodies.bodies import target_name
+from spin_usd.stage.read.bodies.body_parts import BodyParts
+from spin_usd.stage.read.bodies.gprim import GprimReader, MaterialUse, PlacedGprim
+from spin_usd.stage.read.bodies.keypoints import read_keypoints
+from spin_usd.stage.read.bodies.part_labels import Labels, labels_of_target
+from spin_usd.stage.read.bodies.point_instancer import read_instances
+from spin_usd.stage.read.bodies.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.read.shapes.triangles import Int, determinant
-from spin_usd.stage.read.target.bodies import target_name
-from spin_usd.stage.read.target.body_parts import BodyParts
-from spin_usd.stage.read.target.gprim import GprimReader, MaterialUse, PlacedGprim
-from spin_usd.stage.read.target.keypoints import read_keypoints
-from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
-from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.transforms import local_matrix

@@ -8,11 +8,11 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.target import Part
-from spin_usd.stage.read.target.bodies import OccluderPrims, prim_of
-from spin_usd.stage.read.target.face_subsets import named_subsets
-from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
-from spin_usd.stage.read.target.point_instancer import find_prototypes
-from spin_usd.stage.read.target.renderable import geometry_below, is_geometry, is_left_out
+from spin_usd.stage.read.bodies.bodies import OccluderPrims, prim_of
+from spin_usd.stage.read.bodies.face_subsets import named_subsets
+from spin_usd.stage.read.bodies.part_labels import Labels, labels_of_target
+from spin_usd.stage.read.bodies.point_instancer import find_prototypes
+from spin_usd.stage.read.bodies.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, is_always_invisible, own_purpose, purpose_of

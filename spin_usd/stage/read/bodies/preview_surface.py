@@ -17,8 +17,8 @@ from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Lim
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.materialx import document_of
+from spin_usd.stage.read.bodies.texture_nodes import NodeReader, PrimvarInput
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
-from spin_usd.stage.read.target.texture_nodes import NodeReader, PrimvarInput
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.shader_inputs import (
     Output,

@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
+from spin_usd.stage.read.bodies.part_labels import Labels
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.usd.prim_order import in_order
 from spin_usd.stage.usd.values import read
 

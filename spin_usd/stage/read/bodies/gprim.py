@@ -13,6 +13,15 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.material import Material
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.bodies.face_subsets import (
+    binds_material,
+    find_subsets,
+    named_subsets,
+    painter_of,
+    triangles_in,
+)
+from spin_usd.stage.read.bodies.part_labels import Labels
+from spin_usd.stage.read.bodies.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.read.shapes.displacement import displaced
 from spin_usd.stage.read.shapes.mesh import read_mesh
 from spin_usd.stage.read.shapes.primitives import read_gprim
@@ -20,15 +29,6 @@ from spin_usd.stage.read.shapes.primvars import FoundPrimvar, check_elements, fi
 from spin_usd.stage.read.shapes.skeletons import Skeletons
 from spin_usd.stage.read.shapes.subdivision import note_creases
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.read.target.face_subsets import (
-    binds_material,
-    find_subsets,
-    named_subsets,
-    painter_of,
-    triangles_in,
-)
-from spin_usd.stage.read.target.part_labels import Labels
-from spin_usd.stage.read.target.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.visibility import PROXIES
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError, StageError
-from spin_usd.stage.read.target.keypoints import holds_keypoints_alone, read_keypoints_layer
+from spin_usd.stage.read.bodies.keypoints import holds_keypoints_alone, read_keypoints_layer
 
 POINTS = """def Points "Keypoints"
     {
