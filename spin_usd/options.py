@@ -56,6 +56,11 @@ class Option:
     also: str = ""
 
 
+def flag_of(name: str, option: Option | None = None) -> str:
+    """Return how the command line spells the option of that name."""
+    return option.flag if option and option.flag else f"--{name.replace('_', '-')}"
+
+
 class Argument(Option):
     """An option that is given by its place."""
 

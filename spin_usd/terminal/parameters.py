@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
-from spin_usd.options import Argument, Option, Options, described, required
+from spin_usd.options import Argument, Option, Options, described, flag_of, required
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 OPTIONS = "options"
@@ -85,7 +85,7 @@ def _hint(name: str, option: Option, value: Any, default: Any) -> Any:
     """Return the annotation by which typer knows an option of that type and default."""
     said: dict[str, Any] = {"help": option.help, "metavar": option.metavar or None, "autocompletion": option.words}
     said |= {"min": option.at_least, "max": option.at_most}
-    flag = option.flag or f"--{name.replace('_', '-')}"
+    flag = flag_of(name, option)
     info = typer.Argument(**said) if isinstance(option, Argument) else typer.Option(flag, **said)
     return Annotated[value | None, info] if default is None else Annotated[value, info]
 

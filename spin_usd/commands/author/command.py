@@ -10,6 +10,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.errors import InputError
+from spin_usd.options import flag_of
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.parameters import Json
@@ -48,7 +49,7 @@ def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
     sources = {name: context.get_parameter_source(name) for name in context.params}
     asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
     if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
-        names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+        names = " and ".join(map(flag_of, given))
         raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
     root = write_minimal(out)
     print_out(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")

@@ -24,7 +24,7 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
-from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions
+from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions, flag_of
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.kinds import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
@@ -297,7 +297,7 @@ def _options(request: RenderRequest) -> Iterator[str]:
     for field in fields(PictureOptions):
         value = said.get(field.name) or getattr(request.options, field.name)
         if field.name in said or (field.name not in left_out and value != field.default):
-            flag = f"--{field.name.replace('_', '-')}"
+            flag = flag_of(field.name)
             yield from (
                 (flag,) if value is True else (flag, ",".join(value) if isinstance(value, tuple | list) else str(value))
             )

@@ -10,6 +10,7 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.node import NodeType
+from spin_usd.options import flag_of
 from spin_usd.planning.make_plan import Plan
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.json_schema import read_json
@@ -60,7 +61,7 @@ def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_words(other: Sequence[str]) -> str:
     """Say that the dataset holds another stage's pictures, and name what differs as the options of `author`."""
-    names = [WORDS.get(name, f"--{name.replace('_', '-')}") for name in other]
+    names = [WORDS.get(name, flag_of(name)) for name in other]
     return f"holds pictures of another stage, which differs in: {', '.join(names)}"
 
 
