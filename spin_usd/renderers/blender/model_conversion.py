@@ -66,6 +66,7 @@ def _export(filepath: str) -> None:
         export_lights=False,
         export_yup=False,  # the body axes are those that Blender shows
         export_current_frame=True,
+        export_rest_position_armature=False,  # what hangs on a bone stands where the pose has it
         use_renderable=True,
     )
 
@@ -85,9 +86,15 @@ def _converting(source: str, to: str) -> Iterator[None]:
 
 def _refuse_outside(source: str, root: Path) -> None:
     """Raise InputError for a model that takes more than images from elsewhere, or from what is no plain file: linked
-    files, caches of geometry, volumes, fonts, sounds. Where the kernel confines this process, none was opened."""
+    files, caches of geometry, volumes, fonts, sounds. Where the kernel confines this process, none was opened.
+
+    Texts show nothing; nor does a library of which a .blend only remembers that brushes or what was appended came from
+    there."""
+    for text in list(bpy.data.texts):
+        bpy.data.texts.remove(text)
     named = bpy.utils.blend_paths(absolute=True, packed=False, local=False)
-    for path in sorted({*named, *(bpy.path.abspath(each.filepath) for each in bpy.data.libraries)}):
+    needed = {path for path in named if not path.lower().endswith(".blend")}
+    for path in sorted({*needed, *(bpy.path.abspath(each.filepath) for each in bpy.data.libraries)}):
         if path and not path.startswith("<") and (lies := _elsewhere(root, Path(path))):
             do = "append or pack it in Blender, apply what uses it, or give --root"
             raise InputError(f"takes {path}, which {lies}", where=source, do=do)

@@ -135,6 +135,11 @@ away = cube("Away", 50)
 scene.collection.objects.unlink(away)
 left_out.objects.link(away)
 bpy.context.view_layer.layer_collection.children["Left out"].exclude = True
+bpy.ops.object.armature_add()
+bones = bpy.context.object
+hung = cube("Hung", 0)
+hung.parent, hung.parent_type, hung.parent_bone = bones, "BONE", "Bone"  # its tail is at 0, 0, 1
+bones.pose.bones["Bone"].location = (0, 4, 0)  # along itself
 scene.frame_set(10)
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 """
@@ -149,8 +154,8 @@ def test_a_model_is_what_blender_renders_and_not_what_its_viewport_shows(made: P
     reader = StageReader(report.root)
     target = reader.scene(reader.frames[0]).target
     faces = {part.name: int((target.mesh.face_part == part.id).sum()) for part in target.parts}
-    assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12}
-    np.testing.assert_allclose(target.mesh.box[1][0], 9.5, atol=1e-6)
+    assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12, "Hung": 12}
+    np.testing.assert_allclose(target.mesh.box[1], (9.5, 0.5, 5.5), atol=1e-6)
 
 
 PATHS = """
@@ -184,6 +189,13 @@ def library(path):
             here.objects = there.objects
         bpy.context.scene.collection.objects.link(here.objects[0])
     return act
+def appended(path):
+    def act(plane):
+        options = {"do_reuse_local_id": True, "link": False}
+        bpy.ops.wm.append(directory=f"{path}/Material/", filename="foil", **options)
+        plane.data.materials.append(bpy.data.materials["foil"])
+        assert str(path) in bpy.utils.blend_paths(absolute=True)
+    return act
 def importing(plane):
     tree = bpy.data.node_groups.new("G", "GeometryNodeTree")
     tree.nodes.new("GeometryNodeImportOBJ")
@@ -193,6 +205,7 @@ for place in (inside, outside):
     os.rename(inside / "library.blend", place / "other.blend")
     (place / "t.1001.png").write_bytes((outside / "secret.png").read_bytes())
     (place / "c.mdd").write_bytes(bytes(8))
+    (place / "notes.txt").write_text("from whom, and when")
 (inside / "late.blend").write_bytes((inside / "other.blend").read_bytes())
 (inside / "link.png").symlink_to(outside / "secret.png")
 for name, act in {
@@ -204,6 +217,8 @@ for name, act in {
     "cache outside": cache(outside / "c.mdd"),
     "library inside": library(inside / "other.blend"),
     "library outside": library(outside / "other.blend"),
+    "appended outside": appended(outside / "craft.blend"),
+    "text outside": lambda plane: bpy.data.texts.load(str(outside / "notes.txt")),
     "library pipe": library(inside / "late.blend"),
     "import": importing,
 }.items():
@@ -219,6 +234,8 @@ LEFT_OUT = {
     "image pipe": "'pipe.png' is no plain file, and was left out",
     "image device": "'zero' lies outside the model's folder, and was left out",
     "library inside": "",
+    "appended outside": "",
+    "text outside": "",
 }
 REFUSED = {
     "cache outside": "takes .*/outside/c.mdd, which lies outside the model's folder",
@@ -233,6 +250,7 @@ def naming(tmp_path_factory, made):
     folder = tmp_path_factory.mktemp("naming")
     (folder / "model" / "in").mkdir(parents=True)
     shutil.copytree(made / "outside", folder / "outside")
+    shutil.copy(made / "model" / "in" / "craft.blend", folder / "outside")
     subprocess.run([sys.executable, "-c", PATHS, str(folder)], check=True, stdout=subprocess.DEVNULL)
     return folder
 
