@@ -2,7 +2,7 @@
 
 Specular and shininess are read as MTL's Ks and Ns; colours are taken as linear, images of 8 bits as sRGB. What
 exporters mean by transparency differs: a constant that leaves nothing of a surface is taken as opaque, for nobody
-exports what cannot be seen.
+exports what cannot be seen. Blender writes how metallic a surface of nodes is as its reflectivity.
 """
 
 from collections.abc import Mapping
@@ -158,12 +158,21 @@ def read_dae_material(
         constants = changed(constants, "Ks", reading.color("specular", BLACK))
     if said.tag in GLOSSY and said.find("shininess") is not None:
         constants = changed(constants, "Ns", (reading.number("shininess", 0.0, 1e6),) * 3)
+    if said.find("index_of_refraction") is not None and _by_blender(document):
+        constants = replace(constants, metallic=reading.number("reflectivity", 0.0, 1.0))
     reading.add("diffuseColor", "diffuse")
     reading.add("emissiveColor", "emission")
     if next(effect.iter("bump"), None) is not None:
         reading.note("its bump texture is not carried over")
     constants = _with_opacity(reading, constants)
     return ModelMaterial(constants=constants, images=reading.images), reading.notes
+
+
+def _by_blender(document: DaeDocument) -> bool:
+    """Say whether Blender wrote the file. Of a material without nodes it writes no index of refraction, and as its
+    reflectivity what it has left of a specular intensity of versions before 2.8: that is no metal."""
+    tools = document.root.iterfind("asset/contributor/authoring_tool")
+    return any((tool.text or "").strip().startswith("Blender") for tool in tools)
 
 
 def _with_opacity(reading: _Effect, constants: Material) -> Material:

@@ -179,6 +179,26 @@ def test_transparency_is_opacity_by_its_mode(tmp_path: Path, said: str, opacity:
     assert (material.constants.opacity_mode == PRESENCE) == (opacity < 1)
 
 
+@pytest.mark.parametrize(
+    ("tool", "more", "metallic"),
+    [
+        (
+            "Blender 3.6.2 commit date:2023-08-16",
+            "<index_of_refraction><float>1.45</float></index_of_refraction>",
+            0.75,
+        ),
+        ("Blender 2.90.1 commit date:2020-09-23", "", 0.0),
+        ("FBX COLLADA exporter", "<index_of_refraction><float>1.45</float></index_of_refraction>", 0.0),
+    ],
+)
+def test_what_blender_writes_as_reflectivity_is_metal(tmp_path: Path, tool: str, more: str, metallic: float) -> None:
+    """As exports of Blender 3.4 have it: without nodes it is a specular intensity."""
+    said = f'<reflectivity><float sid="specular">0.75</float></reflectivity>{more}'
+    asset = f'<contributor><authoring_tool>{tool}</authoring_tool></contributor><unit meter="1" name="meter"/>'
+    (material,) = read_mesh_file(dae(tmp_path, shading=f"<lambert>{said}</lambert>", asset=asset)).materials
+    assert material.constants.metallic == metallic
+
+
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
 
 
