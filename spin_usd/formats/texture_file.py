@@ -33,7 +33,7 @@ def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
     """
     full = file_within(folder, file.parent, named)
     if full is None:
-        raise InputError(f"the texture {named!r} lies outside the model's folder")
+        raise InputError(f"the texture {named!r} lies outside the model's folder (--root FOLDER takes it)")
     if not full.exists():
         raise InputError(f"the texture {named!r} is missing")
     try:

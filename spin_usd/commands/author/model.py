@@ -190,7 +190,7 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
             model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
         except InputError as error:  # of a file that will be gone
             raise InputError(error.found.replace(str(glb), file.name), where=file, do=error.do) from None
-    model = _painted(model) if by_step else model
+    model = _painted(model) if by_step else _refracting(model, said["refraction"])
     if axes is not None:
         model = replace(model, parts=tuple(_turned(part, axes) for part in model.parts))
     return replace(model, notes=(*said["notes"], *remarks, *model.notes), up=up)
@@ -199,6 +199,17 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
 def _turned(part: MeshPart, axes: Float) -> MeshPart:
     normals = None if part.normals is None else part.normals @ axes.T
     return replace(part, points=part.points @ axes.T, normals=normals)
+
+
+def _refracting(model: MeshAsset, indices: Mapping[str, float]) -> MeshAsset:
+    """Return the model with these indices of refraction, by the names of its materials."""
+    materials = tuple(
+        replace(each, constants=replace(each.constants, ior=round(ior, 6)))
+        if (ior := indices.get(each.constants.path)) is not None
+        else each
+        for each in model.materials
+    )
+    return replace(model, materials=materials)
 
 
 def _painted(model: MeshAsset) -> MeshAsset:

@@ -256,7 +256,8 @@ def read_materials(
     for library in (name for argument in libraries for name in _names(path.parent, argument)):
         file = file_within(root_of(path), path.parent, library)
         if file is None:
-            notes.append(f"the material library {library!r} lies outside the model's folder and was not read")
+            lies = "lies outside the model's folder and was not read (--root FOLDER takes it)"
+            notes.append(f"the material library {library!r} {lies}")
         elif not file.is_file():
             notes.append(f"the material library {library!r} is missing")
         else:

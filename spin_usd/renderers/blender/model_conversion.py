@@ -30,7 +30,8 @@ FOLLOWED = {
 def convert_model(*, source: str, to: str, root: str, model_time: float | None = None) -> dict[str, Any]:
     """Write the model at `source` to the GLB `to`; files that it names lie below `root`. It stands as it is
     stored, or as it is `model_time` seconds after its animations begin. Return the length of its unit in metres as
-    "metres_per_unit", and "notes". Raises InputError for a file that Blender cannot read."""
+    "metres_per_unit", "notes", and "refraction", indices of it by the names of materials. Raises InputError for a file
+    that Blender cannot read."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with _converting(source, to):
         if source.lower().endswith(".fbx"):
@@ -46,10 +47,11 @@ def convert_model(*, source: str, to: str, root: str, model_time: float | None =
     for each in bpy.data.objects:
         if each.data is not None and each.data.users == 1 and each.data.library is None:
             each.data.name = each.name  # by which people know a part
+    refraction = _refraction()
     with _converting(source, to):
         _export(to)
     unit = bpy.context.scene.unit_settings
-    return {"metres_per_unit": float(unit.scale_length), "notes": notes}
+    return {"metres_per_unit": float(unit.scale_length), "notes": notes, "refraction": refraction}
 
 
 def _export(filepath: str) -> None:
@@ -69,6 +71,23 @@ def _export(filepath: str) -> None:
         export_rest_position_armature=False,  # what hangs on a bone stands where the pose has it
         use_renderable=True,
     )
+
+
+def _refraction() -> dict[str, float]:
+    """Take the level of specular reflection out of each surface, and return, by its material's name, the index of
+    refraction that reflects as much head-on: the exporter leaves that of what transmits no light out."""
+    found = {}
+    for material in bpy.data.materials:
+        for node in material.node_tree.nodes if material.node_tree else ():
+            if node.bl_idname != "ShaderNodeBsdfPrincipled":
+                continue
+            ior, level = node.inputs["IOR"], node.inputs["Specular IOR Level"]
+            if ior.is_linked or level.is_linked or node.inputs["Transmission Weight"].default_value:
+                continue
+            head_on = min(abs(ior.default_value - 1) / (ior.default_value + 1) * (2 * level.default_value) ** 0.5, 0.99)
+            level.default_value = 0.5
+            found[material.name] = (1 + head_on) / (1 - head_on)
+    return found
 
 
 @contextmanager

@@ -93,6 +93,8 @@ for place, (name, shader) in enumerate((("paint", "Diffuse"), ("foil", "Anisotro
     node, output = tree.nodes.new(f"ShaderNodeBsdf{shader}"), tree.nodes.new("ShaderNodeOutputMaterial")
     node.inputs[0].default_value = (0.75, 0.25, 0.125, 1)
     tree.links.new(node.outputs[0], output.inputs[0])
+    if shader == "Principled":
+        node.inputs["IOR"].default_value, node.inputs["Specular IOR Level"].default_value = 1.4, 0.25
     bpy.context.object.data.materials.append(material)
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 """
@@ -109,6 +111,9 @@ def test_materials_that_no_exporter_knows_are_not_white_metal(made: Path, tmp_pa
     assert {name: each.metallic for name, each in materials.items()} == {"paint": 0, "foil": 1, "panel": 0}
     for each in materials.values():
         np.testing.assert_allclose(each.diffuse_color, (0.75, 0.25, 0.125), atol=1e-6)
+    slowed = (0.5 * (0.4 / 2.4) ** 2) ** 0.5  # half of what 1.4 reflects
+    assert materials["panel"].ior == pytest.approx((1 + slowed) / (1 - slowed), rel=1e-5)
+    assert not any("KHR_materials" in note for note in report.notes)
     told = sorted(note for note in report.notes if "no Principled BSDF" in note)
     assert ["foil" in told[0], "paint" in told[1], len(told)] == [True, True, 2]
 
