@@ -7,6 +7,7 @@ the C++ library of any distribution.
 
 import argparse
 import json
+import re
 import shutil
 import sys
 import tempfile
@@ -27,9 +28,14 @@ def main() -> None:
     parser.add_argument("--compute", metavar="X.Y", help="of NVIDIA's kernels, those for this compute capability alone")
     parser.add_argument("--ptxas", metavar="FILE", help="CUDA's program, which assembles kernels that Blender lacks")
     options = parser.parse_args()
-    if options.ptxas and not (options.compute and options.device == "cuda"):
-        sys.exit("tools/bundle: --ptxas assembles kernels for one processor: give --for cuda and --compute X.Y too")
-    part_bytes = int(options.part_size[:-1]) * SUFFIXES[options.part_size[-1]]
+    size = re.fullmatch(r"([1-9][0-9]*)([KMG])", options.part_size)
+    if not size:
+        sys.exit(f"tools/bundle: --part-size {options.part_size} is no size; write a number and K, M or G, as 60M")
+    part_bytes = int(size[1]) * SUFFIXES[size[2]]
+    if options.compute and not (options.device == "cuda" and re.fullmatch(r"[0-9]+\.[0-9]", options.compute)):
+        sys.exit("tools/bundle: --compute is of --for cuda, a number with one decimal, as 9.0")
+    if options.ptxas and not (options.compute and shutil.which(options.ptxas)):
+        sys.exit("tools/bundle: --ptxas names CUDA's program, which assembles kernels for the processor of --compute")
     out = options.out
     if out.exists() and any(out.iterdir()):
         sys.exit(f"tools/bundle: {out} is not empty; name a new folder")

@@ -32,6 +32,8 @@ WIDTH, HEIGHT = ("imagewidth", "width", "imgwidth", "w"), ("imageheight", "heigh
 SIZE = ("resolution", "imagesize", "size", "imgsize")
 MODEL = ("distortionmodel", "cameramodel", "model", "distortiontype", "distortion")
 FLAG = ("fisheyemodel", "fisheye")
+WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+LEAVE_ONE = "leave one of them out"
 CROP = ("x_offset", "y_offset", "width", "height")
 
 
@@ -88,18 +90,31 @@ def _matrix(said: dict[str, Any], path: Path) -> tuple[float, float, float, floa
 
 
 def _distortion(said: dict[str, Any], path: Path) -> tuple[float, ...]:
-    found, flags = said_once(said, COEFFICIENTS, path), named(said, FLAG)
+    given, flags = said_once(said, COEFFICIENTS, path), named(said, FLAG)
     models = {key: str(value) for key, value in named(said, MODEL).items() if not isinstance(value, list | dict)}
     # Kalibr's fisheye is called a pinhole too: that says nothing of the distortion
     models = {key: value for key, value in models.items() if value.lower() not in ("", "none", "pinhole")}
-    fisheye = {key: value not in (0, False, "false", "no") for key, value in flags.items()}
+    fisheye = {key: _is_true(key, value, path) for key, value in flags.items()}
     kinds = fisheye | {key: kind for key, value in models.items() if (kind := is_fisheye(value)) is not None}
     if len({*kinds.values()}) > 1:
         words = " and ".join(f"{key}: {said[key]}" for key in kinds)
-        raise InputError(f"says two things of its lens, {words}", where=path, do="leave one of them out")
+        raise InputError(f"says two things of its lens, {words}", where=path, do=LEAVE_ONE)
     model = next(iter(models.values()), FISHEYES[0] if any(fisheye.values()) else "")
-    k = [] if found is None else numbers_of(found, range(15), COEFFICIENTS_ARE, path)
-    return distortion_of(k, model, path, ambiguous=not fisheye)
+    k = [] if given is None else numbers_of(given, range(15), COEFFICIENTS_ARE, path)
+    found = distortion_of(k, model, path, ambiguous=not fisheye)
+    for key, value in models.items():
+        if distortion_of(k, value, path) != found:
+            raise InputError(f"says two things of its lens, {model} and {key}: {value}", where=path, do=LEAVE_ONE)
+    return found
+
+
+def _is_true(key: str, value: Any, path: Path) -> bool:
+    """Return whether the value is true, or another number than 0. Raises InputError for words that say neither."""
+    if isinstance(value, bool | int | float):
+        return bool(value)
+    if (word := str(value).lower()) not in WORDS:
+        raise InputError(f"has {key}: {value}", where=path, do="write true or false")
+    return WORDS[word]
 
 
 def _has(*words: str) -> Callable[[Path, str], bool]:

@@ -50,7 +50,8 @@ def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
     asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
     if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
         names = " and ".join(map(flag_of, given))
-        raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
+        are, them = ("is", "it") if len(given) == 1 else ("are", "them")
+        raise InputError(f"{names} {are} given with --minimal, which asks for nothing but --out", do=f"drop {them}")
     root = write_minimal(out)
     print_out(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")
 

@@ -98,7 +98,8 @@ def _write_own(path: Path, place: Sdf.Path, values: SampledValues, moving: set[s
         for name in unread & named.keys():
             prim.RemoveProperty(named[name])
         said = f"in {file} for each picture" if each.attribute.prim in moving else "as given to author, or drawn"
-        layer.documentation += f"\n{prim.name} {each.attribute.name}: {said}."
+        if each.attribute.name != "xformOpOrder":  # which says no more than the operation does
+            layer.documentation += f"\n{prim.name} {each.attribute.name}: {said}."
     write_values(layer, values.of(lambda prim: prim not in moving), {str(place): str(root)})
     with writing(path):
         layer.Save()

@@ -72,9 +72,9 @@ def light_unit_findings(stage: Usd.Stage) -> Iterator[Finding]:
     units = {str(prim.GetPath()): prim.GetCustomDataByKey(schema.INTENSITY_UNIT) for prim in lights}
     ours = next((f"{unit} of {path}" for path, unit in units.items() if unit in schema.INTENSITY_UNITS), None)
     for path, unit in units.items():
-        if unit not in schema.INTENSITY_UNITS and (unit is not None or ours):
+        if unit not in schema.INTENSITY_UNITS and ours:
             says = "does not say the unit of its intensity" if unit is None else f"says that its intensity is in {unit}"
-            message = f"{says}, and it is rendered beside {ours or 'what is in watts, such as stars and planets'}"
+            message = f"{says}, and it is rendered beside {ours}"
             do = f"convert it, and author customData {schema.INTENSITY_UNIT}: {', '.join(schema.INTENSITY_UNITS)}"
             yield Finding(code="light-unit", where=path, message=f"{message}; {do}", severity=WARNING)
 

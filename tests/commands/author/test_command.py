@@ -67,5 +67,5 @@ def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path) -
 
 def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--minimal", "--target", "tango", "--seed", 3, "--out", tmp_path / "page", code=2).stderr
-    assert "--target and --seed is given with --minimal" in said or "--seed and --target" in said
+    assert "--target and --seed are given with --minimal" in said or "--seed and --target" in said
     assert not (tmp_path / "page").exists()
