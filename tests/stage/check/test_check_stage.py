@@ -175,6 +175,11 @@ def fill_of_no_unit(stage: Usd.Stage) -> None:
     fill.CreateNormalizeAttr(True)
 
 
+def fill_in_lux(stage: Usd.Stage) -> None:
+    fill_of_no_unit(stage)
+    stage.GetPrimAtPath("/Lights/Fill").SetCustomDataByKey("spin:intensityUnit", "lx")
+
+
 def misspelt(stage: Usd.Stage) -> None:
     """Author spin:sensor:gian on the camera."""
     camera = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera))
@@ -231,7 +236,7 @@ BREAKS = {
     "kind": (text(ROOT, 'kind = "assembly"', 'kind = "subcomponent"'), "kind-broken"),
     "no class": (text("targets/box/box.usda", 'token[] semantics:labels:class = ["spacecraft"]', ""), "label-none"),
     "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
-    "light in lux": (text(LIGHTS, 'intensityUnit = "W/m2"', 'intensityUnit = "lx"'), "light-unit"),
+    "light in lux": (edit(LIGHTS, fill_in_lux), "light-unit"),
     "light of no unit": (edit(LIGHTS, fill_of_no_unit), "light-unit"),
     "unread turn": (text(LIGHTS, "float3 xf", "float3 xformOp:rotateXYZ:mine = (9, 9, 9)\nfloat3 xf"), "xform-unread"),
     "shutter": (edit(CAMERA, shutter_backwards), "scene"),
@@ -256,6 +261,11 @@ def test_each_rule_finds_what_breaks_it(copied: Path, name: str) -> None:
 
 def findings(path: Path) -> list[tuple[str, str]]:
     return [(finding.code, finding.severity) for finding in check_stage(path)]
+
+
+def test_lights_that_are_all_in_lux_are_of_one_unit(copied: Path) -> None:
+    text(LIGHTS, 'intensityUnit = "W/m2"', 'intensityUnit = "lx"')(copied)
+    assert "light-unit" not in dict(findings(copied))
 
 
 def test_lights_none_of_which_says_its_unit_are_fine(copied: Path) -> None:
