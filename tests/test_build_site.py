@@ -13,7 +13,7 @@ from spin_usd.command_line import app
 from spin_usd.commands.check.rules import RULES
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
-from spin_usd.renderers.embree.coincident_faces import face_findings
+from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.stage.augment.parameters import PARAMETERS
 from tests.cases.scenes import box, target
 from tests.conftest import REPOSITORY

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from benchmarks import device as device_bench
 from benchmarks import predict
 from benchmarks import render_parts as render_parts_bench
 from benchmarks.frames import CROPPED_SCRIPT, EQUAL
@@ -31,6 +32,11 @@ def machine(folder: Path) -> str:
     where = f"{of['cores']} cores of an {of['architecture'].replace('_', '-')} server without a GPU"
     of_what = f"{width}x{height}, the SPEED+ lens, a Tango mesh of {found['faces']:,} faces"
     return prose(f"Measured on {where}, {of_what}. All figures can be taken again: `tools/bench`.")
+
+
+def device(folder: Path) -> str:
+    """Return what light costs on a graphics processor and on the CPU of the same machine."""
+    return device_bench.table(figures_of(folder, "device"))
 
 
 def peers(folder: Path) -> str:

@@ -27,7 +27,7 @@ from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
-from spin_usd.renderers.embree.coincident_faces import face_findings
+from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.derived.view_text import sentences

@@ -7,7 +7,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.augment.attribute_change import BaseStage
-from spin_usd.stage.read.bodies.bodies import find_target
+from spin_usd.stage.read.bodies.find_bodies import find_target
 from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.usd.transforms import between, placement
 

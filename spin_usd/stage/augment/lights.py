@@ -18,7 +18,7 @@ from spin_usd.stage.augment.attribute_change import (
     moves_in_time,
 )
 from spin_usd.stage.augment.body_axes import cam_from_body
-from spin_usd.stage.read.bodies.bodies import find_target
+from spin_usd.stage.read.bodies.find_bodies import find_target
 from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.distant_light import read_distant_light
 from spin_usd.stage.read.lights import find_lights

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdShade
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
-from spin_usd.stage.read.bodies.bodies import find_targets
+from spin_usd.stage.read.bodies.find_bodies import find_targets
 from spin_usd.stage.usd.shader_inputs import Output, read_input
 from spin_usd.stage.usd.values import read
 

@@ -17,7 +17,7 @@ from spin_usd.stage.augment.write_augmentations import MAX_FRAMES_IN_TEXT
 from spin_usd.stage.author.added_layer import FOLDER, add_layer
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS, WORLD
 from spin_usd.stage.composition.open_layer import open_layer
-from spin_usd.stage.read.bodies.bodies import find_target
+from spin_usd.stage.read.bodies.find_bodies import find_target
 from spin_usd.stage.read.camera import find_camera, read_camera
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.usd.layer_file import author_metadata, writing

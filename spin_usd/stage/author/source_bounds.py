@@ -17,8 +17,8 @@ from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_as_it_is
-from spin_usd.stage.read.bodies.bodies import find_target
 from spin_usd.stage.read.bodies.body_parts import BodyParts
+from spin_usd.stage.read.bodies.find_bodies import find_target
 from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.usd.draw_modes import stand_ins

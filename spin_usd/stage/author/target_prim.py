@@ -11,8 +11,8 @@ from spin_usd.scene.target import Target
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
-from spin_usd.stage.read.bodies.bodies import find_targets
 from spin_usd.stage.read.bodies.body_parts import BodyParts
+from spin_usd.stage.read.bodies.find_bodies import find_targets
 from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing

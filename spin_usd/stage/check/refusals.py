@@ -13,7 +13,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.bodies.bodies import find_occluders, find_targets, occluder_roots
+from spin_usd.stage.read.bodies.find_bodies import find_occluders, find_targets, occluder_roots
 from spin_usd.stage.read.bodies.gprim import GprimReader
 from spin_usd.stage.read.bodies.keypoints import read_keypoints
 from spin_usd.stage.read.bodies.part_labels import Labels

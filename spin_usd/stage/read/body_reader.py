@@ -11,7 +11,7 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
-from spin_usd.stage.read.bodies.bodies import OccluderPrims
+from spin_usd.stage.read.bodies.find_bodies import OccluderPrims
 from spin_usd.stage.read.bodies.gprim import MaterialUse
 from spin_usd.stage.read.bodies.keypoints import find_keypoints
 from spin_usd.stage.read.bodies.target import TargetReader

@@ -15,8 +15,8 @@ from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.target import MAX_PARTS, Part
 from spin_usd.stage.composition.open_stage import compositions
-from spin_usd.stage.read.bodies.bodies import OccluderPrims, find_occluders, find_targets, prim_of, target_name
 from spin_usd.stage.read.bodies.body_parts import BodyParts
+from spin_usd.stage.read.bodies.find_bodies import OccluderPrims, find_occluders, find_targets, prim_of, target_name
 from spin_usd.stage.read.camera import find_cameras
 
 

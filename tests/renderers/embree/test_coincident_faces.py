@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.renderers.embree.coincident_faces import MIN_SHARE, face_findings
+from spin_usd.renderers.embree.face_findings import MIN_SHARE, face_findings
 from spin_usd.scene.derived.coincidence import GAP
 from tests.cases.scenes import box, target
 

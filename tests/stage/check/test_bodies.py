@@ -1,6 +1,6 @@
 """Rules of check on several bodies: what is wrong with any of them is found, and what may be meant is not."""
 
-from spin_usd.renderers.embree.coincident_faces import face_findings
+from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.stage.check.check_stage import check_stage
 
 SECOND = """

@@ -6,7 +6,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from spin_usd.progress import Progress
-from spin_usd.renderers.embree.coincident_faces import face_findings
+from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.scene.derived.views import Views
 from spin_usd.stage.check.check_stage import check_stage
 

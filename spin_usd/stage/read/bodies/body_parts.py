@@ -8,8 +8,8 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.target import Part
-from spin_usd.stage.read.bodies.bodies import OccluderPrims, prim_of
 from spin_usd.stage.read.bodies.face_subsets import named_subsets
+from spin_usd.stage.read.bodies.find_bodies import OccluderPrims, prim_of
 from spin_usd.stage.read.bodies.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.bodies.point_instancer import find_prototypes
 from spin_usd.stage.read.bodies.renderable import geometry_below, is_geometry, is_left_out

@@ -16,8 +16,8 @@ from spin_usd.scene.shape import MAX_FACES, Shape
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.bodies.bodies import target_name
 from spin_usd.stage.read.bodies.body_parts import BodyParts
+from spin_usd.stage.read.bodies.find_bodies import target_name
 from spin_usd.stage.read.bodies.gprim import GprimReader, MaterialUse, PlacedGprim
 from spin_usd.stage.read.bodies.keypoints import read_keypoints
 from spin_usd.stage.read.bodies.part_labels import Labels, labels_of_target
