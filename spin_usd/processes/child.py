@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import psutil
+from msgspec import to_builtins
 
 from spin_usd import errors
 from spin_usd.errors import SpinError
@@ -304,7 +305,7 @@ class ChildHere(Child):
     def _say(self, message: Mapping[str, Any]) -> None:
         if not self._answers:
             os.write(self._writable, b".")
-        self._answers.append(json.dumps(message))
+        self._answers.append(json.dumps(message, default=to_builtins))
 
     def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
         message: Mapping[str, Any] = json.loads(self._answers.popleft())

@@ -11,6 +11,8 @@ from contextlib import suppress
 from importlib import import_module
 from typing import IO, Any
 
+from msgspec import to_builtins
+
 from spin_usd.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 
@@ -73,7 +75,7 @@ def _private_standard_output() -> IO[bytes]:
 
 
 def _write(answers: IO[bytes], answer: dict[str, Any]) -> None:
-    answers.write(json.dumps(answer).encode() + b"\n")
+    answers.write(json.dumps(answer, default=to_builtins).encode() + b"\n")
     answers.flush()
 
 

@@ -1,7 +1,6 @@
 """The child's part of `watch`: it reads the stage anew, and makes the pictures of one frame small and at once."""
 
 import gc
-from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
@@ -11,7 +10,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from spin_usd.commands.watch.request import FileStates, states_of
+from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, states_of
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
@@ -55,11 +54,8 @@ class Viewer:
         self._targets: dict[tuple[str, str, str], Target] = {}
         self._behind: tuple[str, NDArray[Any] | None] = ("", None)
 
-    def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> dict[str, Any]:
-        """Return the "files" that the stage is made of, with their states before they were read, and either a "fault",
-        a sentence, and whether it is that the stage has no such picture ("unknown"), or what is seen: the frame's name
-        and place, how many there are, the variants, notes, and PNGs of the image, and with `labels` of the usual
-        labels, in base64."""
+    def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> StageView:
+        """Look at the picture, with `labels` at the usual labels too."""
         gc.collect()  # USD would show the layers of the stage before again, as they were
         states = states_of(_files(stage))
         self._images = {key: image for key, image in self._images.items() if self._is_unchanged(key[0], states)}
@@ -70,29 +66,29 @@ class Viewer:
             error = expected(fault, stage)
             if error is None:
                 raise
-            return {"files": states, "fault": str(error), "unknown": isinstance(error, UnknownPictureError)}
-        return {"files": states, **seen}
+            return StageView(files=states, fault=str(error), unknown=isinstance(error, UnknownPictureError))
+        return StageView(files=states, seen=seen)
 
     def _is_unchanged(self, image: str, states: FileStates) -> bool:
         """Return whether the file that holds the image, alone or in a package, is as it was."""
         file = image.partition("[")[0]
         return states.get(file) is not None and states[file] == self._states.get(file)
 
-    def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> dict[str, Any]:
+    def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> SeenPicture:
         reader = StageReader(stage, variant=variant, images=self._images)
         chosen = frame_named(reader.frames, frame, stage)
         scene = _small(self._with_known_targets(reader.scene(chosen)), max_width)
         self._images = reader.decoded_images
         pictures = dict(self._labels(scene)) if labels else {}
         pictures[IMAGE] = _png(preview.image(self._image(scene, reader.seed)))
-        return {
-            "frame": chosen.name,
-            "place": chosen.index,
-            "frames": len(reader.frames),
-            "variants": list(reader.variants),
-            "notes": in_sentences(reader.notes),
-            "pictures": pictures,
-        }
+        return SeenPicture(
+            frame=chosen.name,
+            place=chosen.index,
+            frames=len(reader.frames),
+            variants=tuple(reader.variants),
+            notes=tuple(in_sentences(reader.notes)),
+            pictures=pictures,
+        )
 
     def _with_known_targets(self, scene: Scene) -> Scene:
         """Return the scene with the targets of the one before where they are the same."""
@@ -102,7 +98,7 @@ class Viewer:
         self._targets = known
         return replace(scene, bodies=tuple(replace(body, target=by_new[id(body.target)]) for body in scene.bodies))
 
-    def _labels(self, scene: Scene) -> Iterator[tuple[str, str]]:
+    def _labels(self, scene: Scene) -> Iterator[tuple[str, bytes]]:
         for name, array, _ in make_labels(scene, self._caster, DEFAULT_LABELS, Stopwatch(), self._caster):
             yield name, _png(PIXEL_LABELS[name].preview(array))
 
@@ -140,8 +136,8 @@ def _small(scene: Scene, max_width: int) -> Scene:
     return replace(reduced(scene, by), optics=replace(scene.optics, **blur))
 
 
-def _png(picture: NDArray[Any]) -> str:
+def _png(picture: NDArray[Any]) -> bytes:
     with TemporaryDirectory() as folder:
         file = Path(folder, "picture.png")
         write_image(file, picture, channels=("R", "G", "B"))
-        return b64encode(read_bytes(file, MAX_ARRAY)).decode()
+        return read_bytes(file, MAX_ARRAY)

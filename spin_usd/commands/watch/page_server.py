@@ -13,7 +13,7 @@ from spin_usd.browser.own_page import LOCAL, cannot_listen, is_own
 from spin_usd.commands.watch.request import WatchedPicture
 from spin_usd.commands.watch.state import SharedState
 from spin_usd.files.folder import Folder
-from spin_usd.nesting import finite_json
+from spin_usd.nesting import typed_json
 
 PAGE = Folder(Path(__file__).parent / "page")
 MAX_PAGE_BYTES = 1 << 20
@@ -107,10 +107,8 @@ class PageHandler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > MAX_CHOICE_BYTES:
             return None
-        with suppress(ValueError, RecursionError, TypeError, KeyError):
-            given = finite_json(self.rfile.read(int(length)))
-            if isinstance(given["frame"], str) and isinstance(given["variant"], str):
-                return WatchedPicture(frame=given["frame"], variant=given["variant"])
+        with suppress(ValueError):
+            return typed_json(self.rfile.read(int(length)), WatchedPicture)
         return None
 
     def _send_state(self) -> None:

@@ -1,10 +1,12 @@
-"""What is watched, and what of it is shown."""
+"""What is watched, what of it is shown, and what is seen."""
 
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from spin_usd.commands.watch.options import WatchOptions
 from spin_usd.scene.effort import Effort
@@ -43,6 +45,31 @@ class WatchRequest:
         """Return the arguments of a child's `view` of the picture."""
         view = {"frame": choice.frame, "variant": choice.variant, "max_width": self.options.max_width}
         return {"stage": str(self.stage.absolute()), **view}
+
+
+class SeenPicture(Struct, frozen=True, kw_only=True):
+    """A picture that a viewer made."""
+
+    frame: str
+    place: int
+    frames: int
+    """How many the stage has."""
+    variants: tuple[str, ...]
+    notes: tuple[str, ...]
+    pictures: dict[str, bytes]
+    """PNGs of the image, and of labels by their names."""
+
+
+class StageView(Struct, frozen=True, kw_only=True):
+    """What a viewer answers: a picture, or a fault."""
+
+    files: FileStates = {}
+    """Those that the stage is made of, as they were before they were read."""
+    seen: SeenPicture | None = None
+    fault: str = ""
+    """A sentence."""
+    unknown: bool = False
+    """Whether the fault is that the stage has no such picture."""
 
 
 def states_of(paths: Iterable[str]) -> FileStates:

@@ -4,19 +4,18 @@ Renders after the preview are made one at a time in a thread of their own, the o
 """
 
 import time
-from base64 import b64decode
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Condition, Thread
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from spin_usd.commands.watch.page_server import page_server
-from spin_usd.commands.watch.request import FileStates, WatchedPicture, WatchRequest, states_of
+from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, WatchedPicture, WatchRequest, states_of
 from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.files.new_file import write_whole
@@ -111,20 +110,20 @@ class LightRender:
     def _render_all(self) -> None:
         while (wanted := self._next()) is not None:
             choice, edited = wanted
-            answer = self._view(choice)
+            view = self._view(choice)
             with self._changed:
                 self._busy = False
                 if self._cancelled:
                     self._child.replace()  # it may have answered, and been interrupted then
                 elif not self._ended:
-                    self._post(answer, time.monotonic() - edited)
+                    self._post(view, time.monotonic() - edited)
 
-    def _view(self, choice: WatchedPicture) -> dict[str, Any]:
+    def _view(self, choice: WatchedPicture) -> StageView:
         """Return what the child sees, or a fault."""
         try:
             return self._child.view(self._request.of(choice), labels=False, within_s=RENDER_PATIENCE_S)
         except (SpinError, ChildInternalError) as fault:
-            return {"fault": str(fault)}
+            return StageView(fault=str(fault))
 
     def _next(self) -> tuple[WatchedPicture, float] | None:
         """Wait for what is to be rendered; None at the end."""
@@ -134,14 +133,14 @@ class LightRender:
             self._busy, self._cancelled = True, False
             return None if self._ended else wanted
 
-    def _post(self, answer: dict[str, Any], seconds: float) -> None:
-        if "fault" in answer:
-            self._shared.post(rendering=False, notes=(f"{self._request.renderer}: {answer['fault']}",))
-            self._tell(f"{self._request.renderer}: {answer['fault']}")
+    def _post(self, view: StageView, seconds: float) -> None:
+        if view.seen is None:
+            self._shared.post(rendering=False, notes=(f"{self._request.renderer}: {view.fault}",))
+            self._tell(f"{self._request.renderer}: {view.fault}")
             return
-        image = b64decode(answer["pictures"][IMAGE])
+        image = view.seen.pictures[IMAGE]
         self._shared.post(rendering=False, light=self._request.renderer, seconds=seconds, pictures={IMAGE: image})
-        self._tell(f"{answer['frame']}: the picture by {self._request.renderer} after {seconds:.2f} s")
+        self._tell(f"{view.seen.frame}: the picture by {self._request.renderer} after {seconds:.2f} s")
 
 
 class Follower:
@@ -167,16 +166,16 @@ class Follower:
             self.light.cancel()
         self._shared.post(status=READING, rendering=False)
         self._shown, known = choice, states_of(self._files)
-        answer = self._view(choice)
-        if first and answer.get("unknown"):
-            raise UnknownPictureError(answer["fault"])
-        if "fault" in answer:
-            self._files = {**known, **answer["files"]}
-            self._shared.post(status=FAULTY, message=answer["fault"])
-            self._tell(answer["fault"])
+        view = self._view(choice)
+        if first and view.unknown:
+            raise UnknownPictureError(view.fault)
+        if view.seen is None:
+            self._files = {**known, **view.files}
+            self._shared.post(status=FAULTY, message=view.fault)
+            self._tell(view.fault)
         else:
-            self._files = answer["files"]
-            self._post(choice, answer, time.monotonic() - edited)
+            self._files = view.files
+            self._post(choice, view.seen, time.monotonic() - edited)
             if self.light is not None:
                 self.light.render(choice, edited)
 
@@ -199,7 +198,7 @@ class Follower:
             if now == before and not any(state and state[1] == 0 for state in now.values()):
                 return
 
-    def _view(self, choice: WatchedPicture) -> dict[str, Any]:
+    def _view(self, choice: WatchedPicture) -> StageView:
         """Return what a child sees, another one where the first dies, as it may of other things than the stage."""
         arguments, retries = self._request.of(choice), Retries(READING_TRIES)
         while True:
@@ -207,26 +206,26 @@ class Follower:
                 return self._child.view(arguments, labels=True, within_s=PATIENCE_S)
             except ChildDiedError as died:
                 if not retries.may_try_again(died):
-                    return {"files": {}, "fault": retries.in_words(died)}
+                    return StageView(fault=retries.in_words(died))
             except ChildInternalError as fault:
-                return {"files": {}, "fault": str(fault)}
+                return StageView(fault=str(fault))
 
-    def _post(self, choice: WatchedPicture, answer: Mapping[str, Any], seconds: float) -> None:
+    def _post(self, choice: WatchedPicture, seen: SeenPicture, seconds: float) -> None:
         self._shared.post(
             status=SHOWN,
             message="",
-            frame=answer["frame"],
-            place=answer["place"],
-            frames=answer["frames"],
+            frame=seen.frame,
+            place=seen.place,
+            frames=seen.frames,
             variant=choice.variant,
-            variants=tuple(answer["variants"]),
-            notes=tuple(answer["notes"]),
+            variants=seen.variants,
+            notes=seen.notes,
             light=PREVIEW,
             rendering=self.light is not None,
             seconds=seconds,
-            pictures={kind: b64decode(text) for kind, text in answer["pictures"].items()},
+            pictures=seen.pictures,
         )
-        self._tell(f"{answer['frame']} of {choice.variant}: labels and preview after {seconds:.2f} s")
+        self._tell(f"{seen.frame} of {choice.variant}: labels and preview after {seconds:.2f} s")
 
 
 def half_blocks(png: bytes, columns: int) -> Iterator[str]:

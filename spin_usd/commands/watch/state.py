@@ -5,7 +5,9 @@ from dataclasses import asdict, dataclass, replace
 from threading import Condition
 from typing import Any
 
-from spin_usd.commands.watch.request import WatchedPicture
+from msgspec import convert
+
+from spin_usd.commands.watch.request import StageView, WatchedPicture
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError
@@ -111,19 +113,19 @@ class ViewerChild(LastingChild):
         self._is_open = False
         self.start()
 
-    def view(self, arguments: Mapping[str, Any], *, labels: bool, within_s: float) -> dict[str, Any]:
+    def view(self, arguments: Mapping[str, Any], *, labels: bool, within_s: float) -> StageView:
         """Return what `Viewer.view` does, within so many seconds. Raises ChildDiedError where the child ended; the next
         call has another."""
         try:
             if not self._is_open:
                 self.call("open_viewer", within_s=START_PATIENCE_S, **self._opened)
                 self._is_open = True
-            answer: dict[str, Any] = self.call("view", within_s=within_s, **arguments, labels=labels)
+            answer = self.call("view", within_s=within_s, **arguments, labels=labels)
         except ChildDiedError:
             self._is_open = False
             self.start()
             raise
-        return answer
+        return convert(answer, StageView)
 
     def replace(self) -> None:
         """End the child at once, and start another."""
