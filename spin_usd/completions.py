@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
@@ -59,12 +59,16 @@ def frames_of_dataset(ctx: Any, incomplete: str) -> list[str]:
     return []
 
 
+class _Described(TypedDict):
+    variants: list[str]
+
+
 def variants_of_dataset(ctx: Any, incomplete: str) -> list[str]:
     """Return the variants of the dataset on the command line."""
-    from spin_usd.nesting import finite_json  # not above: it loads numpy
+    from spin_usd.nesting import typed_json  # not above: it loads numpy
 
-    with suppress(SpinError, ValueError, KeyError, TypeError):
-        return _plain(map(str, finite_json(_dataset(ctx).read("dataset.json", MAX_DOCUMENT))["variants"]))
+    with suppress(SpinError, ValueError):
+        return _plain(typed_json(_dataset(ctx).read("dataset.json", MAX_DOCUMENT), _Described)["variants"])
     return []
 
 

@@ -33,5 +33,6 @@ def one_of(*values: str) -> Meta:
     return Meta(extra_json_schema={"enum": list(values)})
 
 
-class JsonStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An object of a JSON document. A field that is UNSET is not in it."""
+class JsonStruct(Struct, frozen=True, kw_only=True):
+    """An object of a JSON document. A field that is UNSET is not in it; one that a later version adds is passed over by
+    who reads it as this type, and is a fault by its schema."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
@@ -142,17 +143,17 @@ def _scene_number(dataset: ExportedDataset, variant: str) -> int:
 
 def _sensor(picture: ExportedPicture) -> str:
     """Return what BOP adds to the names of a scene's folders and files of one of several cameras."""
-    rig = picture.picture.record.get("rig")
-    return f"_{rig['camera']}" if rig else ""
+    rig = picture.picture.recorded.rig
+    return "" if rig is UNSET else f"_{rig.camera}"
 
 
 def _placed(picture: ExportedPicture) -> dict[str, Any]:
     """Return how one of several cameras stands, from the axes of the first, which are the world's here, to its own."""
-    rig = picture.picture.record.get("rig")
-    if not rig:
+    rig = picture.picture.recorded.rig
+    if rig is UNSET:
         return {}
-    turn = matrix_from_quaternion(rig["q_first_cam"]).T
-    place = -turn @ np.array(rig["t_first_cam"]) * MILLIMETRES
+    turn = matrix_from_quaternion(rig.q_first_cam).T
+    place = -turn @ np.array(rig.t_first_cam) * MILLIMETRES
     return {"cam_R_w2c": turn.ravel().tolist(), "cam_t_w2c": (place + 0.0).tolist()}
 
 

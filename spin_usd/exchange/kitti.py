@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
@@ -98,10 +99,11 @@ def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
         _refuse_unless_rectified(pictures, rig)
         projections = [_projection(picture, rig if number else None) for number, picture in enumerate(pictures)]
         yield _text(f"{variant}/calib_cam_to_cam.txt", _cameras(pictures, (projections * 2)[:2]))
-        lidar = pictures[0].picture.record.get("lidar")
-        turn = matrix_from_quaternion(lidar["q_cam_lidar"]) if lidar else np.eye(3)
-        place = np.array(lidar["t_cam_lidar"]) if lidar else np.zeros(3)
-        yield _text(f"{variant}/calib_velo_to_cam.txt", _placed(turn, place))
+        recorded = pictures[0].picture.recorded.lidar
+        placed = (np.eye(3), np.zeros(3))
+        if recorded is not UNSET:
+            placed = (matrix_from_quaternion(recorded.q_cam_lidar), np.array(recorded.t_cam_lidar))
+        yield _text(f"{variant}/calib_velo_to_cam.txt", _placed(*placed))
         yield _text(f"{variant}/calib_imu_to_velo.txt", _placed(np.eye(3), np.zeros(3)))
 
 
@@ -118,7 +120,7 @@ def _refuse_another_calibration(dataset: ExportedDataset, picture: ExportedPictu
     """Raise UnsupportedError for a picture whose camera is not as in the first of its variant: a recording has one
     calibration."""
     first = dataset.first(picture.variant)
-    here, there = (each.picture.record.get("rig") for each in (picture, first))
+    here, there = (each.picture.recorded.rig for each in (picture, first))
     if picture.camera != first.camera or here != there:
         found = "has another lens, or another place in its rig, than the first picture, and KITTI has one calibration"
         raise UnsupportedError(found, where=picture.name, do="choose pictures of one with --frames")
@@ -133,8 +135,9 @@ def _rig(dataset: ExportedDataset, variant: str) -> Transform:
 
 
 def _recorded_rig(picture: Picture) -> Transform:
-    rig = picture.record.get("rig", {"q_first_cam": (1, 0, 0, 0), "t_first_cam": (0, 0, 0)})
-    return Transform.from_quaternion(to="cam", of="cam", q=rig["q_first_cam"], t=rig["t_first_cam"])
+    rig = picture.recorded.rig
+    q, t = ((1, 0, 0, 0), (0, 0, 0)) if rig is UNSET else (rig.q_first_cam, rig.t_first_cam)
+    return Transform.from_quaternion(to="cam", of="cam", q=q, t=t)
 
 
 def _camera_number(picture: ExportedPicture) -> int:

@@ -3,10 +3,8 @@
 Pixel coordinates have (0, 0) at the *corner* of the image; the first pixel's centre is (0.5, 0.5).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,19 +51,6 @@ class Camera:
             object.__setattr__(self, name, float(getattr(self, name)))
         numbers = tuple(float(k) for k in self.distortion)
         object.__setattr__(self, "distortion", Fisheye(*numbers) if self.fisheye else numbers)
-
-    @classmethod
-    def recorded(cls, said: Mapping[str, Any]) -> "Camera":
-        """Return the camera that a record describes."""
-        numbers = {name: value for name, value in said.items() if name != "model"}
-        distortion = Fisheye(*said["distortion"]) if said.get("model") == "fisheye" else tuple(said["distortion"])
-        return cls(**{**numbers, "distortion": distortion})
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """What `recorded` reads."""
-        said = {each.name: getattr(self, each.name) for each in fields(self)}
-        return said | ({"model": "fisheye"} if self.fisheye else {})
 
     @property
     def matrix(self) -> Float:

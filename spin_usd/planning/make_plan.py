@@ -21,6 +21,7 @@ from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
 from spin_usd.progress import Progress
+from spin_usd.records.descriptions import StageOrigin
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 
@@ -54,7 +55,7 @@ class Plan:
     names: tuple[str, ...]
     frames: tuple[str, ...]
     stages: Mapping[str, Mapping[str, Any]]
-    origin: Mapping[str, Any]
+    origin: StageOrigin
     content: StageContent
     pictures: tuple[PlannedPicture, ...]
     skipped: tuple[SkippedCount, ...] = ()

@@ -1,10 +1,10 @@
 """What the child that opens a stage to plan it answers, before it plans any picture."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from spin_usd.records.descriptions import PartEntry, TargetEntry
+from spin_usd.records.descriptions import PartEntry, StageOrigin, TargetEntry
 
 
 class StageContent(Struct, frozen=True, kw_only=True):
@@ -37,8 +37,8 @@ class OpenedStage(Struct, frozen=True, kw_only=True):
     """Of all of its frames."""
     chosen: list[int]
     """Places of those wanted."""
-    origin: dict[str, Any]
-    """What it was made from, as records.descriptions.StageOrigin."""
+    origin: StageOrigin
+    """What it was made from."""
     content: StageContent
     trial_s: float | None
     """Seconds of a trial of this machine, where that was asked."""

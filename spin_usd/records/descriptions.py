@@ -21,7 +21,7 @@ class StageOrigin(JsonStruct, frozen=True, kw_only=True):
 
     inputs: Annotated[dict[str, OriginFile] | UnsetType, Meta(description="Files, by what they are.")] = UNSET
     options: Annotated[
-        dict[str, str | float | list[float]] | UnsetType,
+        dict[str, str | int | float | list[int | float]] | UnsetType,
         Meta(
             description="Those of author that decide pictures: seed, units_per_metre, prim, channels, sun_direction, "
             "sun_from_target."

@@ -1,9 +1,15 @@
 """The record of a picture: records/VARIANT/FRAME.json of a dataset."""
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Iterator
+from pathlib import PurePosixPath
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from msgspec import UNSET, Meta, UnsetType
+from msgspec.structs import asdict
 
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
+from spin_usd.geometry.transform import Transform
 from spin_usd.json_fields import (
     Count,
     FileName,
@@ -22,11 +28,15 @@ from spin_usd.json_fields import (
     Vector,
     one_of,
 )
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
+from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.keypoints import KeypointState
+from spin_usd.scene.lidar import Lidar
 
 NumberType: TypeAlias = Literal["uint8", "uint16", "uint32", "float32"]
 AtLeastOne = Annotated[int, Meta(ge=1)]
+RECORDED_KEYS = (*KEYS, "targets")
+"""The keys that each picture has; labels may have their own beside them."""
 
 
 class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
@@ -42,12 +52,49 @@ class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
     distortion: Annotated[list[float], Meta(min_length=4, max_length=5)]
     model: Literal["fisheye"] | UnsetType = UNSET
 
+    @classmethod
+    def of(cls, camera: Camera) -> Self:
+        """Return what a record says of the camera."""
+        return cls(
+            width=camera.width,
+            height=camera.height,
+            fx=camera.fx,
+            fy=camera.fy,
+            cx=camera.cx,
+            cy=camera.cy,
+            distortion=list(camera.distortion),
+            model="fisheye" if camera.fisheye else UNSET,
+        )
+
+    @property
+    def camera(self) -> Camera:
+        """The camera. Raises GeometryError for one that no camera is like."""
+        return Camera(
+            width=self.width,
+            height=self.height,
+            fx=self.fx,
+            fy=self.fy,
+            cx=self.cx,
+            cy=self.cy,
+            distortion=tuple(self.distortion) if self.model is UNSET else Fisheye(*self.distortion),
+        )
+
 
 class RecordedPose(JsonStruct, frozen=True, kw_only=True):
     """p_cam = R(q_cam_body) p_body + t_cam_body: scalar-first unit quaternion, metres, OpenCV camera axes."""
 
     q_cam_body: Quaternion
     t_cam_body: Vector
+
+    @classmethod
+    def of(cls, T_cam_body: Transform) -> Self:
+        """Return what a record says of the pose."""
+        return cls(q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist())
+
+    @property
+    def T_cam_body(self) -> Transform:
+        """The pose. Raises GeometryError for a quaternion that is none."""
+        return Transform.from_quaternion(to="cam", of="body", q=self.q_cam_body, t=self.t_cam_body)
 
 
 class RecordedPixels(JsonStruct, frozen=True, kw_only=True):
@@ -241,6 +288,13 @@ class RecordedLidar(JsonStruct, frozen=True, kw_only=True):
         float, Meta(gt=0, le=90, description="From the surface's normal: at larger angles nothing comes back.")
     ]
 
+    @property
+    def lidar(self) -> Lidar:
+        """The LiDAR. Raises GeometryError for one that is none."""
+        rest: dict[str, Any] = {name: tuple(it) if isinstance(it, list) else it for name, it in asdict(self).items()}
+        pose = Transform.from_quaternion(to="cam", of="lidar", q=rest.pop("q_cam_lidar"), t=rest.pop("t_cam_lidar"))
+        return Lidar(T_cam_lidar=pose, **rest)
+
 
 class RecordedRangeFinder(JsonStruct, frozen=True, kw_only=True):
     """What the laser range finder measures, exactly: distances from where it stands, metres."""
@@ -316,6 +370,12 @@ class StageProvenance(JsonStruct, frozen=True, kw_only=True):
         ),
     ]
 
+    @property
+    def layers(self) -> Iterator[tuple[str, str]]:
+        """The name in the dataset and the sha256 of each file that made the picture."""
+        folder = PurePosixPath(self.root).parent
+        return ((f"{folder / layer}", sha256) for layer, sha256 in self.files.items())
+
 
 class EffortChoice(JsonStruct, frozen=True, kw_only=True):
     """Why the effort was this."""
@@ -369,14 +429,14 @@ class Provenance(JsonStruct, frozen=True, kw_only=True):
             description="geometry: of all that decides the labels, but those that have keys of their own, by their "
             "names · radiance: of all that decides the linear radiance · exposure: of all that decides the image · "
             "targets: of all that decides what this record says of the targets, but their names.",
-            extra_json_schema={"required": ["geometry", "radiance", "exposure", "targets"]},
+            extra_json_schema={"required": list(RECORDED_KEYS)},
         ),
     ]
     render: RecordedRender
     time_code: float
     seed: RecordedSeeds
     options: Annotated[
-        dict[Name, str | float | bool] | UnsetType,
+        dict[Name, str | int | float | bool] | UnsetType,
         Meta(
             description="Options of the command that decide pictures and stand nowhere else here, by name, where they "
             "were not as usual.",
@@ -391,6 +451,10 @@ class Provenance(JsonStruct, frozen=True, kw_only=True):
             "auto-exposure."
         ),
     ] = UNSET
+
+    def __post_init__(self) -> None:
+        if lacking := next((key for key in RECORDED_KEYS if key not in self.keys), None):
+            raise ValueError(f"keys lack {lacking}")
 
 
 class RecordedLight(JsonStruct, frozen=True, kw_only=True):
@@ -465,3 +529,19 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
         Meta(min_length=1, description="Each file of the picture, by its kind."),
     ]
     provenance: Provenance
+
+    @property
+    def settings(self) -> RenderSettings:
+        """How its light was rendered; the device is the CPU where the record is older than the choice."""
+        render = self.provenance.render
+        return RenderSettings(
+            renderer=render.renderer,
+            effort=render.effort,
+            seed=self.provenance.seed.dataset,
+            device=CPU if render.device is UNSET else render.device,
+        )
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that decide the picture, by name, where they were not as usual."""
+        return {} if self.provenance.options is UNSET else self.provenance.options

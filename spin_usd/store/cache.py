@@ -7,20 +7,19 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
-from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.versions import IMAGING, LABELLING
+from spin_usd.records.record import Record
 from spin_usd.store.atomic import write_atomically
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import CACHE
+from spin_usd.store.read_record import read_record
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
@@ -116,22 +115,20 @@ def held_keys(store: Store) -> dict[str, set[str]]:
     return held
 
 
-def uses(record: Mapping[str, Any]) -> set[Purpose]:
-    """Return the purposes that a picture with this `record` (record-1) was, or could have been, made from."""
-    provenance, kinds = record["provenance"], set(record["files"])
-    keys, versions = provenance["keys"], provenance["versions"]
+def uses(record: Record) -> set[Purpose]:
+    """Return the purposes that a picture with this `record` was, or could have been, made from."""
+    keys, versions, kinds = record.provenance.keys, record.provenance.versions, set(record.files)
     of = {kind: keys.get(kind, keys["geometry"]) for kind in kinds & set(LABELS)}
     of |= {RENDERS: keys["radiance"]} if kinds & RENDERED else {}
     return {Purpose(kind=kind, key=key, versions=made_by(versions, kind)) for kind, key in of.items()}
 
 
 def used(store: Store) -> set[Purpose]:
-    """Return the purposes that all pictures of the dataset use. Records are not validated; a damaged one uses
-    nothing."""
+    """Return the purposes that all pictures of the dataset use; a damaged record uses nothing."""
     found: set[Purpose] = set()
     for name in store.records():
-        with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            found |= uses(finite_json(store.folder.read(name, MAX_RECORD)))
+        with suppress(InputError):
+            found |= uses(read_record(store.folder, name))
     return found
 
 

@@ -1,9 +1,8 @@
 """A picture of pictures for people: image, depth, parts and dense pose of some of them side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
+from spin_usd.records.record import Record
 from spin_usd.store.atomic import fill_atomically
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.picture import Picture
@@ -46,16 +46,16 @@ def spread(total: int, count: int) -> list[int]:
 
 
 def _row(picture: Picture) -> list[NDArray[np.uint8]]:
-    rows, columns = _surroundings(picture.record)
+    rows, columns = _surroundings(picture.recorded)
     kinds = ((kind, in_colours) for kind, in_colours in COLUMNS.items() if kind in picture.files)
     arrays = ((picture.label(kind, rows=rows), kind in CLOUD_LABELS, in_colours) for kind, in_colours in kinds)
     return [in_colours(array if cloud else array[:, columns]) for array, cloud, in_colours in arrays]
 
 
-def _surroundings(record: Mapping[str, Any]) -> tuple[range, slice]:
+def _surroundings(record: Record) -> tuple[range, slice]:
     """Return the rows and columns of the frame around the target, as wide to high as the frame."""
-    width, height = record["camera"]["width"], record["camera"]["height"]
-    x0, y0, x1, y1 = record["provenance"]["render"]["region"]
+    width, height = record.camera.width, record.camera.height
+    x0, y0, x1, y1 = record.provenance.render.region
     scale = min(max(MARGIN * (x1 - x0) / width, MARGIN * (y1 - y0) / height, TILE_PX / width), 1.0)
     wide, tall = round(scale * width), round(scale * height)
     left = min(max((x0 + x1 - wide) // 2, 0), width - wide)

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
 import numpy as np
+from msgspec import convert
 
 from spin_usd.arrays import Float, finite
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
+from spin_usd.records.descriptions import DatasetDescription, PartEntry, TargetEntry
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION
@@ -111,24 +113,27 @@ def read_description(root: Path) -> Description:
     if folder.type_of(DESCRIPTION) is None:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
-    found = read_json(folder, DESCRIPTION, "dataset-1")
-    parts = (_part(int(number), part) for number, part in found["parts"].items())
-    return Description(targets=Targets(map(_target, found["targets"])), parts={part.id: part for part in parts})
+    found = read_dataset_json(folder)
+    parts = (_part(int(number), part) for number, part in found.parts.items())
+    return Description(targets=Targets(map(_target, found.targets)), parts={part.id: part for part in parts})
 
 
-def _part(number: int, found: Mapping[str, Any]) -> DescribedPart:
-    return DescribedPart(
-        id=number, path=found["path"], name=found["name"], class_name=found["class"], target=found["target"]
-    )
+def read_dataset_json(folder: Folder) -> DatasetDescription:
+    """Read the dataset.json in the folder of a dataset. Raises InputError, which says what is wrong with it."""
+    return convert(read_json(folder, DESCRIPTION, "dataset-1"), DatasetDescription)
 
 
-def _target(found: Mapping[str, Any]) -> DescribedTarget:
-    names, points = tuple(found["keypoints"]), np.reshape(list(found["keypoints"].values()), (-1, 3))
+def _part(number: int, found: PartEntry) -> DescribedPart:
+    return DescribedPart(id=number, path=found.path, name=found.name, class_name=found.class_, target=found.target)
+
+
+def _target(found: TargetEntry) -> DescribedTarget:
+    names, points = tuple(found.keypoints), np.reshape(list(found.keypoints.values()), (-1, 3))
     return DescribedTarget(
-        id=found["id"],
-        name=found["name"],
-        path=found["path"],
-        size=finite(found["size"], (3,), "size"),
-        box=finite(found["box"], (2, 3), "box"),
+        id=found.id,
+        name=found.name,
+        path=found.path,
+        size=finite(found.size, (3,), "size"),
+        box=finite(found.box, (2, 3), "box"),
         keypoints=Keypoints(names=names, points=finite(points, (len(names), 3), "keypoints")),
     )

@@ -23,18 +23,18 @@ def read_json(folder: Folder, name: str, schema: str) -> dict[str, Any]:
     return valid(folder.read(name, MAX_DOCUMENT), schema, folder.root / name)
 
 
-def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
+def valid(data: bytes, schema: str, where: Path, *, do: str = REMEDY) -> dict[str, Any]:
     """Return the JSON object in the `data` of a file, valid by the schema named, its numbers finite; InputError says
-    what is wrong."""
+    what is wrong, and what to `do`."""
     try:
         value = finite_json(data.decode("utf-8"))
         error = _worst_error(value, schema)
     except ValueError as e:
-        raise InputError(f"is not JSON ({e})", where=where, do=REMEDY) from e
+        raise InputError(f"is not JSON ({e})", where=where, do=do) from e
     except RecursionError:
-        raise InputError("is nested too deeply", where=where, do=REMEDY) from None
+        raise InputError("is nested too deeply", where=where, do=do) from None
     if error is not None:
-        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=where, do=REMEDY)
+        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=where, do=do)
     result: dict[str, Any] = value
     return result
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import UNSET
 
 from spin_usd.scene.derived.sunlight import phase_angle
 from spin_usd.store.picture import Picture
@@ -112,9 +113,9 @@ def _towards_camera(target: PicturedTarget) -> list[float]:
 
 
 def _sun_angle(picture: Picture, target: PicturedTarget) -> float:
-    sun = picture.record.get("sun")
-    return phase_angle(np.array(sun["towards_cam"], float), target.t_cam_body) if sun else float("nan")
+    sun = picture.recorded.sun
+    return float("nan") if sun is UNSET else phase_angle(np.array(sun.towards_cam), target.t_cam_body)
 
 
 def _tone(picture: Picture, name: str) -> float:
-    return float(picture.record.get("tones", {}).get(name, "nan"))
+    return float(getattr(picture.recorded.tones, name, "nan"))

@@ -8,27 +8,27 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from msgspec import UNSET
+from msgspec.json import decode
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.errors import InputError
+from spin_usd.errors import GeometryError, InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.transform import Transform
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
-from spin_usd.nesting import finite_json
+from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.model import augmentation_and_camera, variant_of
 from spin_usd.store.description import DescribedPart, Description, Named, Targets
 from spin_usd.store.names import record_of
 from spin_usd.store.picture_file import read_picture_file
 from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.store.read_record import CHECK, decoded_record
 from spin_usd.store.window import Window, margin_of, size_of
 
-SCHEMA = "record-1"
 INSTANCE = "instance"
-CHECK = "run spin-usd check on the dataset"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,6 +93,11 @@ class PictureFile:
     dtype: str | Mapping[str, str]
     channels: int
 
+    @classmethod
+    def of(cls, file: RecordedFile) -> Self:
+        """Make it of a record's entry."""
+        return cls(path=file.path, dtype=file.dtype, channels=len(file.channels))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
@@ -118,8 +123,9 @@ class Picture:
         variant: the name of its variant, such as "nominal".
         index: the picture's place in the stage, from 0.
         files: its files by what they are: "image", "depth" and so on.
-        record: all that the dataset's record says of it, by schemas/record-1.schema.json; of the whole picture, also
+        recorded: what the dataset's record says of it, as the types of spin_usd.records; of the whole picture, also
             where this is a part.
+        record_text: the bytes of that record.
         camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
         description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
@@ -132,7 +138,8 @@ class Picture:
     variant: str
     index: int
     files: Mapping[str, PictureFile]
-    record: Mapping[str, Any]
+    recorded: Record
+    record_text: bytes
     camera: Camera
     T_cam_body: Float
     description: Description
@@ -171,15 +178,22 @@ class Picture:
         module fisheye has them."""
         return frozen(self.camera.distortion)
 
+    @cached_property
+    def record(self) -> Mapping[str, Any]:
+        """All that the dataset's record says of it, by schemas/record-1.schema.json; of the whole picture, also where
+        this is a part."""
+        said: dict[str, Any] = decode(self.record_text)
+        return said
+
     @property
     def q_cam_body(self) -> Float:
         """The rotation of `T_cam_body` as a unit quaternion (4,) float64, scalar first, Hamilton."""
-        return frozen(self.record["pose"]["q_cam_body"])
+        return frozen(self.recorded.pose.q_cam_body)
 
     @property
     def t_cam_body(self) -> Float:
         """The origin of the body's axes in the camera's axes (3,) float64, metres."""
-        return frozen(self.record["pose"]["t_cam_body"])
+        return frozen(self.recorded.pose.t_cam_body)
 
     @property
     def parts(self) -> Mapping[int, DescribedPart]:
@@ -192,7 +206,7 @@ class Picture:
         InputError where the record has none, or others than dataset.json."""
         path = self.root / record_of(self.variant, self.frame)
         with _reading_record(path):
-            found = Targets(map(PicturedTarget.of, self.record["targets"]))
+            found = Targets(map(PicturedTarget.of, self.recorded.targets))
         if _named(found) != _named(self.description.targets):
             said = f"has the targets {_named(found)}, and dataset.json {_named(self.description.targets)}"
             raise InputError(said, where=path, do=CHECK)
@@ -231,7 +245,7 @@ class Picture:
 
     @property
     def _whole_camera(self) -> Camera:
-        return Camera.recorded(self.record["camera"])
+        return self.recorded.camera.camera
 
     def target_of(self, target: int | str) -> PicturedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""
@@ -282,7 +296,7 @@ class Picture:
         for variant in (variant_of(augmentation, camera), augmentation):
             with suppress(InputError):
                 found = read_picture(self.root, record_of(variant, self.frame), self.description)
-                if found.record.get("rig", {}).get("camera") == camera:
+                if found.recorded.rig is not UNSET and found.recorded.rig.camera == camera:
                     return found.only(self.labels)
         raise InputError(f"{self.frame} has no picture by the camera {camera!r}", where=self.root, do="render it too")
 
@@ -316,9 +330,9 @@ class Picture:
     @cached_property
     def lidar(self) -> PointCloud:
         """The points that the LiDAR measured, N of them, in its own axes: see PointCloud."""
-        lidar = self.record.get("lidar", {})
-        pose = _pose_matrix(lidar.get("q_cam_lidar", (1, 0, 0, 0)), lidar.get("t_cam_lidar", (0, 0, 0)))
-        return PointCloud(table=self._array("lidar"), T_cam_lidar=pose)
+        lidar = self.recorded.lidar
+        pose = np.eye(4) if lidar is UNSET else lidar.lidar.T_cam_lidar.matrix
+        return PointCloud(table=self._array("lidar"), T_cam_lidar=frozen(pose))
 
     def label(self, name: str, *, rows: range | None = None) -> NDArray[Any]:
         """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
@@ -356,53 +370,35 @@ class Picture:
 
 
 def read_picture(root: Path, name: str, description: Description) -> Picture:
-    """Read the picture whose record is the file `name` in the dataset `root`. Raises InputError for a broken record.
-
-    The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
-    """
-    path = root / name
-    with _reading_record(path):
-        record = finite_json(Folder(root).read(name, MAX_RECORD))
-        if record["schema"] != SCHEMA:
-            found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
-            raise InputError(found, where=path, do="read it with the spin_usd that made it")
-        pose = record["pose"]
+    """Read the picture whose record is the file `name` in the dataset `root`. Raises InputError for a broken record."""
+    text = Folder(root).read(name, MAX_RECORD)
+    record = decoded_record(text, root / name)
+    with _reading_record(root / name):
         return Picture(
             root=root,
-            frame=record["frame"],
-            variant=record["variant"],
-            index=record["index"],
-            files={kind: _file(entry) for kind, entry in record["files"].items()},
-            record=record,
-            camera=Camera.recorded(record["camera"]),
-            T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
+            frame=record.frame,
+            variant=record.variant,
+            index=record.index,
+            files={kind: PictureFile.of(file) for kind, file in record.files.items()},
+            recorded=record,
+            record_text=text,
+            camera=record.camera.camera,
+            T_cam_body=frozen(record.pose.T_cam_body.matrix),
             description=description,
         )
 
 
 @contextmanager
 def _reading_record(path: Path) -> Iterator[None]:
-    """Raise InputError on the record at `path` where the block meets what no record has."""
+    """Raise InputError on the record at `path` where the block meets numbers that no camera and no pose has."""
     try:
         yield
-    except InputError:
-        raise
-    except KeyError as e:
-        raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
-    except (AttributeError, IndexError, OverflowError, RecursionError, TypeError, ValueError) as e:
+    except GeometryError as e:
         raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
 
 
 def _named(targets: Iterable[Named]) -> str:
     return ", ".join(f"{target.id} {target.name!r}" for target in targets) or "none"
-
-
-def _file(entry: dict[str, Any]) -> PictureFile:
-    return PictureFile(path=str(entry["path"]), dtype=entry["dtype"], channels=len(entry["channels"]))
-
-
-def _pose_matrix(q_cam_body: Sequence[float], t_cam_body: Sequence[float]) -> Float:
-    return frozen(Transform.from_quaternion(to="cam", of="body", q=q_cam_body, t=t_cam_body).matrix)
 
 
 def heatmaps_of(pixels: Float, frame: tuple[int, int], *, size: tuple[int, int], sigma: float) -> NDArray[np.float32]:

@@ -1,13 +1,13 @@
 """A target in one picture of a dataset, as its record has it."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.geometry.transform import Transform
+from spin_usd.records.record import RecordedTarget
 from spin_usd.store.window import Window
 
 
@@ -60,26 +60,25 @@ class PicturedTarget:
     keypoint_states: tuple[str, ...]
 
     @classmethod
-    def of(cls, found: Mapping[str, Any]) -> Self:
+    def of(cls, found: RecordedTarget) -> Self:
         """Make it of a record's entry."""
-        q, t = found["pose"]["q_cam_body"], found["pose"]["t_cam_body"]
         return cls(
-            id=found["id"],
-            name=found["name"],
-            T_cam_body=frozen(Transform.from_quaternion(to="cam", of="body", q=q, t=t).matrix),
-            q_cam_body=frozen(q),
-            t_cam_body=frozen(t),
-            range=found["range"],
-            box_visible=_numbers(found["box"]["visible"], (4,)),
-            box_amodal=_numbers(found["box"]["amodal"], (4,)),
-            truncated=found["box"]["truncated"],
-            pixels_visible=found["pixels"]["visible"],
-            pixels_amodal=found["pixels"]["amodal"],
-            visible_fraction=float(_numbers(found["visible_fraction"], ())),
-            box=frozen(found["box_3d"]["box"]),
-            box_3d=frozen([_numbers(corner, (2,)) for corner in found["box_3d"]["corners"]]),
-            keypoints=frozen(np.array([entry[:2] for entry in found["keypoints"]], np.float64).reshape(-1, 2)),
-            keypoint_states=tuple(state for *_, state in found["keypoints"]),
+            id=found.id,
+            name=found.name,
+            T_cam_body=frozen(found.pose.T_cam_body.matrix),
+            q_cam_body=frozen(found.pose.q_cam_body),
+            t_cam_body=frozen(found.pose.t_cam_body),
+            range=found.range,
+            box_visible=_numbers(found.box.visible, (4,)),
+            box_amodal=_numbers(found.box.amodal, (4,)),
+            truncated=found.box.truncated,
+            pixels_visible=found.pixels.visible,
+            pixels_amodal=found.pixels.amodal,
+            visible_fraction=float("nan" if found.visible_fraction is None else found.visible_fraction),
+            box=frozen(found.box_3d.box),
+            box_3d=frozen([_numbers(corner, (2,)) for corner in found.box_3d.corners]),
+            keypoints=frozen(np.array([(u, v) for u, v, _ in found.keypoints], np.float64).reshape(-1, 2)),
+            keypoint_states=tuple(str(state) for _, _, state in found.keypoints),
         )
 
     def seen_in(self, window: Window) -> Self:
@@ -107,6 +106,6 @@ def _moved(box: Float, window: Window) -> Float:
     return window.pixels(box.reshape(2, 2)).ravel()
 
 
-def _numbers(found: Any, shape: tuple[int, ...]) -> Float:
+def _numbers(found: Sequence[float] | None, shape: tuple[int, ...]) -> Float:
     """Return the numbers of that shape; NaN for null."""
     return frozen(np.full(shape, np.nan) if found is None else found)

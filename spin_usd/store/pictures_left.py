@@ -3,9 +3,12 @@
 import os
 import stat
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
 
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
@@ -13,11 +16,12 @@ from spin_usd.labels.table import NEEDS
 from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import IMAGE, KINDS, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
-from spin_usd.store.recorded_settings import recorded_options
+from spin_usd.store.read_record import read_record, recorded_files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,39 +41,43 @@ def kinds_left(
     store: Store,
     picture: PlannedPicture,
     wanted: WantedFiles,
-    stage: Mapping[str, Any],
+    stage: StageProvenance,
     *,
     names: Mapping[int, str],
-    finished: Callable[[Mapping[str, Any]], None],
-    outdated: Callable[[Mapping[str, Any], Mapping[str, Any]], None],
+    finished: Callable[[Record], None],
+    outdated: Callable[[Record, StageProvenance], None],
     work: Path,
 ) -> tuple[str, ...]:
     """Return the kinds of file to make of the picture, and bring the record of a finished one up to date.
 
     A picture is finished when its record has the same keys, and all its files are there in the channels that they are
     written in today; then nothing is left to make, and `finished` is called with the record. `outdated` is called with
-    the record of a picture that has other keys or channels, and with `stage`, the record's block that it would have. A
+    the record of a picture that has other keys or channels, and with `stage`, what the record would say of it. A
     picture made again keeps the kinds of file it had. The record of one that was made from another state of the stage
     says from now on that `stage` makes it too, and how that calls its targets (their `names` by id) and its source.
     `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
-    if not _is_finished(store, record, had, picture, wanted):
-        if had and not _is_current(record, had, picture):
+    if record is None or not _is_finished(store, record, had, picture, wanted):
+        if record and had and not _is_current(record, had, picture):
             outdated(record, stage)
         return tuple(kind for kind in KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
     finished(record)
-    provenance = record["provenance"]
-    if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
-        provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
+    provenance = record.provenance
+    if (record.index, provenance.time_code, provenance.stage) != (picture.index, picture.time_code, stage):
         name = record_of(picture.variant, picture.frame)
-        write_json(store.folder, name, _renamed(record, picture, names), work=work)
+        # Not through its type: that would write 0 as 0.0, and drop what a later version says.
+        before = finite_json(store.folder.read(name, MAX_RECORD))
+        write_json(store.folder, name, _renamed(before, stage, picture, names), work=work)
     return ()
 
 
-def _renamed(record: Mapping[str, Any], picture: PlannedPicture, names: Mapping[int, str]) -> dict[str, Any]:
+def _renamed(
+    record: dict[str, Any], stage: StageProvenance, picture: PlannedPicture, names: Mapping[int, str]
+) -> dict[str, Any]:
     """Return the record with what the stage says of the picture that decides none of its files."""
+    record["provenance"] |= {"stage": to_builtins(stage), "time_code": picture.time_code, "keys": picture.keys}
     targets = [{**target, "name": names.get(target["id"], target["name"])} for target in record["targets"]]
     changed = {"index": picture.index, "targets": targets}
     renamed: dict[str, Any] = {}
@@ -85,64 +93,46 @@ def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> b
     """Return whether nothing is left to make of the picture; write nothing."""
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
-    return _is_finished(store, record, had, picture, wanted)
+    return record is not None and _is_finished(store, record, had, picture, wanted)
 
 
 def _is_finished(
-    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
+    store: Store, record: Record, had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
 ) -> bool:
     """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted, as it is wanted."""
     return (
         bool(had)
         and picture.name not in (wanted.again or ())
         and _is_current(record, had, picture)
-        and (IMAGE not in wanted.kinds or recorded_options(record) == wanted.options)
+        and (IMAGE not in wanted.kinds or record.options == wanted.options)
         and _complete(store, picture, had, wanted)
         and (not wanted.verify or _as_recorded(store, record))
     )
 
 
-def _is_current(record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture) -> bool:
+def _is_current(record: Record, had: Mapping[str, str], picture: PlannedPicture) -> bool:
     """Return whether the files of the `record` are those of the picture, as they would be written today."""
     return _same_content(record, picture, had) and _same_channels(record)
 
 
-def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
-    """Return the path by kind of the record's files; none where the record names what cannot be this picture's."""
-    try:
-        paths = {kind: entry["path"] for kind, entry in record["files"].items()}
-        named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
-        if paths.keys() <= set(KINDS) and all(named):
-            return paths
-    except (KeyError, TypeError, AttributeError):
-        pass
-    return {}
+def _record(store: Store, picture: PlannedPicture) -> Record | None:
+    """Read the picture's record; None where there is none that can be used."""
+    with suppress(InputError):
+        return read_record(store.folder, record_of(picture.variant, picture.frame))
+    return None
 
 
-def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
-    """Read the picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
-    try:
-        record = finite_json(store.folder.read(record_of(picture.variant, picture.frame), MAX_RECORD))
-    except (InputError, ValueError, RecursionError):
-        return {}
-    return record if isinstance(record, dict) else {}
-
-
-def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
+def _same_content(record: Record, picture: PlannedPicture, had: Mapping[str, str]) -> bool:
     decisive = KEYS if RENDERED & had.keys() else ("geometry",)
     if not all(_can_have(picture, kind) for kind in had):
         return False
-    try:
-        keys = record["provenance"]["keys"]
-        own = had.keys() & picture.label_keys.keys()
-        return all(keys[key] == picture.keys[key] for key in (*decisive, "targets", *own))
-    except (KeyError, TypeError):
-        return False
+    own = had.keys() & picture.label_keys.keys()
+    return all(record.provenance.keys.get(key) == picture.keys[key] for key in (*decisive, "targets", *own))
 
 
-def _same_channels(record: Mapping[str, Any]) -> bool:
+def _same_channels(record: Record) -> bool:
     """Return whether the files are in the channels that they would be written in today."""
-    return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
+    return all(file.channels in LAYOUTS[kind] for kind, file in record.files.items())
 
 
 def _can_have(picture: PlannedPicture, kind: str) -> bool:
@@ -169,7 +159,6 @@ def _holds_something(path: str) -> bool:
     return stat.S_ISREG(status.st_mode) and status.st_size > 0
 
 
-def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
+def _as_recorded(store: Store, record: Record) -> bool:
     """Return whether all files that the record lists hold the bytes that it says."""
-    entries = record["files"].values()
-    return all(store.folder.sha256(entry["path"]) == entry.get("sha256") for entry in entries)
+    return all(store.folder.sha256(file.path) == file.sha256 for file in record.files.values())

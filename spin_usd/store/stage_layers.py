@@ -1,27 +1,18 @@
 """The stage in a dataset: which layers records vouch for, and whether all files are as they were written."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
-from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import finite_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import SUMS, changed, unlisted
 from spin_usd.store.names import STAGE
+from spin_usd.store.read_record import read_record
 
 STAGE_SUMS = f"{STAGE}/{SUMS}"
-
-
-def layers_of(stage: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the name in the dataset and the sha256 of each layer that made a picture, by the `stage` of its record's
-    provenance."""
-    folder = Path(stage["root"]).parent
-    return (((folder / layer).as_posix(), sha256) for layer, sha256 in stage["files"].items())
 
 
 def refuse_changed_stage(store: Store, found: str, *, do: str, new: Path | None = None) -> None:
@@ -49,10 +40,10 @@ def _lost(store: Store, new: Path) -> Iterator[Path]:
 
 
 def _vouched(store: Store, name: str) -> bool:
-    """Return whether some record says that the file `name` made a picture as it is. Records are not validated."""
+    """Return whether some record says that the file `name` made a picture as it is."""
     layer = (name, store.folder.sha256(name))
     for record in store.records():
-        with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            if layer in layers_of(finite_json(store.folder.read(record, MAX_RECORD))["provenance"]["stage"]):
+        with suppress(InputError):
+            if layer in read_record(store.folder, record).provenance.stage.layers:
                 return True
     return False

@@ -114,8 +114,10 @@ def test_labels_that_pillow_does_not_read_whole_are_left_out(rendered, tmp_path)
     dataset = clone(rendered, tmp_path / "set", [{"frame": "a"}])
     path = dataset / "records" / "nominal" / "a.json"
     record = json.loads(path.read_text())
-    write_image(dataset / "nocs.png", np.zeros((150, 240, 3), np.uint16), channels=("R", "G", "B"))
-    channels = {"path": "nocs.png", "channels": {"R": "x", "G": "y", "B": "z"}}
+    nocs = dataset / "nocs" / "nominal" / "a.png"
+    nocs.parent.mkdir(parents=True)
+    write_image(nocs, np.zeros((150, 240, 3), np.uint16), channels=("R", "G", "B"))
+    channels = {"path": "nocs/nominal/a.png", "channels": {"R": "x", "G": "y", "B": "z"}}
     record["files"]["nocs"] = record["files"]["segmentation"] | channels
     record["files"]["instance"] = record["files"]["segmentation"]
     path.write_text(json.dumps(record))

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from spin_usd.picture.brightness import BLACK, EXPOSURE_END, WHITE, tone_findings
-from tests.cases.records import records_of
+from tests.cases.records import record_saying, records_of
 
 # A cube face to face with camera and Sun: as it should be, in the dark and in the glare, then the last two with an
 # auto-exposure of one stop either way.
@@ -128,6 +128,7 @@ def test_the_demo_says_so_too(tmp_path, spin_usd) -> None:
     ],
 )
 def test_the_remedy_of_a_black_picture_is_that_of_its_light(sun, do) -> None:
-    record = {"tones": {"dark": 0.9}, "pose": {"t_cam_body": [0, 0, 5]}, **({"sun": sun} if sun else {})}
-    (finding,) = tone_findings(record, "records/nominal/a.json")
+    tones = {"pixels": 9, "mean": 0.01, "dark": 0.9, "saturated": 0}
+    lit = {"sun": {**sun, "towards_body": [0, 0, 1]}} if sun else {}
+    (finding,) = tone_findings(record_saying(tones=tones, **lit), "records/nominal/a.json")
     assert re.search(do, finding.message)

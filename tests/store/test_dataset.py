@@ -46,7 +46,7 @@ def test_no_record_is_opened_before_its_picture_is_asked_for(many) -> None:
     assert len(dataset) == 200
     assert dataset.names[:2] == (("img000", "noisy"), ("img001", "noisy"))
     assert dataset.variants == ("noisy", "nominal")
-    with pytest.raises(InputError, match=r"noisy/img000.json: is not a record"):
+    with pytest.raises(InputError, match=r"noisy/img000.json: is not JSON"):
         dataset[0]
 
 

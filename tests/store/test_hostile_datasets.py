@@ -12,7 +12,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.json_schema import read_json
+from spin_usd.store.read_record import read_record
 from tests.cases.records import record_files
 
 RECORD = "records/nominal/a.json"
@@ -70,13 +70,13 @@ def test_a_run_refuses_it_and_nothing_outside_changes(root: Path, outside: Path,
 def test_none_of_it_is_read(root: Path, outside: Path, hostile: str) -> None:
     HOSTILE[hostile](root, outside)
     with pytest.raises(InputError, match=r"named pipe|is not a file, or is reached over a link"):
-        read_json(Store(root=root).folder, RECORD if hostile.startswith("record") else "dataset.json", "record-1")
+        read_record(Store(root=root).folder, RECORD if hostile.startswith("record") else "dataset.json")
 
 
 def test_a_record_that_is_a_folder_is_one_sentence(root: Path) -> None:
     (root / RECORD).mkdir()
     with pytest.raises(InputError, match="it is a folder"):
-        read_json(Store(root=root).folder, RECORD, "record-1")
+        read_record(Store(root=root).folder, RECORD)
     with pytest.raises(InputError, match="is not a file"):
         remove_file(Store(root=root).folder, RECORD)
 
@@ -111,11 +111,11 @@ def test_names_that_lead_out_are_refused_wherever_data_have_them(rendered: Path,
     for spoiled in ({"root": name}, {"files": {name: "0" * 64}}):
         path.write_text(json.dumps({**record, "provenance": {**record["provenance"], "stage": {**stage, **spoiled}}}))
         with pytest.raises(InputError, match="breaks schema record-1"):
-            read_json(Store(root=dataset).folder, relative, "record-1")
+            read_record(Store(root=dataset).folder, relative)
     files = {kind: {**entry, "path": name} for kind, entry in record["files"].items()}
     path.write_text(json.dumps({**record, "files": files}))
-    with pytest.raises(InputError, match="lies outside the folder"):
-        _ = Dataset(dataset)[0].depth
+    with pytest.raises(InputError, match="breaks schema record-1"):
+        _ = Dataset(dataset)[0]
     description = json.loads((dataset / "dataset.json").read_text())
     description["stage"]["root"] = name
     (dataset / "dataset.json").write_text(json.dumps(description))

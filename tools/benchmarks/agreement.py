@@ -5,7 +5,7 @@ A stage of sampled poses is rendered without light, or a dataset that is there i
 
 import argparse
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,10 @@ from spin_usd.commands.check.in_child.keypoints import depths_around
 from spin_usd.commands.check.in_child.picture import box_of_mask, pose_error
 from spin_usd.files.folder import FileIn
 from spin_usd.formats.array_file import read_array
+from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.json_schema import read_json
-from spin_usd.store.names import DESCRIPTION
+from spin_usd.store.description import read_dataset_json
+from spin_usd.store.read_record import read_record
 
 POSES = "range=3..10 attitude=uniform inside=0.8"
 NUMBERS = {
@@ -56,7 +57,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 def of_dataset(root: Path) -> dict[str, Any]:
     """Return the figures of all targets in all pictures."""
     store = Store(root=root.absolute())
-    description = read_json(store.folder, DESCRIPTION, "dataset-1")
+    description = read_dataset_json(store.folder)
     found = [each for name in store.records() for each in of_picture(store, name, description)]
     figures: dict[str, Any] = {"targets": len(found)}
     for name in NUMBERS:
@@ -71,10 +72,10 @@ def exact(values: list[float]) -> dict[str, float]:
     return {"median": float(np.median(values)), "most": max(values)} if values else {"median": np.nan, "most": np.nan}
 
 
-def of_picture(store: Store, name: str, description: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def of_picture(store: Store, name: str, description: DatasetDescription) -> Iterator[dict[str, Any]]:
     """Yield the figures of each target in a picture."""
-    record = read_json(store.folder, name, "record-1")
-    arrays = {kind: read_array(FileIn(store.folder, entry["path"])) for kind, entry in record["files"].items()}
+    record = read_record(store.folder, name)
+    arrays = {kind: read_array(FileIn(store.folder, file.path)) for kind, file in record.files.items()}
     picture = CheckedPicture(where=name, record=record, description=description, arrays=arrays)
     for target in targets_of(picture):
         yield {**of_pose(target), **of_boxes(target), **of_keypoints(target)}
@@ -86,17 +87,17 @@ def of_pose(target: CheckedTarget) -> dict[str, Any]:
 
 
 def of_boxes(target: CheckedTarget) -> dict[str, Any]:
-    box, pixels = target.recorded["box"], target.recorded["pixels"]
-    figures: dict[str, Any] = {"boxes": 1, "equal_boxes": box_of_mask(target) == box["visible"]}
-    if box["visible"] and not box["truncated"] and pixels["visible"] == pixels["amodal"]:
-        figures["amodal_px"] = float(np.abs(np.subtract(box["visible"], box["amodal"])).max())
+    box, pixels = target.recorded.box, target.recorded.pixels
+    figures: dict[str, Any] = {"boxes": 1, "equal_boxes": box_of_mask(target) == box.visible}
+    if box.visible and box.amodal and not box.truncated and pixels.visible == pixels.amodal:
+        figures["amodal_px"] = float(np.abs(np.subtract(box.visible, box.amodal)).max())
     return figures
 
 
 def of_keypoints(target: CheckedTarget) -> dict[str, int]:
     """Count the keypoints in the frame that are visible, and of these the ones as deep as a surface that is seen in the
     pixels around them; those that are hidden, and of these the ones not before all that is seen there."""
-    states = [state for *_, state in target.recorded["keypoints"]]
+    states = [state for _, _, state in target.recorded.keypoints]
     around = [(states[i] == "visible", depth) for i, depth in depths_around(target)]
     return {
         "visible": sum(visible for visible, _ in around),

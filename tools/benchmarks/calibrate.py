@@ -144,7 +144,7 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     worker = Worker(options=to_builtins(options))
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)
-        taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]
+        taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds).seconds
         making = Task(picture=picture, label_pass=True, render=True)
         if "opening" not in taken:
             of = work_units(making, method)

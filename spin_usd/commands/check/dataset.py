@@ -1,14 +1,17 @@
 """Findings on a dataset: links, its stage, its pictures, and stray files."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Set
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
+from spin_usd.commands.check.answers import PictureAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN, RENDER_AGAIN, provenance_findings, special_file_finding
 from spin_usd.commands.check.inventory import Inventory
-from spin_usd.commands.check.stage import StageAnswer, stage_call
+from spin_usd.commands.check.stage import stage_answer, stage_call
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
@@ -18,12 +21,14 @@ from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import Progress
+from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
 from spin_usd.store.dataset_folder import Store
+from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import has_list, unlisted
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE
+from spin_usd.store.read_record import read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many
@@ -45,7 +50,7 @@ def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
     present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
     inventory = Inventory(root=root, description=None, present=present)
     try:
-        inventory.description = read_json(store.folder, DESCRIPTION, "dataset-1")
+        inventory.description = read_dataset_json(store.folder)
     except InputError as e:
         if not store.folder.in_the_way(DESCRIPTION):
             yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {MAKE_AGAIN}")
@@ -60,13 +65,13 @@ def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
     yield from shard_findings(store)
 
 
-def _root_layer(store: Store, description: Mapping[str, Any] | None) -> str | None:
+def _root_layer(store: Store, description: DatasetDescription | None) -> str | None:
     """Return the name of the stage's root layer: as dataset.json says, or else the first record that can be used."""
     if description:
-        return str(description["stage"]["root"])
+        return description.stage.root
     for record in store.records():
         with suppress(InputError):
-            return str(read_json(store.folder, record, "record-1")["provenance"]["stage"]["root"])
+            return read_record(store.folder, record).provenance.stage.root
     return None
 
 
@@ -101,7 +106,7 @@ def _answered(store: Store, stage: str | None, inventory: Inventory, progress: P
 
 def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
     try:
-        yield from StageAnswer.of(result, root).findings
+        yield from stage_answer(result, root).findings
     except SpinError as e:
         message = f"{e.found}; {e.do}" if e.do else e.found
         yield Finding(code="stage", where=str(e.where or root), message=message)
@@ -169,9 +174,10 @@ def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator
         return
     if isinstance(answer, SpinError):
         raise answer
-    yield from (Finding(**each) for each in answer["findings"])
-    if listed := answer["listed"]:
-        inventory.add(listed["files"], listed["uses"])
-        yield from provenance_findings(where, listed["variant"], listed["stage"], inventory)
+    found = convert(answer, PictureAnswer)
+    yield from found.findings
+    if listed := found.listed:
+        inventory.add(listed.files, listed.uses)
+        yield from provenance_findings(where, listed.variant, listed.stage, inventory)
     else:
         inventory.unread.add(where)

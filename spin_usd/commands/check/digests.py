@@ -1,18 +1,17 @@
 """Rules: a file of the dataset has the bytes that its record says, the stage's files too, and none is a link."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import Node, NodeType
+from spin_usd.records.record import StageProvenance
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.store.dataset_folder import LOCK, OWN
 from spin_usd.store.names import STAGE
-from spin_usd.store.stage_layers import layers_of
 
 MAKE_AGAIN = "run spin-usd check --repair"
 LINK, SPECIAL = "link", "special"
@@ -54,17 +53,17 @@ def special_file_finding(node: Node) -> Finding:
     return Finding(code=code, where=node.name, message=message, severity=severity)
 
 
-def provenance_findings(where: str, variant: str, stage: Mapping[str, Any], inventory: Inventory) -> Iterator[Finding]:
+def provenance_findings(where: str, variant: str, stage: StageProvenance, inventory: Inventory) -> Iterator[Finding]:
     """Yield a warning where the stage has changed since, an error for each of its layers that is not as it was.
 
     where: the record of a picture · variant, stage: the picture's, and what its provenance says of the stage.
     """
     description = inventory.description
-    if description and description["stage"]["hashes"].get(variant) != stage["hash"]:
+    if description and description.stage.hashes.get(variant) != stage.hash:
         message = "was made from another state of the stage; run spin-usd render again"
         yield Finding(code="outdated", where=where, message=message, severity=WARNING)
         return
-    for layer in layers_of(stage):
+    for layer in stage.layers:
         if layer not in inventory.layers and not inventory.missing & {layer[0], STAGE}:
             found = [_of_layer(finding) for finding in digest_findings(inventory.root, *layer)]
             inventory.layers[layer] = not found

@@ -1,11 +1,11 @@
 """The contents of a whole dataset, as `check` has seen them so far."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Set
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from spin_usd.files.folder import Folder
+from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.store.cache import Purpose
 
 
@@ -20,7 +20,7 @@ class Inventory:
     """
 
     root: Path
-    description: Mapping[str, Any] | None
+    description: DatasetDescription | None
     present: Set[str]
     unread: set[str] = field(default_factory=set)
     files: set[str] = field(default_factory=set)
@@ -29,8 +29,8 @@ class Inventory:
     layers: dict[tuple[str, str], bool] = field(default_factory=dict)
     missing: set[str] = field(default_factory=set)
 
-    def add(self, files: list[str], uses: list[Mapping[str, str]]) -> None:
-        """Take in what a record lists: its `files`, which were verified, and the fields of each Purpose in `uses`."""
+    def add(self, files: list[str], uses: list[Purpose]) -> None:
+        """Take in what a record lists: its `files`, which were verified, and its `uses` of the cache."""
         self.files.update(files)
-        self.uses.update(Purpose(**use) for use in uses)
+        self.uses.update(uses)
         self.inodes.update(Folder(self.root).inode(name) for name in files if name in self.present)

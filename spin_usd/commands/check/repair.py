@@ -6,7 +6,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any
+
+from msgspec import UNSET
 
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.digests import RENDER_AGAIN
@@ -25,19 +26,20 @@ from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
 from spin_usd.planning.effort_choice import Basis, Chosen
 from spin_usd.planning.request import RenderRequest
 from spin_usd.progress import Note, Progress, no_note
+from spin_usd.records.record import EffortChoice, Record
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
 from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error
+from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import has_list, sums, unlisted
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, picture_of, record_of
-from spin_usd.store.recorded_settings import recorded_options, recorded_settings
-from spin_usd.store.stage_layers import STAGE_SUMS, layers_of
+from spin_usd.store.read_record import read_record
+from spin_usd.store.stage_layers import STAGE_SUMS
 
 OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"
-Records = Mapping[str, Mapping[str, Any]]
-"""Valid records (record-1) by their pictures' names, "variant/frame"."""
+Records = Mapping[str, Record]
+"""Valid records by their pictures' names, "variant/frame"."""
 
 
 def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckReport:
@@ -87,10 +89,10 @@ class _Repair:
     def _description(self) -> Iterator[str]:
         """Write dataset.json again where it is missing or damaged: all that it says is in the stage and the records."""
         try:
-            read_json(self.store.folder, DESCRIPTION, "dataset-1")
+            read_dataset_json(self.store.folder)
         except InputError:
             self._refuse_unsure()
-            variants = tuple(dict.fromkeys(record["variant"] for record in self.records.values()))
+            variants = tuple(dict.fromkeys(record.variant for record in self.records.values()))
             with removed(self.store.folder, DESCRIPTION):
                 for request in requests(self._root, self.records, self.records):
                     self._render(_of_variants(request, variants), frozenset())
@@ -111,7 +113,7 @@ class _Repair:
     @property
     def _root(self) -> Path:
         """The root layer of the dataset's own stage, as most records name it."""
-        named = Counter[str](record["provenance"]["stage"]["root"] for record in self.records.values())
+        named = Counter[str](record.provenance.stage.root for record in self.records.values())
         return self.store.root / named.most_common(1)[0][0]
 
     def _render(self, request: RenderRequest, only: frozenset[str]) -> RenderReport:
@@ -153,12 +155,12 @@ class _Repair:
             # A stray file need not be of a frame that the stage has.
             if self.store.folder.type_of(record) is NodeType.FILE:
                 before = _digests(self.records.get(name))
-                after = _digests(read_json(self.store.folder, record, "record-1"))
+                after = _digests(read_record(self.store.folder, record))
                 yield name + (OTHER_BYTES if before and before != after else "")
 
 
-def _digests(record: Mapping[str, Any] | None) -> dict[str, str]:
-    return {kind: entry["sha256"] for kind, entry in record["files"].items()} if record else {}
+def _digests(record: Record | None) -> dict[str, str]:
+    return {kind: file.sha256 for kind, file in record.files.items()} if record else {}
 
 
 @contextmanager
@@ -205,7 +207,7 @@ def _known(records: Records) -> defaultdict[str, set[str]]:
     """Return the digests that each layer had when pictures were made of it."""
     known = defaultdict[str, set[str]](set)
     for record in records.values():
-        for name, sha256 in layers_of(record["provenance"]["stage"]):
+        for name, sha256 in record.provenance.stage.layers:
             known[name].add(sha256)
     return known
 
@@ -233,10 +235,9 @@ def _variant(name: str) -> str:
     return name.partition("/")[0]
 
 
-def _request(stage: Path, record: Mapping[str, Any]) -> RenderRequest:
+def _request(stage: Path, record: Record) -> RenderRequest:
     """Return the request for all pictures that were made as this one; it names no variant and no frame."""
-    kinds, settings = record["files"], recorded_settings(record)
-    chosen = record["provenance"]["render"].get("chosen")
+    kinds, settings, chosen = record.files, record.settings, record.provenance.render.chosen
     options = PictureOptions(
         stage,
         seed=settings.seed,
@@ -245,24 +246,25 @@ def _request(stage: Path, record: Mapping[str, Any]) -> RenderRequest:
         labels=tuple(kind for kind in LABELS if kind in kinds) or "none",
         labels_only=IMAGE not in kinds,
         radiance=RADIANCE in kinds,
-        **recorded_options(record),
+        **record.options,
     )
-    return RenderRequest(options=options, effort=settings.effort, chosen=_chosen(chosen) if chosen else None)
+    return RenderRequest(options=options, effort=settings.effort, chosen=None if chosen is UNSET else _chosen(chosen))
 
 
-def _chosen(recorded: Mapping[str, str]) -> Chosen:
+def _chosen(recorded: EffortChoice) -> Chosen:
     """Make the reason of an effort again; what was expected of it is not recorded."""
-    basis = Basis(sha256=recorded["measurement"], variant="", stage="") if "measurement" in recorded else None
-    return Chosen(by=recorded["by"], asked=recorded["asked"], reason=recorded["reason"], basis=basis)
+    measured = recorded.measurement
+    basis = None if measured is UNSET else Basis(sha256=measured, variant="", stage="")
+    return Chosen(by=recorded.by, asked=recorded.asked, reason=recorded.reason, basis=basis)
 
 
 def valid_records(store: Store) -> Records:
     """Read the dataset's records, but those that are damaged."""
-    found: dict[str, Mapping[str, Any]] = {}
+    found: dict[str, Record] = {}
     for name in store.records():
         with suppress(InputError):
             frame, variant = picture_of(name)
-            found[f"{variant}/{frame}"] = read_json(store.folder, name, "record-1")
+            found[f"{variant}/{frame}"] = read_record(store.folder, name)
     return found
 
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from msgspec import structs
+from msgspec import convert, structs
 
+from spin_usd.commands.check.answers import CrossAnswer
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.commands.check.repair import repair
 from spin_usd.commands.check.report import CheckReport
-from spin_usd.commands.check.stage import StageAnswer, stage_call
+from spin_usd.commands.check.stage import stage_answer, stage_call
 from spin_usd.errors import InputError, SpinError
 from spin_usd.options import takes
 from spin_usd.processes.child import Child
@@ -67,8 +68,8 @@ def check_folder(path: Path, *, progress: Progress) -> CheckReport:
 def check_stage(root: Path, *, progress: Progress) -> CheckReport:
     """Check the stage whose root layer is `root`."""
     (result,) = results_of([stage_call(root)], 1, progress=progress)
-    answer = StageAnswer.of(result, root)
-    return CheckReport(kind="stage", findings=list(answer.findings), views=answer.views)
+    answer = stage_answer(result, root)
+    return CheckReport(kind="stage", findings=answer.findings, views=answer.views)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +105,9 @@ def cross_check(path: Path, count: int | None, *, progress: Progress) -> CrossRe
         if isinstance(result, SpinError):
             findings.append(Finding(code="cross", where=record, message=f"cannot be cast again: {result.found}"))
         else:
-            compared += result["compared"]
-            findings += (Finding(**each) for each in result["findings"])
+            answer = convert(result, CrossAnswer)
+            compared += answer.compared
+            findings += answer.findings
         progress(COMPARING, done, len(records))
     return CrossReport(compared=compared, findings=findings)
 

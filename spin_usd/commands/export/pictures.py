@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from msgspec import Struct, to_builtins
+
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.run import PATIENCE_S
 from spin_usd.commands.export.writer import Counts, RowText, Writer
@@ -17,13 +19,13 @@ from spin_usd.exchange.table import format_named
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text
-from spin_usd.geometry.camera import Camera
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import typed_json
 from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import no_progress
+from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset import Dataset
 
@@ -39,6 +41,16 @@ class Made(NamedTuple):
     counts: Counts
 
 
+class _Plan(Struct, frozen=True, kw_only=True):
+    """What children are told of an ExportedDataset, in a file: its fields."""
+
+    entries: tuple[Entry, ...]
+    splits: tuple[str, ...]
+    target: str
+    cameras: tuple[RecordedCamera, ...]
+    farthest: float
+
+
 class PictureMaker:
     """Makes the files of pictures of an export, and the rows that they have in its indexes."""
 
@@ -50,16 +62,16 @@ class PictureMaker:
     @classmethod
     def of_plan(cls, plan: str, request: Mapping[str, Any], work: str) -> "PictureMaker":
         """Make the one of the `plan`, a file that `made_by_children` wrote."""
-        said, asked = parsed_json(read_text(plan, MAX_POSE_LIST)), ExportOptions(**request)
+        said, asked = typed_json(read_text(plan, MAX_POSE_LIST), _Plan), ExportOptions(**request)
         to = format_named(asked.to)
         options = to.values(asked.format_options)
         exported = ExportedDataset(
             dataset=Dataset(Path(asked.dataset)),
-            entries=tuple(Entry(*entry) for entry in said["entries"]),
-            splits=tuple(said["splits"]),
-            target=said["target"],
-            cameras=tuple(Camera.recorded(each) for each in said["cameras"]),
-            farthest=said["farthest"],
+            entries=said.entries,
+            splits=said.splits,
+            target=said.target,
+            cameras=tuple(each.camera for each in said.cameras),
+            farthest=said.farthest,
             options=options,
         )
         return cls(exported, to.layout_for(options), asked, Path(work))
@@ -116,14 +128,14 @@ def made_by_children(
     descriptors: of the lock, which children hold as long as they write.
     """
     plan = "plan.json"
-    said = {
-        "entries": exported.entries,
-        "splits": exported.splits,
-        "target": exported.target,
-        "cameras": [camera.record for camera in exported.cameras],
-        "farthest": exported.farthest,
-    }
-    write_json(Folder(work), plan, said, work=work)
+    said = _Plan(
+        entries=tuple(exported.entries),
+        splits=tuple(exported.splits),
+        target=exported.target,
+        cameras=tuple(map(RecordedCamera.of, exported.cameras)),
+        farthest=exported.farthest,
+    )
+    write_json(Folder(work), plan, to_builtins(said), work=work)
     given = {"plan": str(work / plan), "request": request.as_json(), "work": str(work)}
     shares = range(0, len(exported), SHARE)
     calls = [Call("export_pictures", {**given, "first": first, "last": first + SHARE}) for first in shares]

@@ -1,15 +1,17 @@
 """A dataset that is merged with others, and what all of them must have in common."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from msgspec.structs import replace
 
 from spin_usd.commands.merge.file_transfer import repair_of
 from spin_usd.errors import InputError
+from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.store.dataset_folder import Store
+from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import same_files
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION
 from spin_usd.store.stage_layers import refuse_changed_stage
 
@@ -27,7 +29,7 @@ class MergedDataset:
     """A dataset, and what its dataset.json says."""
 
     store: Store
-    description: Mapping[str, Any]
+    description: DatasetDescription
 
 
 def read_dataset(root: Path) -> MergedDataset:
@@ -41,7 +43,7 @@ def read_dataset(root: Path) -> MergedDataset:
     store.refuse_special_files()
     refuse_changed_stage(store, "is not as spin-usd wrote it", do="restore it, or render that shard again")
     try:
-        return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
+        return MergedDataset(store=store, description=read_dataset_json(store.folder))
     except InputError as e:
         raise InputError(e.found, where=e.where, do=repair_of(root)) from e
 
@@ -58,21 +60,20 @@ def refuse_different(sources: Sequence[MergedDataset]) -> None:
 def _difference(first: MergedDataset, other: MergedDataset) -> str | None:
     """Say in what two datasets differ; None where they can be merged."""
     a, b = first.description, other.description
-    hashes = a["stage"]["hashes"], b["stage"]["hashes"]
-    origins = a["stage"].get("origin"), b["stage"].get("origin")
+    hashes = a.stage.hashes, b.stage.hashes
     alike = all(hashes[0][name] == hashes[1][name] for name in hashes[0].keys() & hashes[1].keys())
     if (
         not alike
-        or origins[0] != origins[1]
-        or a["stage"]["root"] != b["stage"]["root"]
+        or a.stage.origin != b.stage.origin
+        or a.stage.root != b.stage.root
         or not same_files(first.store.stage, other.store.stage)
     ):
         return "another stage"
-    return next((words for name, words in COMMON.items() if a[name] != b[name]), None)
+    return next((words for name, words in COMMON.items() if getattr(a, name) != getattr(b, name)), None)
 
 
-def merged_description(sources: Sequence[MergedDataset]) -> dict[str, Any]:
+def merged_description(sources: Sequence[MergedDataset]) -> DatasetDescription:
     """Return dataset.json of all together: that of the first, with the variants of all."""
     first = sources[0].description
-    hashes = {name: value for each in sources for name, value in each.description["stage"]["hashes"].items()}
-    return {**first, "stage": {**first["stage"], "hashes": hashes}, "variants": list(hashes)}
+    hashes = {name: value for each in sources for name, value in each.description.stage.hashes.items()}
+    return replace(first, stage=replace(first.stage, hashes=hashes), variants=list(hashes))

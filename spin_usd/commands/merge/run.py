@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.commands.merge.file_transfer import FileTransfer, repair_of
 from spin_usd.commands.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
 from spin_usd.commands.merge.options import MergeOptions
@@ -16,17 +18,16 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import finite_json
 from spin_usd.options import takes
 from spin_usd.planning.cost import Timings, read_measured, write_measured
 from spin_usd.planning.shard import Shard, missing_pictures, read_manifest, remove_manifest, write_manifest
 from spin_usd.progress import Progress
+from spin_usd.records.record import Record
 from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.names import DESCRIPTION, STAGE, picture_of, record_of
-from spin_usd.store.pictures_left import recorded_files
-from spin_usd.store.recorded_settings import recorded_options, recorded_settings
+from spin_usd.store.read_record import read_record, recorded_files
 from spin_usd.store.tags import SCHEMA, TAGS, joined
 
 CHECKING, MERGING = "checking: record", "merging: picture"
@@ -56,15 +57,13 @@ class MergedPicture:
         """The bytes of its record. Raises InputError."""
         return self.source.store.folder.read(self.name, MAX_RECORD)
 
-    def record(self) -> dict[str, Any]:
+    def record(self) -> Record:
         """Read the record. Raises InputError where it is damaged, or not of this picture."""
-        try:
-            record = finite_json(self.data)
-        except (InputError, ValueError, RecursionError):
-            record = None
-        if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):
-            raise InputError("is not this picture's record", where=self.path, do=repair_of(self.source.store.root))
-        return record
+        with suppress(InputError):
+            record = read_record(self.source.store.folder, self.name)
+            if recorded_files(record, self.variant, self.frame):
+                return record
+        raise InputError("is not this picture's record", where=self.path, do=repair_of(self.source.store.root))
 
 
 @dataclass(kw_only=True)
@@ -79,7 +78,7 @@ class _Collected:
         known = self.pictures.setdefault((picture.variant, picture.frame), picture)
         if known is not picture and known.data != picture.data:
             raise InputError(f"contradicts {known.path}", where=picture.path, do=AGAIN)
-        settings = _settings(record, picture)
+        settings = vars(record.settings) | record.options
         usual, where = self.settings.setdefault(picture.variant, (settings, picture.path))
         if differing := [name for name in {**settings, **usual} if settings.get(name) != usual.get(name)]:
             found = f"was rendered with another {' and another '.join(differing)} than {where}"
@@ -96,15 +95,6 @@ def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], Non
         found.add(MergedPicture(variant=variant, frame=frame, source=source))
     progress(len(records), len(records))
     return list(found.pictures.values())
-
-
-def _settings(record: Mapping[str, Any], picture: MergedPicture) -> dict[str, Any]:
-    """Return the settings of the picture's render, by name."""
-    try:
-        return vars(recorded_settings(record)) | recorded_options(record)
-    except (KeyError, TypeError, InputError):
-        do = repair_of(picture.source.store.root)
-        raise InputError("does not say how it was rendered", where=picture.path, do=do) from None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +181,7 @@ def _refuse_folders(shards: Sequence[Path], out: Path) -> None:
 
 def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
     """Write dataset.json of all together, and the stage where there is none."""
-    write_json(store.folder, DESCRIPTION, merged_description(sources), work=lease.work)
+    write_json(store.folder, DESCRIPTION, to_builtins(merged_description(sources)), work=lease.work)
     if store.folder.type_of(STAGE) is None:
         stage, copied = Folder(sources[0].store.stage), lease.work / STAGE
         for name in stage.files():
@@ -218,7 +208,7 @@ def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, pro
 def _put_picture(picture: MergedPicture, transfer: FileTransfer) -> None:
     root, record = picture.source.store.root, picture.record()
     for kind, name in recorded_files(record, picture.variant, picture.frame).items():
-        transfer.put(root, name, record["files"][kind].get("sha256"))
+        transfer.put(root, name, record.files[kind].sha256)
     transfer.put_record(root, picture.name)
 
 

@@ -2,7 +2,7 @@
 
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import fields
 from dataclasses import replace as changed
@@ -20,7 +20,7 @@ from spin_usd.commands.render.same_stage import differences
 from spin_usd.commands.render.task_queue import RenderTask
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.commands.render.workers import WorkerProcesses, default_workers, make_pictures
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
@@ -42,7 +42,8 @@ from spin_usd.processes.devices import AUTO
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Note, Progress
-from spin_usd.records.descriptions import DatasetDescription, StageEntry, StageOrigin
+from spin_usd.records.descriptions import DatasetDescription, StageEntry
+from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.effort import CPU
@@ -50,11 +51,10 @@ from spin_usd.stop_signals import postponed
 from spin_usd.store.atomic import force_folder, write_json
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Lease, Store
+from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, STAGE, record_of
 from spin_usd.store.pictures_left import WantedFiles, kinds_left
-from spin_usd.store.recorded_settings import recorded_settings
 from spin_usd.store.stage_layers import refuse_changed_stage
 
 MEANINGS = {
@@ -306,21 +306,21 @@ def _options(request: RenderRequest) -> Iterator[str]:
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
     """Return dataset.json by schema dataset-1; what earlier runs made of the same stage's other variants and kinds
     stays listed."""
-    before = read_json(store.folder, DESCRIPTION, "dataset-1") if store.folder.type_of(DESCRIPTION) else None
+    before = read_dataset_json(store.folder) if store.folder.type_of(DESCRIPTION) else None
     if before and differences(before, plan):
         before = None
-    hashes = dict(before["stage"]["hashes"]) if before else {}
+    hashes = dict(before.stage.hashes) if before else {}
     hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
     hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
     classes = class_ids(part.class_ for part in plan.content.parts.values())
     description = DatasetDescription(
-        stage=StageEntry(root=root, origin=StageOrigin(**plan.origin), hashes=hashes),
+        stage=StageEntry(root=root, origin=plan.origin, hashes=hashes),
         targets=plan.content.targets,
         parts=plan.content.parts,
         classes={str(number): name for name, number in classes.items()},
         variants=list(hashes),
         frames=len(plan.names),
-        files={kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
+        files={kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before.files)},
     )
     described: dict[str, Any] = to_builtins(description)
     return described
@@ -331,7 +331,7 @@ def unfinished_tasks(
 ) -> list[RenderTask]:
     """Return what is left to make of the planned pictures, whose root layer is `root` in the dataset; the report counts
     the others. `note` is given a sentence on pictures that are made again; `work` is for temporary files."""
-    stages = {variant: {"root": root, **stage} for variant, stage in planned.stages.items()}
+    stages = {variant: StageProvenance(root=root, **stage) for variant, stage in planned.stages.items()}
     again = Counter[str]()
     left = partial(
         kinds_left,
@@ -350,12 +350,9 @@ def unfinished_tasks(
     return tasks
 
 
-def why_outdated(record: Mapping[str, Any], settings: RenderSettings, stage: Mapping[str, Any]) -> str:
+def why_outdated(record: Record, settings: RenderSettings, stage: StageProvenance) -> str:
     """Say which of options, stage and software is another for the picture of a `record` than for one with other keys,
-    of these settings and this `stage` (a record's own block): the first that is."""
-    try:
-        if RENDERED & record["files"].keys() and recorded_settings(record) != settings:
-            return OTHER_OPTIONS
-        return OTHER_SOFTWARE if record["provenance"]["stage"] == stage else OTHER_STAGE
-    except (KeyError, TypeError, InputError):  # it has, say, a setting that there is no more
-        return OTHER_SOFTWARE
+    of these settings and this `stage`: the first that is."""
+    if RENDERED & record.files.keys() and record.settings != settings:
+        return OTHER_OPTIONS
+    return OTHER_SOFTWARE if record.provenance.stage == stage else OTHER_STAGE

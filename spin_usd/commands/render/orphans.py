@@ -8,9 +8,8 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.planning.make_plan import Plan
 from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import picture_of
-from spin_usd.store.pictures_left import recorded_files
+from spin_usd.store.read_record import read_record, recorded_files
 
 SHOWN = 3
 
@@ -53,7 +52,7 @@ def _files_of(store: Store, record: str) -> list[str]:
     found: dict[str, str] = {}
     frame, variant = picture_of(record)
     with suppress(InputError):
-        found = recorded_files(read_json(store.folder, record, "record-1"), variant, frame)
+        found = recorded_files(read_record(store.folder, record), variant, frame)
     if not found:
         raise InputError(
             "is not a picture's record, and is not removed",

@@ -5,12 +5,10 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, to_builtins
+from msgspec import UNSET
 
 from spin_usd.arrays import Float
 from spin_usd.commands.render.worker_options import WorkerOptions
-from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.transform import Transform
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.picture.kinds import IMAGE, RENDERED
@@ -83,20 +81,20 @@ def make_record(
     stage: Mapping[str, Any],
     picture: CurrentPicture,
     options: WorkerOptions,
-    files: Mapping[str, Mapping[str, Any]],
+    files: dict[str, RecordedFile],
     versions: dict[str, str],
-) -> dict[str, Any]:
-    """Return the picture's record, by schema record-1. `stage`: what planning.in_child.stage_provenance says."""
+) -> Record:
+    """Return the picture's record. `stage`: what planning.in_child.stage_provenance says."""
     scene = picture.scene
     sun = sunlight(scene.lights, scene.T_cam_body) if files.keys() & OF_THE_SUN else None  # others stay when it moves
     measured = scene.lidar if files.keys() & CLOUD_LABELS.keys() else None
-    record = Record(
+    return Record(
         frame=scene.frame.name,
         index=scene.frame.index,
         variant=scene.frame.variant,
         source_file=scene.frame.source_file or UNSET,
-        camera=recorded_camera(scene.camera),
-        pose=recorded_pose(scene.T_cam_body),
+        camera=RecordedCamera.of(scene.camera),
+        pose=RecordedPose.of(scene.T_cam_body),
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         sun=recorded_sun(sun) if sun else UNSET,
         next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,
@@ -106,11 +104,9 @@ def make_record(
         tones=picture.tones or UNSET,
         range_finder=recorded_range(scene.range_finder, picture.laser) if scene.range_finder else UNSET,
         lidar=recorded_lidar(measured) if measured else UNSET,
-        files={kind: RecordedFile(**entry) for kind, entry in files.items()},
+        files=files,
         provenance=_provenance(stage, picture, options, versions),
     )
-    made: dict[str, Any] = to_builtins(record)
-    return made
 
 
 def _provenance(
@@ -163,17 +159,12 @@ def _recorded_light(light: Light) -> RecordedLight:
     )
 
 
-def recorded_camera(camera: Camera) -> RecordedCamera:
-    """Return what the record says of a camera."""
-    return RecordedCamera(**{**camera.record, "distortion": list(camera.distortion)})
-
-
 def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
     """Return what the record says of a target."""
     return RecordedTarget(
         id=body.id,
         name=body.target.name,
-        pose=recorded_pose(body.T_cam_body),
+        pose=RecordedPose.of(body.T_cam_body),
         range=float(np.linalg.norm(body.T_cam_body.translation)),
         pixels=RecordedPixels(visible=facts.counts.visible, amodal=facts.counts.amodal),
         visible_fraction=facts.counts.visible_fraction,
@@ -196,16 +187,11 @@ def _keypoint(uv: Float, state: KeypointState) -> tuple[float | None, float | No
     return u, v, state
 
 
-def recorded_pose(T_cam_body: Transform) -> RecordedPose:
-    """Return what the record says of a pose."""
-    return RecordedPose(q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist())
-
-
 def recorded_next(following: Scene) -> NextFrame:
     """Return what the record says of the next frame."""
     return NextFrame(
         frame=following.frame.name,
-        camera=recorded_camera(following.camera),
+        camera=RecordedCamera.of(following.camera),
         targets=posed_targets(following),
     )
 
@@ -213,13 +199,13 @@ def recorded_next(following: Scene) -> NextFrame:
 def recorded_pair(paired: Scene) -> PairedCamera:
     """Return what the record says of the camera that is paired with the picture's."""
     return PairedCamera(
-        variant=paired.frame.variant, camera=recorded_camera(paired.camera), targets=posed_targets(paired)
+        variant=paired.frame.variant, camera=RecordedCamera.of(paired.camera), targets=posed_targets(paired)
     )
 
 
 def posed_targets(scene: Scene) -> list[PosedTarget]:
     """Return where the targets of another view are, as the record says it."""
-    return [PosedTarget(id=body.id, pose=recorded_pose(body.T_cam_body)) for body in scene.targets]
+    return [PosedTarget(id=body.id, pose=RecordedPose.of(body.T_cam_body)) for body in scene.targets]
 
 
 def recorded_rig(rig: Rig) -> RecordedRig:

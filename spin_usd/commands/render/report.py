@@ -1,10 +1,11 @@
 """The report of a run, and the listener that counts for it while the run goes on."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
+from spin_usd.commands.render.worker_options import MadePicture
 from spin_usd.json_fields import Count, JsonStruct, Size, one_of
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
@@ -77,25 +78,25 @@ class RunListener:
     def ready(self) -> None:
         self._report_progress()
 
-    def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
+    def done(self, picture: PlannedPicture, made: MadePicture) -> None:
         self.report.made += 1
         if self.first and self.report.made == 1:
             self.note(f"the first picture is there: {self.first(picture)}")
-        self.report.add(result["faults"])
-        match result["passes"].get("labels"):
+        self.report.add(made.faults)
+        match made.passes.get("labels"):
             case "made":
                 self.report.label_passes += 1
             case "shared":
                 self.report.labels_shared += 1
-        match result["passes"].get("render"):
+        match made.passes.get("render"):
             case "made":
                 self.report.renders += 1
             case "shared":
                 self.report.renders_shared += 1
-        own = {name: result["passes"].get(name) == "made" for name in ("labels", "render")}
+        own = {name: made.passes.get(name) == "made" for name in ("labels", "render")}
         task = Task(picture=picture, label_pass=own["labels"], render=own["render"])
-        self.measured.add(expected_work(task, self.options), self.alone(result["seconds"]))
-        for work, seconds in result["seconds"].items():
+        self.measured.add(expected_work(task, self.options), self.alone(made.seconds))
+        for work, seconds in made.seconds.items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds
         self._report_progress()
 

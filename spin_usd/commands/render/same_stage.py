@@ -5,15 +5,18 @@ while its root layer's name is the same: what dataset.json keeps as its origin. 
 has another id: labels that are there already say the old one.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
+
+from msgspec import UNSET
 
 from spin_usd.errors import InputError
 from spin_usd.files.node import NodeType
 from spin_usd.options import flag_of
 from spin_usd.planning.make_plan import Plan
+from spin_usd.records.descriptions import DatasetDescription, StageOrigin
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.json_schema import read_json
+from spin_usd.store.description import read_dataset_json
 from spin_usd.store.names import DESCRIPTION, picture_of
 
 ROOT = "root"  # of a stage that `author` did not make
@@ -29,22 +32,23 @@ def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
     names, variants = set(plan.names), set(plan.known_variants)
     if not any(frame in names and variant in variants for frame, variant in map(picture_of, store.records())):
         return ()
-    return differences(read_json(store.folder, DESCRIPTION, "dataset-1"), plan)
+    return differences(read_dataset_json(store.folder), plan)
 
 
-def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
+def differences(description: DatasetDescription, plan: Plan) -> tuple[str, ...]:
     """Return the names of the inputs and options in which the planned stage differs from that of the dataset with this
     dataset.json."""
-    before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
+    origin = description.stage.origin
+    before, now = _deciding(plan.origin if origin is UNSET else origin), _deciding(plan.origin)
     differing = {name for name in {*before, *now} if before.get(name) != now.get(name)}
     return tuple(sorted(differing or set(_renumbered(description, plan))))
 
 
-def _renumbered(description: Mapping[str, Any], plan: Plan) -> Iterator[str]:
+def _renumbered(description: DatasetDescription, plan: Plan) -> Iterator[str]:
     """Yield IDS where a target or a part that dataset.json lists has another id in the plan, or its id is another's."""
     content = plan.content
-    targets = {target["path"]: target["id"] for target in description["targets"]}
-    parts = {part["path"]: int(number) for number, part in description["parts"].items()}
+    targets = {target.path: target.id for target in description.targets}
+    parts = {part.path: int(number) for number, part in description.parts.items()}
     planned_parts = {part.path: int(number) for number, part in content.parts.items()}
     for before, now in ((targets, {target.path: target.id for target in content.targets}), (parts, planned_parts)):
         moved = any(before[path] != now[path] for path in before.keys() & now.keys())
@@ -52,11 +56,11 @@ def _renumbered(description: Mapping[str, Any], plan: Plan) -> Iterator[str]:
             yield IDS
 
 
-def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
+def _deciding(origin: StageOrigin) -> dict[str, Any]:
     """Return by name what decides pictures of that origin: of files their bytes alone, whatever they are called."""
-    files = {name: file["sha256"] for name, file in origin.get("inputs", {}).items()}
-    root = {ROOT: origin[ROOT]} if ROOT in origin else {}
-    return files | dict(origin.get("options", {})) | root
+    files = {} if origin.inputs is UNSET else {name: file.sha256 for name, file in origin.inputs.items()}
+    options = {} if origin.options is UNSET else origin.options
+    return {**files, **options, **({} if origin.root is UNSET else {ROOT: origin.root})}
 
 
 def in_words(other: Sequence[str]) -> str:

@@ -2,17 +2,18 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import psutil
-from msgspec import convert
+from msgspec import convert, to_builtins
 from numpy.typing import NDArray
 
 from spin_usd.commands.render.record import CurrentPicture, make_record
-from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.formats.array_file import encoded_array, read_array
@@ -27,6 +28,7 @@ from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_provenance
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
+from spin_usd.records.record import Record, RecordedFile
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.channels import Channels
@@ -39,9 +41,8 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import record_of
-from spin_usd.store.pictures_left import recorded_files
+from spin_usd.store.read_record import read_record, recorded_files
 
 RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
@@ -84,15 +85,31 @@ class Worker:
         kinds: Sequence[str],
         keep_render: bool = True,
         keep_labels: bool = True,
-    ) -> dict[str, Any]:
+    ) -> MadePicture:
+        """Make picture `index` of `variant` as `make` does, and say what it took."""
+        picture, record = self.make(
+            variant=variant, index=index, kinds=kinds, keep_render=keep_render, keep_labels=keep_labels
+        )
+        return MadePicture(
+            record=record_of(record.variant, record.frame),
+            seconds=picture.watch.seconds,
+            memory=psutil.Process().memory_info().rss,
+            passes=picture.passes,
+            faults=faults(record),
+        )
+
+    def make(
+        self,
+        *,
+        variant: str,
+        index: int,
+        kinds: Sequence[str],
+        keep_render: bool = True,
+        keep_labels: bool = True,
+    ) -> tuple[CurrentPicture, Record]:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
         with `keep_render`, labels only with `keep_labels`. One that fails leaves none of the files that it wrote, but
-        those in the cache.
-
-        Returns the record's name, the seconds spent by kind of work, the memory now used, of the "passes" that it
-        needed, "labels" and "render", whether each was "made" now or is "shared" with others, and the picture's
-        "faults" (picture.brightness).
-        """
+        those in the cache."""
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
@@ -109,27 +126,20 @@ class Worker:
         with watch("files"):
             record = make_record(stage_provenance(reader), picture, self.options, files, self.versions)
             name = record_of(variant, scene.frame.name)
-            write_json(self.store.folder, name, record, work=self.work)
+            write_json(self.store.folder, name, to_builtins(record), work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
-            for stale in set(had) - {entry["path"] for entry in files.values()}:
+            for stale in set(had) - {file.path for file in files.values()}:
                 remove_file(self.store.folder, stale)
-        memory = psutil.Process().memory_info().rss
-        return {
-            "record": name,
-            "seconds": watch.seconds,
-            "memory": memory,
-            "passes": picture.passes,
-            "faults": faults(record),
-        }
+        return picture, record
 
     def _open_renderer(self) -> Renderer:
         settings = self.options.settings
         return open_renderer(settings.renderer, device=settings.device, caster=self.caster)
 
-    def _write_all(self, picture: CurrentPicture) -> dict[str, dict[str, Any]]:
+    def _write_all(self, picture: CurrentPicture) -> dict[str, RecordedFile]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
-        writing: dict[str, Future[dict[str, Any]]] = {}
+        writing: dict[str, Future[RecordedFile]] = {}
         try:
             self._labels(picture, writing)  # written while the image is rendered
             with picture.watch("facts"):
@@ -144,10 +154,10 @@ class Worker:
             wait(writing.values())
             for written in writing.values():
                 if written.exception() is None:
-                    remove_file(self.store.folder, written.result()["path"])
+                    remove_file(self.store.folder, written.result().path)
             raise
 
-    def _labels(self, picture: CurrentPicture, writing: dict[str, Future[dict[str, Any]]]) -> None:
+    def _labels(self, picture: CurrentPicture, writing: dict[str, Future[RecordedFile]]) -> None:
         """Make the labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
         keys = {kind: picture.keys.get(kind, picture.keys["geometry"]) for kind in wanted}
@@ -179,7 +189,7 @@ class Worker:
             shown = (shown_by_label(picture.scene, kind, read_array(file)) for kind, file in telling)
             return next(filter(None, shown), None)
 
-    def _image(self, picture: CurrentPicture, writing: dict[str, Future[dict[str, Any]]]) -> Future[Any]:
+    def _image(self, picture: CurrentPicture, writing: dict[str, Future[RecordedFile]]) -> Future[Any]:
         """Make the image and the radiance file, from the cache's render or a new one; the result says when that is
         kept."""
         kept: Future[Any] = Future()
@@ -208,38 +218,36 @@ class Worker:
         entry = self.cache.find(RENDERS, key)
         return read_render(entry.file, scene.picture_region, groups=groups) if entry else None
 
-    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
+    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Write one file; returns its entry in the record."""
         name = self._name(scene, kind)
         encode = _encoding(name, kind, array, channels)
         digest = write_atomically(self.store.folder, name, encode, work=self.work, forced=False)
-        return {"path": name, "sha256": digest, **channels.described}
+        return RecordedFile(path=name, sha256=digest, **channels.described)
 
-    def _label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
+    def _label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Write one label, which the cache keeps too; returns its entry in the record."""
         name = self._name(scene, kind)
         encode = _encoding(name, kind, array, channels)
         kept = self.cache.keep(kind, key, LABELS[kind].suffix, encode, also=name)
-        return {"path": name, "sha256": kept.sha256, **channels.described}
+        return RecordedFile(path=name, sha256=kept.sha256, **channels.described)
 
-    def _link(self, scene: Scene, cached: CacheEntry) -> dict[str, Any]:
+    def _link(self, scene: Scene, cached: CacheEntry) -> RecordedFile:
         """Link one label that the cache had; returns its entry in the record."""
         kind = cached.purpose.kind
         name = self._name(scene, kind)
         link_atomically(self.store.folder, name, cached.file, work=self.work)
-        return {"path": name, "sha256": cached.sha256, **LABELS[kind].channels.described}
+        return RecordedFile(path=name, sha256=cached.sha256, **LABELS[kind].channels.described)
 
     def _name(self, scene: Scene, kind: str) -> str:
         return f"{kind}/{scene.frame.variant}/{scene.frame.name}{suffix_of(kind, self.options.image_suffix)}"
 
-    def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
-        """Remove a picture's old record, so that none ever describes files being replaced; returns it, or {} where
-        there was none."""
-        name = record_of(variant, frame)
-        try:
-            record = read_json(self.store.folder, name, "record-1")
-        except InputError:
-            record = {}
+    def withdraw(self, variant: str, frame: str) -> Record | None:
+        """Remove a picture's old record, so that none ever describes files being replaced; returns it, None where there
+        was none that can be used."""
+        name, record = record_of(variant, frame), None
+        with suppress(InputError):
+            record = read_record(self.store.folder, name)
         remove_file(self.store.folder, name)
         return record
 

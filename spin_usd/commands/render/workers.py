@@ -4,7 +4,7 @@ They are fed picture by picture; what goes on outlives their crashes and hangs.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -12,12 +12,12 @@ from itertools import count, islice
 from typing import Any, Protocol
 
 import psutil
-from msgspec import to_builtins
+from msgspec import convert, to_builtins
 
 from spin_usd.commands.render.destination import Destination, StartWorker
 from spin_usd.commands.render.report import RunListener
 from spin_usd.commands.render.task_queue import RenderTask, TaskQueue
-from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.errors import OutputError, RenderError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.request import RenderRequest
@@ -124,7 +124,7 @@ class Listener(Protocol):
 
     def ready(self) -> None: ...
 
-    def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None: ...
+    def done(self, picture: PlannedPicture, made: MadePicture) -> None: ...
 
     def failed(self, picture: PlannedPicture, reason: str) -> None: ...
 
@@ -266,8 +266,9 @@ class _Supervisor:
             return
         self._while_starting.clear()
         self._queue.finish(task)
-        self._listener.done(task.picture, result)
-        if self._queue and result["memory"] > self._limits.memory:
+        made = convert(result, MadePicture)
+        self._listener.done(task.picture, made)
+        if self._queue and made.memory > self._limits.memory:
             self._pool.kill(slot)
 
     def _died(self, slot: WorkerSlot, died: ChildDiedError) -> None:

@@ -2,61 +2,58 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from msgspec import to_builtins
 
 from spin_usd.commands.render.worker import Worker
 from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.commands.reproduce.report import Comparison, Reproduction
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
-from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import RENDERED
-from spin_usd.store.names import record_of
-from spin_usd.store.recorded_settings import recorded_options, recorded_settings
+from spin_usd.records.record import RecordedFile
+from spin_usd.store.read_record import read_record
 
 
-def make_again(*, dataset: str, record: dict[str, Any], folder: str, device: str) -> dict[str, Any]:
-    """Render into `folder` from the dataset's stage with the record's settings, light on the `device`, and compare
-    digests."""
-    provenance = record["provenance"]
-    kinds = tuple(record["files"])
+def make_again(*, dataset: str, record: str, folder: str, device: str) -> Reproduction:
+    """Render into `folder` from the dataset's stage with the settings of the record in the file `record`, light on the
+    `device`, and compare digests."""
+    there = Folder(Path(dataset))
+    said = read_record(there, record)
+    kinds = tuple(said.files)
     options = WorkerOptions(
         root=folder,
         work=folder,
-        stage=str(Folder(Path(dataset)).path(provenance["stage"]["root"])),
-        options=recorded_options(record),
-        settings=replace(recorded_settings(record), device=device),
+        stage=str(there.path(said.provenance.stage.root)),
+        options=said.options,
+        settings=replace(said.settings, device=device),
         renders=not RENDERED.isdisjoint(kinds),
     )
     worker = Worker(options=to_builtins(options))
-    reader = worker.reader(record["variant"])
-    if record["index"] >= len(reader.frames) or reader.frames[record["index"]].name != record["frame"]:
-        raise InputError(
-            f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset
-        )
-    worker.picture(variant=record["variant"], index=record["index"], kinds=kinds, keep_render=False)
-    # Not held against the schema: it names a stage that lies elsewhere.
-    again = finite_json(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
-    if unknown := [kind for kind in kinds if kind not in again["files"]]:
+    frames = worker.reader(said.variant).frames
+    if said.index >= len(frames) or frames[said.index].name != said.frame:
+        raise InputError(f"the stage no longer holds picture {said.frame!r} at place {said.index}", where=dataset)
+    _, made = worker.make(variant=said.variant, index=said.index, kinds=kinds, keep_render=False)
+    if unknown := [kind for kind in kinds if kind not in made.files]:
         raise InputError(f"the record lists {unknown[0]}, which this version does not make", where=dataset)
-    recorded, now = provenance["versions"], worker.versions
-    return {
-        "files": [_compared(Folder(Path(dataset)), kind, record, again) for kind in kinds],
-        "versions": {
-            k: [recorded.get(k, ""), now.get(k, "")] for k in sorted({*recorded, *now}) if recorded.get(k) != now.get(k)
+    recorded, now = said.provenance.versions, worker.versions
+    return Reproduction(
+        files=tuple(_compared(there, kind, said.files[kind], made.files[kind]) for kind in kinds),
+        versions={
+            name: (recorded.get(name, ""), now.get(name, ""))
+            for name in sorted({*recorded, *now})
+            if recorded.get(name) != now.get(name)
         },
-    }
+        devices=(said.settings.device, device),
+    )
 
 
-def _compared(folder: Folder, kind: str, record: dict[str, Any], again: dict[str, Any]) -> dict[str, Any]:
-    entry = record["files"][kind]
-    return {
-        "kind": kind,
-        "path": entry["path"],
-        "recorded": entry["sha256"],
-        "found": folder.sha256(entry["path"]) if folder.type_of(entry["path"]) is NodeType.FILE else None,
-        "again": again["files"][kind]["sha256"],
-    }
+def _compared(folder: Folder, kind: str, recorded: RecordedFile, again: RecordedFile) -> Comparison:
+    return Comparison(
+        kind=kind,
+        path=recorded.path,
+        recorded=recorded.sha256,
+        found=folder.sha256(recorded.path) if folder.type_of(recorded.path) is NodeType.FILE else None,
+        again=again.sha256,
+    )

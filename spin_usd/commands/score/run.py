@@ -112,7 +112,7 @@ def _model(truth: Truth, found: Matched) -> ScoredModel | UnsetType:
     picture = truth.picture(found.places[0])
     if truth.dataset is None or truth.target is None or picture is None:
         return UNSET
-    stage = Folder(truth.dataset.root).path(picture.record["provenance"]["stage"]["root"])
+    stage = Folder(truth.dataset.root).path(picture.recorded.provenance.stage.root)
     model = read_models(stage, {picture.variant: [picture.frame]})[truth.target]
     hull, across = model.hull, diameter(model.hull)
     some = model.points[:: -(-len(model.points) // MODEL_POINTS)]

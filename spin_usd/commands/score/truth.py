@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from msgspec import UNSET
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
@@ -85,8 +86,8 @@ def _of_dataset(dataset: Dataset, variants: Sequence[str], target: str | None, p
         picture = dataset.picture(*name)
         of = picture.targets[target_id - 1]
         q[place], t[place], visible[place] = of.q_cam_body, of.t_cam_body, of.visible_fraction
-        if "sun" in picture.record:
-            towards = np.array(picture.record["sun"]["towards_cam"])
+        if picture.recorded.sun is not UNSET:
+            towards = np.array(picture.recorded.sun.towards_cam)
             sun[place] = np.degrees(np.arccos(np.clip(-of.t_cam_body @ towards / of.range, -1, 1)))
     return Truth(names=names, q=q, t=t, sun=sun, visible=visible, dataset=dataset, target=target_id)
 

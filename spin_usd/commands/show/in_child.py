@@ -84,7 +84,7 @@ class _PictureWriter:
         self._thumbnails(keys, label, grey=False)
 
     def _thumbnails(self, keys: PictureKeys, image: NDArray[np.uint8], *, grey: bool) -> None:
-        around = region_of_targets(visible_boxes(self._picture.record), *image.shape[:2])
+        around = region_of_targets(visible_boxes(self._picture.recorded), *image.shape[:2])
         self._jpeg(keys.names["thumbnail"], preview.reduced(image, THUMBNAIL_PX), grey=grey)
         self._jpeg(keys.names["of_target"], preview.reduced(image[around.slices], THUMBNAIL_PX), grey=grey)
 

@@ -2,12 +2,15 @@
 and those that are there are not made again."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any, NamedTuple
+
+from msgspec import to_builtins
 
 from spin_usd.commands.show.data_file import file_key
 from spin_usd.commands.show.gallery_folder import DATA, IMAGES, OF_TARGET, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
+from spin_usd.records.record import Record
 from spin_usd.store.picture import Picture
 
 FILES_VERSION = "picture-files-2"
@@ -48,12 +51,12 @@ class PictureKeys(NamedTuple):
 
 def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
     """Return the keys of the picture's files."""
-    record = picture.record
-    digests = {str(kind): str(entry["sha256"]) for kind, entry in record["files"].items()}
+    record = picture.recorded
+    digests = {kind: file.sha256 for kind, file in record.files.items()}
     kinds = tuple(kind for kind in request.label_names if kind in digests)
     preview = "" if IMAGE in digests else next(iter(kinds), "")
     shown = digests.get(preview or IMAGE)
-    original = request.images == ORIGINAL and not preview and str(record["files"][IMAGE]["path"]).endswith(".png")
+    original = request.images == ORIGINAL and not preview and record.files[IMAGE].path.endswith(".png")
     return PictureKeys(
         image=_key("image", request.images, shown, visible_boxes(record)) if shown else "",
         labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(picture)) if kinds else "",
@@ -63,9 +66,9 @@ def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
     )
 
 
-def visible_boxes(record: Mapping[str, Any]) -> list[list[float]]:
+def visible_boxes(record: Record) -> list[list[int]]:
     """Return the boxes around what is seen of each target, those that show nothing left out."""
-    return [box for target in record["targets"] if (box := target["box"]["visible"])]
+    return [box for target in record.targets if (box := target.box.visible)]
 
 
 def _key(*made_of: Any) -> str:
@@ -74,5 +77,5 @@ def _key(*made_of: Any) -> str:
 
 def _geometry(picture: Picture) -> Any:
     """Return what the label data depend on beside the labels: see `body_points`."""
-    record, parts = picture.record, sorted((part.id, part.target) for part in picture.parts.values())
-    return record["camera"], [[target["id"], target["pose"]] for target in record["targets"]], parts
+    record, parts = picture.recorded, sorted((part.id, part.target) for part in picture.parts.values())
+    return to_builtins((record.camera, [(target.id, target.pose) for target in record.targets], parts))

@@ -15,7 +15,6 @@ from spin_usd.store.names import record_of
 from spin_usd.store.picture import Picture
 
 NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the last two itself
-UNREADABLE = (AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,19 +48,14 @@ def read_records(dataset: Dataset, request: ShowOptions, *, what: str, progress:
         try:
             read = _read_picture(dataset.picture(frame, variant), frame, variant, request)
             yield replace(read, dataset=str(dataset.root))
-        except UNREADABLE as fault:
-            found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({_words(fault)})"
-            yield ReadPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")
+        except InputError as fault:
+            yield ReadPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {fault.found}")
     progress(what, len(dataset), len(dataset))
 
 
-def _words(fault: Exception) -> str:
-    return f"it lacks {fault}" if isinstance(fault, KeyError) else str(fault)
-
-
 def _read_picture(picture: Picture, frame: str, variant: str, request: ShowOptions) -> ReadPicture:
-    """Return what is known of the picture that has this frame and variant by its record's name. Raises one of
-    UNREADABLE, which InputError is too."""
+    """Return what is known of the picture that has this frame and variant by its record's name. Raises
+    InputError."""
     if (picture.frame, picture.variant) != (frame, variant):
         raise InputError(f"calls itself {picture.frame!r} of {picture.variant!r}")
     if not FRAME_NAME.fullmatch(frame):

@@ -90,7 +90,7 @@ def body_models(dataset: ExportedDataset) -> dict[int, Model]:
     frames: dict[str, list[str]] = defaultdict(list)
     for entry in dataset.entries:
         frames[entry.variant].append(entry.frame)
-    stage = dataset.picture(0).picture.record["provenance"]["stage"]["root"]
+    stage = dataset.picture(0).picture.recorded.provenance.stage.root
     return read_models(Folder(dataset.dataset.root).path(stage), frames)
 
 

@@ -5,6 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import UNSET
 
 from spin_usd.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
@@ -77,8 +78,8 @@ def reach(targets: tuple[DescribedTarget, ...]) -> float:
 
 def _sun_angle(picture: ExportedPicture, t_cam_body: Float) -> float:
     """Return the angle at the target between the Sun and the camera, degrees; NaN where the record has no Sun."""
-    sun = picture.picture.record.get("sun")
-    if sun is None:
+    sun = picture.picture.recorded.sun
+    if sun is UNSET:
         return NONE
     towards_camera = -t_cam_body / np.linalg.norm(t_cam_body)
-    return float(np.degrees(np.arccos(np.clip(np.dot(sun["towards_cam"], towards_camera), -1, 1))))
+    return float(np.degrees(np.arccos(np.clip(np.dot(sun.towards_cam, towards_camera), -1, 1))))

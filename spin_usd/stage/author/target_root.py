@@ -9,6 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdMedia
 
 from spin_usd import __version__
 from spin_usd.errors import InputError
+from spin_usd.records.descriptions import OriginFile, StageOrigin
 from spin_usd.stage.usd import schema
 
 MAX_NAMED = 5  # prims in a sentence
@@ -127,22 +128,22 @@ def author_origin(layer: Sdf.Layer, prim: Usd.Prim, origin: Origin) -> None:
     api.CreateInputsAttr([text for pair in pairs for text in pair])
 
 
-def origin_of(stage: Usd.Stage) -> dict[str, Any]:
-    """Return the stage's origin as JSON: "inputs", each with its name and sha256, and "options"; for a stage that
-    `author` did not make, "root": the name of its root layer."""
+def origin_of(stage: Usd.Stage) -> StageOrigin:
+    """Return the stage's origin: inputs and options; for a stage that `author` did not make, the name of its root
+    layer."""
     for layer in stage.GetLayerStack(includeSessionLayers=False):
         data = layer.customLayerData.get(schema.PROVENANCE)
         inputs, options = ((data.get(name) if isinstance(data, dict) else None) for name in ("inputs", "options"))
         if isinstance(inputs, dict):
-            return {
-                "inputs": {role: _file(each) for role, each in inputs.items() if isinstance(each, dict)},
-                "options": {name: _as_json(each) for name, each in (options or {}).items()},
-            }
-    return {"root": Path(stage.GetRootLayer().realPath).name}
+            return StageOrigin(
+                inputs={role: _file(each) for role, each in inputs.items() if isinstance(each, dict)},
+                options={name: _as_json(each) for name, each in (options or {}).items()},
+            )
+    return StageOrigin(root=Path(stage.GetRootLayer().realPath).name)
 
 
-def _file(each: Mapping[str, Any]) -> dict[str, str]:
-    return {name: str(each.get(name, "")) for name in ("name", "sha256")}
+def _file(each: Mapping[str, Any]) -> OriginFile:
+    return OriginFile(name=str(each.get("name", "")), sha256=str(each.get("sha256", "")))
 
 
 def _as_usd(option: Option) -> Any:

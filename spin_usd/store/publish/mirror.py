@@ -6,10 +6,9 @@ import secrets
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import psutil
 from msgspec import Struct, json
@@ -19,14 +18,14 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import make_folder, remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
-from spin_usd.nesting import finite_json, typed_json
+from spin_usd.nesting import typed_json
 from spin_usd.picture.kinds import KINDS
+from spin_usd.records.record import Record
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION, RECORDS, STAGE
-from spin_usd.store.pictures_left import recorded_files
 from spin_usd.store.publish.dataset_url import MARKER, DatasetUrl, below
+from spin_usd.store.read_record import decoded_record, read_record, recorded_files
 
 Snapshot = dict[str, tuple[int, int]]
 """The size and the time of change of files, by name."""
@@ -166,7 +165,7 @@ def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
     InputError where the record is not one.
     """
     variant, frame = _picture_of(record)
-    new = recorded_files(read_json(Folder(root), record, "record-1"), variant, frame)
+    new = recorded_files(read_record(Folder(root), record), variant, frame)
     old = recorded_files(_old_record(url, record), variant, frame)
     if old:
         url.remove(record)
@@ -186,9 +185,7 @@ def _picture_of(record: str) -> tuple[str, str]:
     raise OutputError("is not the name of a record", where=record)
 
 
-def _old_record(url: DatasetUrl, name: str) -> Mapping[str, Any]:
-    try:
-        record = finite_json(url.read(name) or b"{}")
-    except ValueError:
-        return {}
-    return record if isinstance(record, dict) else {}
+def _old_record(url: DatasetUrl, name: str) -> Record | None:
+    with suppress(InputError):
+        return decoded_record(url.read(name) or b"", Path(name))
+    return None

@@ -10,6 +10,7 @@ import pytest
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.check.in_child.stage import stage_findings
 from spin_usd.errors import StageError
+from spin_usd.scene.finding import Finding
 from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]
@@ -77,10 +78,10 @@ def test_overlapping_faces_are_said_once_of_each_shape(tmp_path: Path, shared: P
     given = {"target": target, "camera": "speedplus", "units_per_metre": 1, "also": [str(target)]}
     report = author_stage(poses=tmp_path / "poses.json", out=tmp_path / "stage", **given)
     said = [note for note in report.notes if "overlap others" in note]
-    assert said == [f"{each['where']}: {each['message']}" for each in coincident(report.root)]
+    assert said == [f"{each.where}: {each.message}" for each in coincident(report.root)]
     assert "/World/Target/Model/Body with /World/Target/Model/Cell" in said[0]
 
 
-def coincident(root: str) -> list[dict[str, str]]:
-    found = stage_findings(stage=root, progress=lambda *_: None)["findings"]
-    return [each for each in found if each["code"] == "faces-coincident"]
+def coincident(root: str) -> list[Finding]:
+    found = stage_findings(stage=root, progress=lambda *_: None).findings
+    return [each for each in found if each.code == "faces-coincident"]

@@ -1,6 +1,5 @@
 """A dataset's own files: each thing that is wrong has one finding, and hides no other."""
 
-import json
 import re
 import shutil
 from pathlib import Path
@@ -12,11 +11,14 @@ from spin_usd.commands.check.digests import MAKE_AGAIN, provenance_findings
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.progress import no_progress
 from spin_usd.store.cache import uses
 from spin_usd.store.dataset_folder import Store
+from spin_usd.store.description import read_dataset_json
+from spin_usd.store.read_record import read_record
 from spin_usd.store.stage_layers import STAGE_SUMS, refuse_changed_stage
-from tests.cases.records import record_at, record_files
+from tests.cases.records import record_files
 
 PICTURE = "nominal/img000001"
 
@@ -33,15 +35,15 @@ def found(dataset):
 def inventory_of(dataset, unread=()):
     """What `check` knows when it has seen all records but those that are `unread`."""
     present = {path.relative_to(dataset).as_posix() for path in dataset.rglob("*") if path.is_file()}
-    description = json.loads((dataset / "dataset.json").read_text())
+    description = read_dataset_json(Folder(dataset))
     inventory = Inventory(root=dataset, description=description, present=present, unread=set(unread))
     for path in record_files(dataset):
         name = path.relative_to(dataset).as_posix()
         if name not in inventory.unread:
-            record = record_at(path)
-            inventory.files.update(entry["path"] for entry in record["files"].values())
+            record = read_record(Folder(dataset), name)
+            inventory.files.update(file.path for file in record.files.values())
             inventory.uses |= uses(record)
-            list(provenance_findings(name, record["variant"], record["provenance"]["stage"], inventory))
+            list(provenance_findings(name, record.variant, record.provenance.stage, inventory))
     return inventory
 
 

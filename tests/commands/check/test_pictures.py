@@ -88,9 +88,9 @@ IMPOSSIBLE = {
 def test_impossible_numbers_are_findings(dataset, name) -> None:
     """The function that children run, here without one."""
     where = change(dataset, 0, IMPOSSIBLE[name])
-    found = picture_findings(dataset=str(dataset), record=where)["findings"]
+    found = picture_findings(dataset=str(dataset), record=where).findings
     assert found
-    assert {each["where"] for each in found} == {where}
+    assert {each.where for each in found} == {where}
 
 
 NAMES = ("raycast", "no such", "raycast")

@@ -236,7 +236,9 @@ def test_a_name_with_a_path_in_it_is_refused(rendered, tmp_path) -> None:
     path = dataset / "records" / "nominal" / "a.json"
     record = json.loads(path.read_text())
     path.write_text(json.dumps(record | {"frame": "../../a"}))
-    refused(dataset, "speedplus", tmp_path / "out", InputError, r"a of nominal: calls itself '../../a'")
+    refused(dataset, "speedplus", tmp_path / "out", InputError, r"breaks schema record-1 at \$.frame: '../../a' does")
+    path.write_text(json.dumps(record | {"frame": "b"}))
+    refused(dataset, "speedplus", tmp_path / "out", InputError, r"a of nominal: calls itself 'b'")
     path.rename(path.with_name("..\\a.json"))
     refused(dataset, "speedplus", tmp_path / "out", InputError, "cannot name a picture; use up to 200 letters")
 
@@ -248,7 +250,7 @@ def test_a_file_outside_the_dataset_is_not_exported(rendered, tmp_path) -> None:
     (tmp_path / "secret.png").write_bytes((dataset / "image" / "nominal" / "a.png").read_bytes())
     record["files"]["image"]["path"] = "../secret.png"
     path.write_text(json.dumps(record))
-    with pytest.raises(InputError, match="lies outside the folder"):
+    with pytest.raises(InputError, match=r"breaks schema record-1 at \$.files.image.path: '../secret.png'"):
         write_export(dataset, "croissant", tmp_path / "out")
     assert not list((tmp_path / "out").glob("image/*"))
 

@@ -3,10 +3,12 @@
 import json
 
 import pytest
+from msgspec.structs import replace
 
 import spin_usd as package
 from spin_usd.commands.render.dataset_run import OTHER_OPTIONS, OTHER_SOFTWARE, OTHER_STAGE, why_outdated
-from spin_usd.store.recorded_settings import recorded_settings
+from spin_usd.files.folder import Folder
+from spin_usd.store.read_record import read_record
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,8 @@ def test_keys_that_nothing_else_explains_are_of_other_software(small_stage, made
 
 
 def test_another_state_of_the_stage_is_told_from_other_software(made) -> None:
-    _, record = record_in(made)
-    settings, stage = recorded_settings(record), record["provenance"]["stage"]
-    assert why_outdated(record, settings, stage) == OTHER_SOFTWARE
-    assert why_outdated(record, settings, {**stage, "hash": ""}) == OTHER_STAGE
+    path, _ = record_in(made)
+    record = read_record(Folder(path.parent), path.name)
+    stage = record.provenance.stage
+    assert why_outdated(record, record.settings, stage) == OTHER_SOFTWARE
+    assert why_outdated(record, record.settings, replace(stage, hash="")) == OTHER_STAGE

@@ -6,17 +6,20 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from spin_usd.records.descriptions import DatasetDescription
+from spin_usd.records.record import Record
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedPicture:
     """A picture whose record is valid.
 
-    where: the record's path in the dataset, for findings · record: as schema record-1 says · description: of the
-    dataset, as schema dataset-1 says · arrays: the numbers of each of its files by kind, (H, W) or (H, W, C) pixels, or
-    (N,) points of a LiDAR; none unless all files are whole.
+    where: the record's path in the dataset, for findings · record, description: its own and the dataset's · arrays: the
+    numbers of each of its files by kind, (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR; none unless all files
+    are whole.
     """
 
     where: str
-    record: Mapping[str, Any]
-    description: Mapping[str, Any]
+    record: Record
+    description: DatasetDescription
     arrays: Mapping[str, NDArray[Any]]

@@ -1,6 +1,6 @@
 """A target of a picture as the rules of `check` see it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,8 @@ from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.records.descriptions import TargetEntry
+from spin_usd.records.record import RecordedTarget
 from spin_usd.scene.finding import Finding
 
 
@@ -24,27 +26,27 @@ class CheckedTarget:
     """
 
     picture: CheckedPicture
-    recorded: Mapping[str, Any]
-    described: Mapping[str, Any]
+    recorded: RecordedTarget
+    described: TargetEntry
     camera: Camera
     T_cam_body: Transform
     mask: NDArray[np.bool_] | None
 
     def finding(self, code: str, message: str) -> Finding:
         """Return an error on this target."""
-        several = len(self.picture.record["targets"]) > 1
-        named = f"target {self.recorded['id']} ({self.recorded['name']}): {message}" if several else message
+        several = len(self.picture.record.targets) > 1
+        named = f"target {self.recorded.id} ({self.recorded.name}): {message}" if several else message
         return Finding(code=code, where=self.picture.where, message=named)
 
     @property
     def rigid(self) -> bool:
         """Return whether it has the shape that dataset.json says, so that the keypoints there are its own."""
-        return bool(np.array_equal(self.recorded["box_3d"]["box"], self.described["box"]))
+        return bool(np.array_equal(self.recorded.box_3d.box, self.described.box))
 
     @property
     def keypoints(self) -> Float:
         """(N, 3) in its own axes, metres, as dataset.json has them."""
-        return np.reshape(list(self.described["keypoints"].values()), (-1, 3))
+        return np.reshape(list(self.described.keypoints.values()), (-1, 3))
 
     @property
     def dense_pose(self) -> tuple[Float, Float] | None:
@@ -60,20 +62,19 @@ class CheckedTarget:
 def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
     """Yield the targets of a picture; none where its files are not of the camera's size, for which there is a rule, or
     where dataset.json does not list them."""
-    camera = Camera.recorded(picture.record["camera"])
+    camera = picture.record.camera.camera
     if any(array.shape[:2] != camera.frame.shape for array in _pixels(picture)):
         return
-    described = {target["id"]: target for target in picture.description["targets"]}
-    for recorded in picture.record["targets"]:
-        if recorded["id"] in described:
-            pose = recorded["pose"]
+    described = {target.id: target for target in picture.description.targets}
+    for recorded in picture.record.targets:
+        if recorded.id in described:
             yield CheckedTarget(
                 picture=picture,
                 recorded=recorded,
-                described=described[recorded["id"]],
+                described=described[recorded.id],
                 camera=camera,
-                T_cam_body=Transform.from_quaternion(to="cam", of="body", q=pose["q_cam_body"], t=pose["t_cam_body"]),
-                mask=_mask(picture, recorded["id"]),
+                T_cam_body=recorded.pose.T_cam_body,
+                mask=_mask(picture, recorded.id),
             )
 
 
@@ -88,5 +89,5 @@ def _mask(picture: CheckedPicture, target: int) -> NDArray[np.bool_] | None:
     parts = picture.arrays.get("segmentation")
     if parts is None:
         return None
-    own = [int(number) for number, part in picture.description["parts"].items() if part["target"] == target]
+    own = [int(number) for number, part in picture.description.parts.items() if part.target == target]
     return np.isin(parts, own)

@@ -6,8 +6,8 @@ answer is right: that is so of 2 in 1,000 pixels at edges. Elsewhere the point o
 more where the surface is seen at a flat angle: by ten times as much where its slope is ten.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.commands.check.answers import CrossAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.picture import read_arrays
 from spin_usd.errors import SpinError
@@ -23,13 +24,14 @@ from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera
 from spin_usd.picture.make_picture import Stopwatch, make_labels
 from spin_usd.processes.open_renderer import open_check_pass
+from spin_usd.records.record import Record
 from spin_usd.renderers.renderer import LabelPass
 from spin_usd.scene.derived.coincidence import GAP
 from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
-from spin_usd.store.json_schema import read_json
+from spin_usd.store.read_record import read_record
 
 COMPARED = ("segmentation", "depth", "dense_pose")
 MAX_LOOKED = 4096  # pixels at which coincident parts are looked for: more that differ are a fault whatever they show
@@ -46,31 +48,28 @@ Labels = Mapping[str, NDArray[Any]]
 """Some of segmentation (H, W), depth (H, W) and dense_pose (H, W, 3), as their files hold them, by name."""
 
 
-def cross_findings(*, dataset: str, record: str) -> dict[str, Any]:
-    """Return "findings", as JSON, on the labels of the picture whose record is the file `record`, and whether they were
-    "compared". Where the record or a file of it cannot be used there are none: `check` says so by itself."""
+def cross_findings(*, dataset: str, record: str) -> CrossAnswer:
+    """Compare the labels of the picture whose record is the file `record`. Nothing is said of a record or a file that
+    cannot be used: `check` does that by itself."""
     root = Path(dataset)
     try:
-        content = read_json(Folder(root), record, "record-1")
+        content = read_record(Folder(root), record)
     except SpinError:
-        return _answer([], compared=False)
-    files = {kind: entry for kind, entry in content["files"].items() if kind in COMPARED}
-    arrays = dict(read_arrays(root, {"files": files}))
+        return CrossAnswer(findings=[], compared=False)
+    files = {kind: entry for kind, entry in content.files.items() if kind in COMPARED}
+    arrays = dict(read_arrays(root, files))
     ours = {kind: array for kind, array in arrays.items() if not isinstance(array, Finding)}
     if len(ours) < len(arrays):
-        return _answer([], compared=False)
+        return CrossAnswer(findings=[], compared=False)
     if not ours:
         message = f"holds none of {', '.join(COMPARED)}, so there is nothing to compare"
-        return _answer([Finding(code="cross", where=record, message=message, severity=WARNING)], compared=False)
+        finding = Finding(code="cross", where=record, message=message, severity=WARNING)
+        return CrossAnswer(findings=[finding], compared=False)
     scene = _scene(root, content)
     if scene is None or any(array.shape[:2] != scene.camera.frame.shape for array in ours.values()):
         message = f"is not of the dataset's stage; {MAKE_AGAIN}"
-        return _answer([Finding(code="cross", where=record, message=message)], compared=False)
-    return _answer(_findings(record, scene, ours), compared=True)
-
-
-def _answer(findings: Iterable[Finding], *, compared: bool) -> dict[str, Any]:
-    return {"compared": compared, "findings": [asdict(finding) for finding in findings]}
+        return CrossAnswer(findings=[Finding(code="cross", where=record, message=message)], compared=False)
+    return CrossAnswer(findings=list(_findings(record, scene, ours)), compared=True)
 
 
 def _findings(where: str, scene: Scene, ours: Labels) -> Iterator[Finding]:
@@ -86,12 +85,12 @@ def _findings(where: str, scene: Scene, ours: Labels) -> Iterator[Finding]:
         yield Finding(code="cross", where=where, message=message)
 
 
-def _scene(root: Path, record: Mapping[str, Any]) -> Scene | None:
+def _scene(root: Path, record: Record) -> Scene | None:
     """Return the scene of the record's picture, as the dataset's own stage has it; None where it has no such
     picture."""
-    reader = _reader(str(Folder(root).path(record["provenance"]["stage"]["root"])), record["variant"])
-    frames, index = reader.frames, record["index"]
-    return reader.scene(frames[index]) if index < len(frames) and frames[index].name == record["frame"] else None
+    reader = _reader(str(Folder(root).path(record.provenance.stage.root)), record.variant)
+    frames, index = reader.frames, record.index
+    return reader.scene(frames[index]) if index < len(frames) and frames[index].name == record.frame else None
 
 
 @lru_cache(maxsize=1)

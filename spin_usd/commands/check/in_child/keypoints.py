@@ -59,7 +59,7 @@ class DepthAround:
 def keypoint_findings(picture: CheckedPicture) -> Iterator[Finding]:
     """Yield errors for keypoints that are elsewhere, or in another state, than pose, camera and depth have them."""
     for target in targets_of(picture):
-        names, recorded = list(target.described["keypoints"]), target.recorded["keypoints"]
+        names, recorded = list(target.described.keypoints), target.recorded.keypoints
         if not target.rigid:  # dataset.json has the keypoints of another shape
             continue
         if len(recorded) != len(names):
@@ -77,9 +77,9 @@ def depths_around(target: CheckedTarget) -> Iterator[tuple[int, DepthAround]]:
         return
     parts = target.picture.arrays.get("segmentation", depth > 0)
     points = target.T_cam_body.points(target.keypoints)
-    hiding = skin(np.ptp(target.recorded["box_3d"]["box"], axis=0))
-    for i, (u, v, state) in enumerate(target.recorded["keypoints"]):
-        if state not in UNSEEN:
+    hiding = skin(np.ptp(target.recorded.box_3d.box, axis=0))
+    for i, (u, v, state) in enumerate(target.recorded.keypoints):
+        if u is not None and v is not None and state not in UNSEEN:
             row, column = int(v), int(u)
             window = slice(max(row - AROUND, 0), row + AROUND + 1), slice(max(column - AROUND, 0), column + AROUND + 1)
             seen = depth[window][depth[window] > 0]
@@ -93,7 +93,7 @@ def _misplaced(target: CheckedTarget) -> Iterator[tuple[int, str]]:
     their states say, and what is wrong with them."""
     points = target.T_cam_body.points(target.keypoints)
     expected, size = target.camera.project(points), np.array([target.camera.width, target.camera.height])
-    for i, (u, v, state) in enumerate(target.recorded["keypoints"]):
+    for i, (u, v, state) in enumerate(target.recorded.keypoints):
         if (u is None) != bool(np.isnan(expected[i, 0])):
             yield i, "has a pixel where the lens sees none, or none where it sees one"
             continue
@@ -116,7 +116,7 @@ def _inside(uv: Float, size: Float, margin: float) -> bool:
 
 def _contradicted(target: CheckedTarget) -> Iterator[tuple[int, str]]:
     """Yield visible keypoints behind a surface, and hidden ones where most of a target's have nothing before them."""
-    states = [state for *_, state in target.recorded["keypoints"]]
+    states = [state for _, _, state in target.recorded.keypoints]
     around = dict(depths_around(target))
     hidden = [i for i in around if states[i] != KeypointState.VISIBLE and around[i].whole]
     bare = [i for i in hidden if around[i].uncovered]

@@ -1,21 +1,20 @@
 """Rule: each label is of the picture's size, and agrees with the others as its own file in `labels` says."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
-from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.labelled_picture import LabelledPicture, OtherView
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
+from spin_usd.records.record import NextFrame, PairedCamera, PosedTarget, RecordedTarget
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.lidar import Lidar
 
 ROUNDING = 1e-9
 
@@ -23,12 +22,11 @@ ROUNDING = 1e-9
 def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
     """Yield an error for the first file that has another size than the camera; where none has, for each fault of a
     label."""
-    camera = picture.record["camera"]
-    shape = (camera["height"], camera["width"])
+    shape = (picture.record.camera.height, picture.record.camera.width)
     for kind, array in picture.arrays.items():
         if kind not in CLOUD_LABELS and array.shape[:2] != shape:
             message = f"is {array.shape[:2]}, the camera is {shape}; {MAKE_AGAIN}"
-            yield Finding(code="size", where=picture.record["files"][kind]["path"], message=message)
+            yield Finding(code="size", where=picture.record.files[kind].path, message=message)
             return
     labelled = _labelled(picture)
     for label in LABELS.values():
@@ -38,42 +36,31 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
     record, description = picture.record, picture.description
-    parts, lidar = description["parts"], record.get("lidar")
-    ids = class_ids(part["class"] for part in parts.values())
+    parts = description.parts
+    ids = class_ids(part.class_ for part in parts.values())
     return LabelledPicture(
-        camera=Camera.recorded(record["camera"]),
-        poses=_poses(record["targets"]),
-        target_of_part=_by_part({number: part["target"] for number, part in parts.items()}),
+        camera=record.camera.camera,
+        poses=_poses(record.targets),
+        target_of_part=_by_part({number: part.target for number, part in parts.items()}),
         arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
-        class_of_part=_by_part({number: ids[part["class"]] for number, part in parts.items()}),
-        boxes={target["id"]: np.array(target["box_3d"]["box"]) for target in record["targets"]},
-        towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
-        next_frame=_other_view(record.get("next")),
-        paired=_other_view(record.get("paired")),
-        lidar=lidar_of_record(lidar) if lidar else None,
+        class_of_part=_by_part({number: ids[part.class_] for number, part in parts.items()}),
+        boxes={target.id: np.array(target.box_3d.box) for target in record.targets},
+        towards_sun=None if record.sun is UNSET else np.array(record.sun.towards_cam),
+        next_frame=_other_view(record.next),
+        paired=_other_view(record.paired),
+        lidar=None if record.lidar is UNSET else record.lidar.lidar,
     )
 
 
-def _other_view(recorded: Mapping[str, Any] | None) -> OtherView | None:
-    if recorded is None:
+def _other_view(recorded: NextFrame | PairedCamera | UnsetType) -> OtherView | None:
+    if recorded is UNSET:
         return None
-    return OtherView(camera=Camera.recorded(recorded["camera"]), poses=_poses(recorded["targets"]))
+    return OtherView(camera=recorded.camera.camera, poses=_poses(recorded.targets))
 
 
-def lidar_of_record(recorded: Mapping[str, Any]) -> Lidar:
-    """Return the LiDAR that a record describes. Raises GeometryError."""
-    rest: dict[str, Any] = {name: tuple(it) if isinstance(it, list) else it for name, it in recorded.items()}
-    pose = Transform.from_quaternion(to="cam", of="lidar", q=rest.pop("q_cam_lidar"), t=rest.pop("t_cam_lidar"))
-    return Lidar(T_cam_lidar=pose, **rest)
-
-
-def _poses(recorded: Sequence[Mapping[str, Any]]) -> dict[int, Transform]:
+def _poses(recorded: Sequence[RecordedTarget] | Sequence[PosedTarget]) -> dict[int, Transform]:
     """Return T_cam_body of each of the targets, by id."""
-    return {target["id"]: _pose(target["pose"]) for target in recorded}
-
-
-def _pose(recorded: Mapping[str, Any]) -> Transform:
-    return Transform.from_quaternion(to="cam", of="body", q=recorded["q_cam_body"], t=recorded["t_cam_body"])
+    return {target.id: target.pose.T_cam_body for target in recorded}
 
 
 def _by_part(values: Mapping[str, int]) -> NDArray[np.uint16]:
@@ -92,20 +79,20 @@ def count_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 
 def _counts(target: CheckedTarget) -> Iterator[str]:
-    visible, amodal = (target.recorded["pixels"][name] for name in ("visible", "amodal"))
+    visible, amodal = target.recorded.pixels.visible, target.recorded.pixels.amodal
     if target.mask is not None and int(target.mask.sum()) != visible:
         yield f"{int(target.mask.sum())} pixels show it, and its record counts {visible}"
     if visible > amodal:
         yield f"its record counts {visible} visible pixels of {amodal}"
-    alone = all(part["target"] == target.recorded["id"] for part in target.picture.description["parts"].values())
+    alone = all(part.target == target.recorded.id for part in target.picture.description.parts.values())
     if alone and visible < amodal:
         yield f"its record counts {visible} visible pixels of {amodal}, and nothing else is there to hide it"
 
 
 def _fraction(target: CheckedTarget) -> Iterator[str]:
     """The fraction is that of the pixels in the frame, or less where some of the target lies outside it."""
-    visible, amodal = (target.recorded["pixels"][name] for name in ("visible", "amodal"))
-    fraction, truncated = target.recorded["visible_fraction"], target.recorded["box"]["truncated"]
+    visible, amodal = target.recorded.pixels.visible, target.recorded.pixels.amodal
+    fraction, truncated = target.recorded.visible_fraction, target.recorded.box.truncated
     if fraction is None:
         if amodal:
             yield f"it covers {amodal} pixels, and has no visible fraction"

@@ -2,16 +2,18 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+from msgspec import convert
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.commands.check.answers import ListedPicture, PictureAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN, digest_findings
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of
@@ -22,10 +24,13 @@ from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.picture.brightness import tone_findings
 from spin_usd.picture.target_facts import corners_of_box
+from spin_usd.records.descriptions import DatasetDescription
+from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.finding import Finding
 from spin_usd.store.cache import uses
+from spin_usd.store.description import Named, read_dataset_json
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.names import DESCRIPTION, picture_of
+from spin_usd.store.names import picture_of
 from spin_usd.store.picture_file import read_picture_file
 
 CENTRE_PX = 0.5  # a pixel shows what its centre does
@@ -54,13 +59,13 @@ class PoseError:
 def pose_findings(picture: CheckedPicture) -> Iterator[Finding]:
     """Yield an error for each target whose pose differs by more than rounding makes of it, or whose range is not the
     length of its translation, and one where the picture's own pose is not that of its first target."""
-    if picture.record["pose"] != picture.record["targets"][0]["pose"]:
+    if picture.record.pose != picture.record.targets[0].pose:
         message = f"the picture's pose is not that of its first target; {MAKE_AGAIN}"
         yield Finding(code="pose", where=picture.where, message=message)
     for target in targets_of(picture):
         length = float(np.linalg.norm(target.T_cam_body.translation))
-        if not np.isclose(target.recorded["range"], length, rtol=LENGTH, atol=0):
-            found = f"the range is {target.recorded['range']:.6g} m, and its translation {length:.6g} m long"
+        if not np.isclose(target.recorded.range, length, rtol=LENGTH, atol=0):
+            found = f"the range is {target.recorded.range:.6g} m, and its translation {length:.6g} m long"
             yield target.finding("pose", f"{found}; {MAKE_AGAIN}")
         error = pose_error(target)
         if error and not (error.degrees <= error.allowed_degrees and error.metres <= error.allowed_metres):
@@ -133,20 +138,20 @@ def box_of_mask(target: CheckedTarget) -> list[int] | None:
 
 def _visible(target: CheckedTarget) -> Iterator[str]:
     """The visible box is that of the mask, and lies in the amodal one."""
-    box = target.recorded["box"]
-    if target.mask is not None and box_of_mask(target) != box["visible"]:
-        yield f"its visible box is {box['visible']}, and that of its pixels {box_of_mask(target)}"
-    if box["visible"] and not box["amodal"]:
+    box = target.recorded.box
+    if target.mask is not None and box_of_mask(target) != box.visible:
+        yield f"its visible box is {box.visible}, and that of its pixels {box_of_mask(target)}"
+    if box.visible and not box.amodal:
         yield "it has a visible box, and no amodal one"
-    elif box["visible"]:
-        beyond = np.subtract(box["amodal"], box["visible"]) * (1, 1, -1, -1)
+    elif box.visible and box.amodal:
+        beyond = np.subtract(box.amodal, box.visible) * (1, 1, -1, -1)
         if not beyond.max() <= CENTRE_PX + ROUNDING_PX:
             yield f"its visible box reaches {beyond.max():.3g} px beyond its amodal one"
 
 
 def _truncated(target: CheckedTarget) -> Iterator[str]:
     """A target is truncated where its amodal box leaves the frame, or not all of it can be seen by the lens."""
-    amodal, truncated = target.recorded["box"]["amodal"], target.recorded["box"]["truncated"]
+    amodal, truncated = target.recorded.box.amodal, target.recorded.box.truncated
     if amodal is None:
         if not truncated:
             yield "nothing of it is in the picture, and it is said not to be truncated"
@@ -155,15 +160,15 @@ def _truncated(target: CheckedTarget) -> Iterator[str]:
     leaves = max(-min(amodal[:2]), *np.subtract(amodal[2:], size).tolist())
     if leaves > ROUNDING_PX and not truncated:
         yield f"its amodal box leaves the frame by {leaves:.3g} px, and it is said not to be truncated"
-    if leaves < -ROUNDING_PX and truncated and None not in target.recorded["box_3d"]["corners"]:
+    if leaves < -ROUNDING_PX and truncated and None not in target.recorded.box_3d.corners:
         yield "all of it is in the frame, and it is said to be truncated"
 
 
 def _box_3d(target: CheckedTarget) -> Iterator[str]:
     """The corners are those of the box in metres, which holds the dense pose."""
-    low, high = np.array(target.recorded["box_3d"]["box"])
+    low, high = np.array(target.recorded.box_3d.box)
     expected = target.camera.project(target.T_cam_body.points(corners_of_box(low, high)))
-    recorded = np.array([corner or (np.nan, np.nan) for corner in target.recorded["box_3d"]["corners"]])
+    recorded = np.array([corner or (np.nan, np.nan) for corner in target.recorded.box_3d.corners])
     off = _distance(recorded, expected)
     if off:
         yield f"the corners of its 3D box are {off:.3g} px from where its pose puts them"
@@ -184,52 +189,51 @@ def _distance(recorded: Float, expected: Float) -> float:
     return float(off[wrong].max(initial=0))
 
 
-def picture_findings(*, dataset: str, record: str) -> dict[str, Any]:
-    """Return "findings" on the picture whose record is the file `record` of the dataset, and "listed": what `check`
-    needs of that besides, None where it is not valid."""
+def picture_findings(*, dataset: str, record: str) -> PictureAnswer:
+    """Return what is wrong with the picture whose record is the file `record` of the dataset."""
     root = Path(dataset)
     try:
         with reading(record):
-            content = read_json(Folder(root), record, "record-1")
+            content = convert(read_json(Folder(root), record, "record-1"), Record)
     except SpinError as e:
-        return {"findings": [asdict(_finding("record", record, e))], "listed": None}
+        return PictureAnswer(findings=[_finding("record", record, e)])
     found = dict.fromkeys(_findings(root, record, content))  # numbers that one rule cannot take, others cannot either
-    return {"findings": [asdict(each) for each in found], "listed": _listed(content)}
+    return PictureAnswer(findings=list(found), listed=_listed(content))
 
 
-def read_arrays(root: Path, record: Mapping[str, Any]) -> Iterator[tuple[str, NDArray[Any] | Finding]]:
-    """Yield the numbers of each file of the record by its kind, or a finding on one that cannot be decoded."""
-    for kind, entry in record["files"].items():
+def read_arrays(root: Path, files: Mapping[str, RecordedFile]) -> Iterator[tuple[str, NDArray[Any] | Finding]]:
+    """Yield the numbers of each of a record's `files` by its kind, or a finding on one that cannot be decoded."""
+    for kind, file in files.items():
         try:
-            with reading(entry["path"]):
-                file, channels = FileIn(Folder(root), entry["path"]), len(entry["channels"])
-                yield kind, read_picture_file(file, kind, entry["dtype"], channels)
+            with reading(file.path):
+                yield kind, read_picture_file(FileIn(Folder(root), file.path), kind, file.dtype, len(file.channels))
         except SpinError as e:
-            yield kind, _finding("unreadable", entry["path"], e)
+            yield kind, _finding("unreadable", file.path, e)
 
 
-def _listed(record: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "variant": record["variant"],
-        "stage": record["provenance"]["stage"],
-        "files": [entry["path"] for entry in record["files"].values()],
-        "uses": [asdict(use) for use in uses(record)],
-    }
+def _listed(record: Record) -> ListedPicture:
+    return ListedPicture(
+        variant=record.variant,
+        stage=record.provenance.stage,
+        files=[file.path for file in record.files.values()],
+        uses=list(uses(record)),
+    )
 
 
-def _findings(root: Path, where: str, record: Mapping[str, Any]) -> Iterator[Finding]:
-    if (record["frame"], record["variant"]) != picture_of(where):
+def _findings(root: Path, where: str, record: Record) -> Iterator[Finding]:
+    if (record.frame, record.variant) != picture_of(where):
         message = f"its frame and variant differ from its own path; {MAKE_AGAIN}"
         yield Finding(code="record", where=where, message=message)
-    entries = record["files"].values()
-    wrong = [each for entry in entries for each in digest_findings(root, entry["path"], entry["sha256"])]
-    found = {} if wrong else dict(read_arrays(root, record))
+    wrong = [each for file in record.files.values() for each in digest_findings(root, file.path, file.sha256)]
+    found = {} if wrong else dict(read_arrays(root, record.files))
     wrong += [each for each in found.values() if isinstance(each, Finding)]
     yield from wrong
     arrays = {} if wrong else {kind: each for kind, each in found.items() if not isinstance(each, Finding)}
     description = _description(str(root))
-    picture = CheckedPicture(where=where, record=record, description=description or {}, arrays=arrays)
-    for rule in PICTURE_RULES if description else ():  # numbers mean nothing without their targets
+    if description is None:  # numbers mean nothing without their targets
+        return
+    picture = CheckedPicture(where=where, record=record, description=description, arrays=arrays)
+    for rule in PICTURE_RULES:
         try:
             with reading(where):
                 yield from rule(picture)
@@ -242,24 +246,24 @@ def _finding(code: str, where: str, error: SpinError) -> Finding:
 
 
 @cache
-def _description(root: str) -> Mapping[str, Any] | None:
+def _description(root: str) -> DatasetDescription | None:
     """Return dataset.json; None where that cannot be used, which has a finding of its own."""
     with suppress(InputError):
-        return read_json(Folder(Path(root)), DESCRIPTION, "dataset-1")
+        return read_dataset_json(Folder(Path(root)))
     return None
 
 
 def target_id_findings(picture: CheckedPicture) -> Iterator[Finding]:
     """Yield an error where the ids of the record's targets, or their names, are not those of dataset.json: the
     picture's labels then mean other targets than the dataset says."""
-    there, here = (_names(each["targets"]) for each in (picture.description, picture.record))
+    there, here = (_names(each.targets) for each in (picture.description, picture.record))
     if there != here:
         found = f"its targets are {_in_words(here)}, but dataset.json has {_in_words(there)}"
         yield Finding(code="target-ids", where=picture.where, message=f"{found}; {MAKE_AGAIN}")
 
 
-def _names(targets: Iterable[Mapping[str, Any]]) -> dict[int, str]:
-    return {target["id"]: target["name"] for target in targets}
+def _names(targets: Iterable[Named]) -> dict[int, str]:
+    return {target.id: target.name for target in targets}
 
 
 def _in_words(names: dict[int, str]) -> str:

@@ -1,7 +1,6 @@
 """The rules on targets: no finding on what was just made, however extreme, and one on each fact that is wrong."""
 
 import json
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -13,14 +12,17 @@ from spin_usd.commands.check.in_child.checked_target import targets_of
 from spin_usd.commands.check.in_child.keypoints import depths_around, keypoint_findings
 from spin_usd.commands.check.in_child.labels import count_findings
 from spin_usd.commands.check.in_child.picture import MIN_DEGREES, box_findings, pose_error, pose_findings
-from spin_usd.commands.render.record import recorded_camera, recorded_target
+from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.picture.target_facts import target_facts
 from spin_usd.planning.in_child import described_parts, described_target
+from spin_usd.records.descriptions import DatasetDescription, StageEntry
+from spin_usd.records.record import RecordedCamera
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
+from tests.cases.records import record_saying
 from tests.cases.scenes import BARREL, SPEEDPLUS, boxes, pose, scene, target, with_first
 
 RULES = (pose_findings, box_findings, count_findings, keypoint_findings)
@@ -52,25 +54,33 @@ PLACES = {
 }
 
 
-def picture_of(s, tmp_path):
+def picture_of(s):
     """The picture of a scene as `check` sees it."""
     surface = visible_surface(s, CASTER.visibility(s))
     facts = target_facts(s, None, CASTER)
     targets = [to_builtins(recorded_target(body, each)) for body, each in zip(s.targets, facts, strict=True)]
-    record = {"camera": to_builtins(recorded_camera(s.camera)), "pose": targets[0]["pose"], "targets": targets}
+    record = {"camera": to_builtins(RecordedCamera.of(s.camera)), "pose": targets[0]["pose"], "targets": targets}
     bodies = [(body.id, before, body.target.parts) for body, before in zip(s.bodies, s.part_offsets, strict=True)]
-    described = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(bodies))}
-    description = to_builtins(described)
-    return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
+    description = DatasetDescription(
+        stage=StageEntry(root="stage/dataset.usda", hashes={}),
+        targets=[described_target(body) for body in s.targets],
+        parts=dict(described_parts(bodies)),
+        variants=["nominal"],
+        frames=1,
+        files={},
+    )
+    return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description)
 
 
-def checked(record, arrays, description, tmp_path):
-    """A picture with that record, as it is read from its file, and these labels."""
+def json_of(picture):
+    """The picture's record as JSON, to be changed at will."""
+    return json.loads(json.dumps(to_builtins(picture.record)))
+
+
+def checked(record, arrays, description):
+    """A picture with what that record says, as it is read from its file, and these labels."""
     return CheckedPicture(
-        where="records/nominal/frame.json",
-        record=json.loads(json.dumps(record)),
-        description=json.loads(json.dumps(description)),
-        arrays=arrays,
+        where="records/nominal/frame.json", record=record_saying(**record), description=description, arrays=arrays
     )
 
 
@@ -79,19 +89,19 @@ def found(picture):
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory):
+def sound():
     """A picture in which nothing is wrong."""
     s = scene(CRAFT, camera=BARREL, T_cam_body=pose((0.3, 0.5, 0.2, -0.7), (0.3, -0.1, 4)))
-    return picture_of(s, tmp_path_factory.mktemp("sound"))
+    return picture_of(s)
 
 
 @pytest.mark.parametrize("t", PLACES.values(), ids=PLACES)
 @pytest.mark.parametrize("q", [(1, 0, 0, 0), (0.3, 0.5, 0.2, -0.7)], ids=["upright", "turned"])
-def test_nothing_is_found_on_what_was_just_made(q, t, tmp_path) -> None:
+def test_nothing_is_found_on_what_was_just_made(q, t) -> None:
     other = Body(id=2, target=CRAFT, T_cam_body=pose((0.8, -0.1, 0.5, 0.2), np.add(t, (0.4, 0.2, 1.5))))
     alone = scene(CRAFT, camera=WIDE, T_cam_body=pose(q, t))
-    assert found(picture_of(alone, tmp_path)) == []
-    assert found(picture_of(with_first(replace(alone, camera=LONG), others=(other,)), tmp_path)) == []
+    assert found(picture_of(alone)) == []
+    assert found(picture_of(with_first(replace(alone, camera=LONG), others=(other,)))) == []
 
 
 def test_the_pose_is_found_again(sound) -> None:
@@ -104,7 +114,7 @@ def test_the_pose_is_found_again(sound) -> None:
 
 def test_keypoints_that_are_seen_lie_as_deep_as_what_is_seen_there(sound) -> None:
     (seen,) = targets_of(sound)
-    states = [state for *_, state in seen.recorded["keypoints"]]
+    states = [state for *_, state in seen.recorded.keypoints]
     around = dict(depths_around(seen))
     assert sum(states[i] == "visible" for i in around) > 5
     deep = [depth.beside for i, depth in around.items() if states[i] == "visible"]
@@ -162,37 +172,38 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_told(sound, name, tmp_path) -> None:
+def test_what_is_wrong_is_told(sound, name) -> None:
     tamper, code, words = WRONG[name]
-    record = deepcopy(dict(sound.record))
+    record = json_of(sound)
     tamper(record["targets"][0])
-    told = found(checked(record, sound.arrays, sound.description, tmp_path))
+    told = found(checked(record, sound.arrays, sound.description))
     assert any(finding.code == code and words in finding.message for finding in told), told
     assert all(finding.message.endswith("run spin-usd check --repair") for finding in told)
 
 
-def test_keypoints_hidden_by_nothing_are_told(sound, tmp_path) -> None:
+def test_keypoints_hidden_by_nothing_are_told(sound) -> None:
     """All are said to be hidden, and the depth there is behind most of them."""
-    record = deepcopy(dict(sound.record))
+    record = json_of(sound)
     for entry in record["targets"][0]["keypoints"]:
         entry[2] = "self-occluded"
     arrays = {**sound.arrays, "depth": sound.arrays["depth"] + np.float32(1) * (sound.arrays["depth"] > 0)}
-    told = found(checked(record, arrays, sound.description, tmp_path))
+    told = found(checked(record, arrays, sound.description))
     assert any("the depth shows nothing before them" in finding.message for finding in told)
 
 
-def test_a_target_of_several_is_named(tmp_path) -> None:
+def test_a_target_of_several_is_named() -> None:
     other = Body(id=2, target=CRAFT, T_cam_body=pose(t=(0.5, 0.2, 6)))
     s = scene(CRAFT, camera=BARREL, others=(other,))
-    picture = picture_of(s, tmp_path)
-    picture.record["targets"][1]["pixels"]["visible"] += 1
-    told = found(picture)
+    picture = picture_of(s)
+    record = json_of(picture)
+    record["targets"][1]["pixels"]["visible"] += 1
+    told = found(checked(record, picture.arrays, picture.description))
     assert told
     assert all(finding.message.startswith("target 2 (T): ") for finding in told)
 
 
-def test_without_labels_the_facts_are_held_to_one_another(sound, tmp_path) -> None:
-    record = deepcopy(dict(sound.record))
-    assert found(checked(record, {}, sound.description, tmp_path)) == []
+def test_without_labels_the_facts_are_held_to_one_another(sound) -> None:
+    record = json_of(sound)
+    assert found(checked(record, {}, sound.description)) == []
     record["targets"][0]["keypoints"][0][0] += 1
-    assert len(found(checked(record, {}, sound.description, tmp_path))) == 1
+    assert len(found(checked(record, {}, sound.description))) == 1

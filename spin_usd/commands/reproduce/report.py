@@ -1,0 +1,41 @@
+"""What `reproduce` found."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec import Struct, to_builtins
+
+
+class Comparison(Struct, frozen=True, kw_only=True):
+    """One file of the picture: its digest as recorded, as it lies in the dataset (None: missing), and as made again."""
+
+    kind: str
+    path: str
+    recorded: str
+    found: str | None
+    again: str
+
+    @property
+    def same(self) -> bool:
+        return self.recorded == self.found == self.again
+
+
+class Reproduction(Struct, frozen=True, kw_only=True):
+    """A picture made again."""
+
+    files: tuple[Comparison, ...]
+    """A comparison of each."""
+    versions: Mapping[str, tuple[str, str]]
+    """The libraries that are another version now, by name, with the recorded version and today's, "" where there is
+    none."""
+    devices: tuple[str, str]
+    """What rendered the light, as recorded and now."""
+
+    @property
+    def same(self) -> bool:
+        """Return whether every file came out with the same bytes."""
+        return all(file.same for file in self.files)
+
+    def as_json(self) -> dict[str, Any]:
+        files = [{**to_builtins(file), "same": file.same} for file in self.files]
+        return {"files": files, "versions": self.versions, "devices": self.devices}

@@ -1,0 +1,53 @@
+"""The one door by which the records of pictures come in."""
+
+from contextlib import suppress
+from pathlib import Path
+
+from msgspec import DecodeError, Struct
+from msgspec.json import Decoder, decode
+
+from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.size_limits import MAX_RECORD
+from spin_usd.picture.kinds import KINDS
+from spin_usd.records.record import Record
+from spin_usd.store.json_schema import valid
+
+CHECK = "run spin-usd check on the dataset"
+SCHEMA = "record-1"
+_DECODER = Decoder(Record)
+
+
+class _Named(Struct):
+    schema: str
+
+
+def read_record(folder: Folder, name: str) -> Record:
+    """Read the record in the file `name` of the folder. Raises InputError, which says what is wrong with it."""
+    return decoded_record(folder.read(name, MAX_RECORD), folder.root / name)
+
+
+def decoded_record(data: bytes, where: Path) -> Record:
+    """Return the record in the `data` of a file; fields that later versions have are passed over. Raises InputError,
+    which says what is wrong with it."""
+    try:
+        return _DECODER.decode(data)
+    except (DecodeError, RecursionError) as e:  # the schema finds the same, in words for people
+        _refuse_other_schema(data, where)
+        valid(data, SCHEMA, where, do=CHECK)
+        raise InputError(f"is not a record of a picture ({e})", where=where, do=CHECK) from e
+
+
+def _refuse_other_schema(data: bytes, where: Path) -> None:
+    with suppress(DecodeError, RecursionError):
+        if (found := decode(data, type=_Named).schema) != SCHEMA:
+            do = "read it with the spin_usd that made it"
+            raise InputError(f"is of schema {found!r}, and this version reads {SCHEMA}", where=where, do=do)
+
+
+def recorded_files(record: Record | None, variant: str, frame: str) -> dict[str, str]:
+    """Return the path by kind of the record's files; none where there is no record, or it names what cannot be this
+    picture's."""
+    paths = {kind: file.path for kind, file in record.files.items()} if record else {}
+    named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
+    return paths if paths.keys() <= set(KINDS) and all(named) else {}
