@@ -94,7 +94,7 @@ def tried(file: Path, folder: Path, command: str, renderer: str) -> dict[str, An
         outcome["check"] = call("check", "stage", "--json")
         outcome["render"] = call("render", "stage", "--renderer", renderer, "--samples", "16", "--out", "dataset")
         reader = StageReader(folder / "stage" / "dataset.usda")
-        mesh = reader.scene(reader.frames[0]).target.mesh
+        mesh = reader.scene(reader.frames[0]).bodies[0].target.mesh
         points = mesh.points[np.unique(mesh.faces)]
         outcome |= {"faces": len(mesh.faces), "ours": [points.min(0).tolist(), points.max(0).tolist()]}
     return outcome

@@ -18,7 +18,7 @@ from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
 from spin_usd.scene.derived.surface import Rows, Surface, weights_at
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 HOLDS = "is 1 = seen there, 2 = hidden, 3 = outside the frame, 4 = where the lens sees nothing (R and G are 0)"
 OFF_PX = 1e-3  # float32 of the dense pose, and of displacements over a few thousand pixels
@@ -38,7 +38,7 @@ def displacement(scene: Scene, surface: Surface, other: Scene | None) -> NDArray
     such point, and the PointState; 0, 0, 0 where there is no surface, where the other view lacks its body, and all over
     without one."""
 
-    def moves(one: Scene, rows: Rows) -> Float | float:
+    def moves(one: OneBody, rows: Rows) -> Float | float:
         there = _same_body(one, other) if other else None
         return _moves(surface, rows, one, other, there) if other and there else 0.0
 
@@ -68,7 +68,7 @@ def largest_error(picture: LabelledPicture, found: NDArray[Any], view: OtherView
     return float(np.abs(off[led]).max(initial=0))
 
 
-def _same_body(one: Scene, other: Scene) -> Scene | None:
+def _same_body(one: OneBody, other: Scene) -> OneBody | None:
     """Return the scene of the other view with the body alone that is alone in `one`, with as many faces; None where
     that view has none."""
     path, count = one.target.path, one.target.mesh.count
@@ -76,7 +76,7 @@ def _same_body(one: Scene, other: Scene) -> Scene | None:
     return next(same, None)
 
 
-def _moves(surface: Surface, rows: Rows, one: Scene, other: Scene, there: Scene) -> Float:
+def _moves(surface: Surface, rows: Rows, one: OneBody, other: Scene, there: OneBody) -> Float:
     """Return (M, 3) what the label has for those points of the surface that are of the body alone in `one`."""
     body, normals = _moved(surface, rows, one, there)
     uv = there.camera.project(there.T_cam_body.points(body))
@@ -90,7 +90,7 @@ def _moves(surface: Surface, rows: Rows, one: Scene, other: Scene, there: Scene)
     return np.column_stack([np.where(seeable[:, None], uv - here, 0), states])
 
 
-def _moved(surface: Surface, rows: Rows, one: Scene, there: Scene) -> tuple[Float, Float]:
+def _moved(surface: Surface, rows: Rows, one: OneBody, there: OneBody) -> tuple[Float, Float]:
     """Return the points and their normals (M, 3) in the other view, body axes: at the same places of their faces."""
     face, body = surface.face[rows], surface.body[rows]
     if one.target is there.target:
@@ -99,7 +99,7 @@ def _moved(surface: Surface, rows: Rows, one: Scene, there: Scene) -> tuple[Floa
     return (weights_at(one.target.mesh, face, body)[..., None] * corners).sum(1), unit_normals(corners)
 
 
-def _hidden(other: Scene, there: Scene, body: Float, normals: Float, caster: RayCaster) -> NDArray[np.bool_]:
+def _hidden(other: Scene, there: OneBody, body: Float, normals: Float, caster: RayCaster) -> NDArray[np.bool_]:
     """Return (N,) whether something stands between the points of the body alone in `there` and the other camera."""
     to_eye = there.T_cam_body.inverse().translation - body
     distance = np.sqrt(np.einsum("ni,ni->n", to_eye, to_eye))

@@ -21,7 +21,7 @@ from spin_usd.scene.derived.shadows import in_shadow, lifted
 from spin_usd.scene.derived.sunlight import brightest
 from spin_usd.scene.derived.surface import Rows, Surface
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 ROUNDING = 1e-6  # of the cosine between a normal and the Sun, in float32
 
@@ -40,7 +40,7 @@ def lit(scene: Scene, surface: Surface) -> NDArray[np.uint8]:
     where there is no surface."""
     sun = _sun(scene)
 
-    def states(one: Scene, rows: Rows) -> NDArray[np.uint8] | SunState:
+    def states(one: OneBody, rows: Rows) -> NDArray[np.uint8] | SunState:
         return _states(scene, surface, one, rows, sun) if sun else SunState.NO_SUN
 
     return surface.image_of(states, (), np.uint8)
@@ -52,7 +52,7 @@ def _sun(scene: Scene) -> DistantLight | None:
     return sun if sun and sun.obscuration < 1 else None
 
 
-def _states(scene: Scene, surface: Surface, one: Scene, rows: Rows, sun: DistantLight) -> NDArray[np.uint8]:
+def _states(scene: Scene, surface: Surface, one: OneBody, rows: Rows, sun: DistantLight) -> NDArray[np.uint8]:
     """Return the SunState (M,) of those points of the surface that are of the body alone in `one`."""
     mesh, normals = one.target.mesh, surface.normals[rows]
     to_sun = -one.T_cam_body.inverse().directions(sun.direction_cam)

@@ -16,7 +16,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import image
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Rows, Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 STEPS = 65534  # from one end of the box, 1, to the other, 65535: 0 is nothing
 FLOAT32 = 1.2e-7  # of the coordinates in a dense pose
@@ -26,7 +26,7 @@ def nocs(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W, 3) uint16: x, y and z in the body frame of the target that is seen, each 1 at its box's least and
     65535 at its greatest; 0 where none is."""
 
-    def numbers(one: Scene, rows: Rows) -> Float:
+    def numbers(one: OneBody, rows: Rows) -> Float:
         return normalised(surface.body[rows], one.target.mesh.box)
 
     return surface.image_of(numbers, (3,), np.uint16, targets_alone=True)

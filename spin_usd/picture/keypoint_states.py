@@ -10,7 +10,7 @@ from spin_usd.geometry.bounds import NEAR
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import surface_points
 from spin_usd.scene.keypoints import KeypointState
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody
 
 SKIN = 5e-3  # of the longest edge of the target's bounding box
 ROUNDING = 1e-6  # of the same: of depths
@@ -22,9 +22,11 @@ def skin(size: Float) -> float:
     return SKIN * float(size.max())
 
 
-def keypoint_states(scenes: Sequence[Scene], own: int, caster: EmbreeCaster) -> tuple[Float, tuple[KeypointState, ...]]:
+def keypoint_states(
+    scenes: Sequence[OneBody], own: int, caster: EmbreeCaster
+) -> tuple[Float, tuple[KeypointState, ...]]:
     """Return the pixels (N, 2), NaN where the lens sees none, and the states of the keypoints of the target of
-    `scenes[own]`; each of the scenes holds one body alone."""
+    `scenes[own]`."""
     camera, points = scenes[own].camera, scenes[own].T_cam_body.points(scenes[own].target.keypoints)
     uv = camera.project(points)
     states = np.where(points[:, 2] > NEAR, KeypointState.OUTSIDE, KeypointState.BEHIND).astype(object)
@@ -36,7 +38,7 @@ def keypoint_states(scenes: Sequence[Scene], own: int, caster: EmbreeCaster) -> 
     return uv, tuple(KeypointState(state) for state in states)
 
 
-def _hiding(scenes: Sequence[Scene], own: int, points: Float, caster: EmbreeCaster) -> NDArray[np.intp]:
+def _hiding(scenes: Sequence[OneBody], own: int, points: Float, caster: EmbreeCaster) -> NDArray[np.intp]:
     """Return (N,) the place of the body that stands first before each of the points (N, 3), camera frame, of the target
     of `scenes[own]`; -1 where none does."""
     xy = points[:, :2] / points[:, 2:]

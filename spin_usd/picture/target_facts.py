@@ -14,7 +14,7 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import cut_off, surface_box
 from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.mesh import BOX
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to so many, and sampled beyond
 
@@ -35,7 +35,7 @@ class PixelCounts:
         return self.visible / whole if whole else None
 
 
-def count_pixels(alone: Scene, body: int, shown: ShownBodies, box: Float | None, caster: EmbreeCaster) -> PixelCounts:
+def count_pixels(alone: OneBody, body: int, shown: ShownBodies, box: Float | None, caster: EmbreeCaster) -> PixelCounts:
     """Count the pixels of the target of `alone`, a scene without other bodies, whose id is `body` and whose surface has
     that `box` (2, 2)."""
     visible = int(np.count_nonzero(shown.ids == body))
@@ -46,7 +46,7 @@ def count_pixels(alone: Scene, body: int, shown: ShownBodies, box: Float | None,
     return PixelCounts(visible=visible, amodal=visible + hidden, beyond=beyond)
 
 
-def _hidden(alone: Scene, body: int, shown: ShownBodies, caster: EmbreeCaster) -> int:
+def _hidden(alone: OneBody, body: int, shown: ShownBodies, caster: EmbreeCaster) -> int:
     """Count the pixels in which the target stands behind other bodies: only where those are seen can it do so."""
     rows, columns = np.nonzero((shown.ids != body) & (shown.ids != NOTHING))
     uv = np.stack([columns + shown.region.x0, rows + shown.region.y0], -1) + 0.5
@@ -67,7 +67,7 @@ def _outside(frame: Region, box: Region) -> Iterator[Region]:
     yield from (strip for strip in (left, right, above, below) if not strip.empty)
 
 
-def _sampled(alone: Scene, strip: Region, caster: EmbreeCaster) -> float:
+def _sampled(alone: OneBody, strip: Region, caster: EmbreeCaster) -> float:
     """Return how many pixel centres of the strip, outside the frame, the target covers: each one's own ray decides
     where there are at most MAX_RAYS; where there are more, those of a grid of about as many cells."""
     shrink = max(1.0, (strip.width * strip.height / MAX_RAYS) ** 0.5)

@@ -37,7 +37,7 @@ from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.model import NOMINAL, Scene, augmentation_and_camera
+from spin_usd.scene.model import NOMINAL, OneBody, Scene, augmentation_and_camera
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part
 from spin_usd.stage.author.target_root import origin_of
@@ -360,7 +360,7 @@ class Coverage:
         """Return about how many pixels of the picture of `scene` its bodies cover."""
         return min(sum(map(self._pixels, scene.one_body_scenes)), scene.outline_pixels)
 
-    def _pixels(self, scene: Scene) -> float:
+    def _pixels(self, scene: OneBody) -> float:
         """Return about how many the target of `scene` covers alone."""
         target, pose = scene.target, scene.T_cam_body
         key = target.mesh.key, target.cut_out_key
@@ -374,7 +374,7 @@ class Coverage:
         return scene.outline_pixels * (float(along[near] @ known[near]) / total if total else 1.0)
 
 
-def filled(scene: Scene, side: Float, caster: EmbreeCaster) -> float:
+def filled(scene: OneBody, side: Float, caster: EmbreeCaster) -> float:
     """Return the share of its outline that the target fills for one who looks at it, from afar, along `side` (3,),
     unit, in body axes."""
     mesh = scene.target.mesh

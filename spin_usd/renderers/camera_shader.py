@@ -17,7 +17,7 @@ from spin_usd.geometry import fisheye, lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.scene.model import Scene, ThinLens
+from spin_usd.scene.model import OneBody, Scene, ThinLens
 
 # float32 resolves a range of 16 radii to radius * 2**-20: depth order to a millionth of the target's size, and by the
 # camera's axes pixels to 2**-24 of their distance from the principal point.
@@ -47,8 +47,8 @@ class View:
     thin_lens: ThinLens | None = None
 
     @classmethod
-    def sharp(cls, scene: Scene) -> "View":
-        """Return the view of the labels: a pinhole, and the first target as it is in the middle of the shutter's
+    def sharp(cls, scene: OneBody) -> "View":
+        """Return the view of the labels: a pinhole, and the body as it is in the middle of the shutter's
         time."""
         mesh = scene.target.mesh
         return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
@@ -56,8 +56,11 @@ class View:
     @classmethod
     def blurred(cls, scene: Scene) -> "View":
         """Return the view of the picture: through the thin lens, for as long as the shutter is open."""
-        if scene.several:
-            return _around([cls.blurred(one) for one in scene.one_body_scenes])
+        views = [cls._blurred(one) for one in scene.one_body_scenes]
+        return _around(views) if scene.several else views[0]
+
+    @classmethod
+    def _blurred(cls, scene: OneBody) -> "View":
         still, mesh = cls.sharp(scene), scene.target.mesh
         way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
         return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)

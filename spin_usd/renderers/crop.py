@@ -10,15 +10,15 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.bands import tight_bands
 from spin_usd.geometry.blur import magnification
 from spin_usd.geometry.region import Region
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 # What starting a render costs, in samples of empty pixels: some 15 ms against half a microsecond.
 BAND_COST_SAMPLES = 30_000
 STOP_PX = 4.0  # by so much may bands be too wide, rather than take longer to find
 
 
-def label_bands(scene: Scene) -> list[Region]:
-    """Boxes that hold every pixel centre of `scene.region` that sees the first target."""
+def label_bands(scene: OneBody) -> list[Region]:
+    """Boxes that hold every pixel centre of `scene.region` that sees the body."""
     mesh = scene.target.mesh
     points, edges = mesh.outline
     return tight_bands(
@@ -54,8 +54,8 @@ class BlurredOutline:
     blur_px: float
 
 
-def _blurred_outline(scene: Scene) -> BlurredOutline | None:
-    """Return the outline of the target of `scene`; None where there is none, for it comes too near to the camera."""
+def _blurred_outline(scene: OneBody) -> BlurredOutline | None:
+    """Return the outline of the scene's body; None where there is none, for it comes too near to the camera."""
     spots, lines = scene.target.mesh.outline
     places = np.stack([pose.points(spots) for pose in scene.poses])
     blur_radius = scene.blur_radius(places.reshape(-1, 3))

@@ -5,7 +5,7 @@ does not change shape); everything else is of one frame.
 """
 
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import accumulate
 
@@ -127,16 +127,6 @@ class Scene:
             raise GeometryError("the scene's bodies have not all one pose, or not as many poses as its shutter")
 
     @property
-    def target(self) -> Target:
-        """What the first body is: in a scene of one body, that one."""
-        return self.bodies[0].target
-
-    @property
-    def T_cam_body(self) -> Transform:
-        """Where the first body is: in a scene of one body, that one."""
-        return self.bodies[0].T_cam_body
-
-    @property
     def several(self) -> bool:
         """Whether there is more than one body."""
         return len(self.bodies) > 1
@@ -157,42 +147,32 @@ class Scene:
             for body, before in zip(self.bodies, shown, strict=True)
         )
 
-    @property
-    def one_body_scenes(self) -> "tuple[Scene, ...]":
-        """The same scene with each of `bodies` alone, as target 1; this scene itself where there is but one."""
-        return self._one_body_scenes if self.several else (self,)
+    @cached_property
+    def one_body_scenes(self) -> "tuple[OneBody, ...]":
+        """The same scene with each of `bodies` alone, of several as target 1."""
+        bodies = [replace(body, id=1, part_offset=None) for body in self.bodies] if self.several else self.bodies
+        rest = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "bodies"}
+        return tuple(OneBody(bodies=(body,), **rest) for body in bodies)
 
     @cached_property
     def region(self) -> Region:
         """The pixels that a body can cover in the labels."""
-        if self.several:
-            return union(one.region for one in self.one_body_scenes)
-        if not self.blurred:
-            return self.picture_region
-        return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
+        return union(one.region for one in self.one_body_scenes) if self.several else self.one_body_scenes[0].region
 
     @cached_property
     def picture_region(self) -> Region:
         """The pixels that a body can cover in the picture: those of `region`, and those to which it is blurred."""
-        if self.several:
-            return union(one.picture_region for one in self.one_body_scenes)
-        outline = self._picture_outline
-        return self.camera.frame if outline is None else region_around(self.camera, outline)
+        return (
+            union(one.picture_region for one in self.one_body_scenes)
+            if self.several
+            else self.one_body_scenes[0].picture_region
+        )
 
     @cached_property
     def outline_pixels(self) -> float:
         """The area, pixels, of the outlines of the bodies' convex hulls in the picture: at least what they cover."""
         region = self.picture_region
-        box = float(region.width * region.height)
-        if self.several:
-            return min(sum(one.outline_pixels for one in self.one_body_scenes), box)
-        outline = self._picture_outline
-        return box if outline is None else min(polygon_area(outline), box)
-
-    @cached_property
-    def _picture_outline(self) -> Float | None:
-        places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
-        return outline_of(self.camera, places, blur_radius=self.blur_radius(places) if self.blurred else None)
+        return min(sum(one.outline_pixels for one in self.one_body_scenes), float(region.width * region.height))
 
     def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
         """Return the same scene with other lights; what was computed of its geometry stays."""
@@ -200,24 +180,68 @@ class Scene:
         object.__setattr__(other, "lights", lights)
         return other
 
-    @cached_property
-    def _one_body_scenes(self) -> "tuple[Scene, ...]":
-        alone = (replace(body, id=1, part_offset=None) for body in self.bodies)
-        return tuple(replace(self, bodies=(body,)) for body in alone)
-
     @property
     def blurred(self) -> bool:
         """True where lens or motion blur the bodies."""
         return bool(self.thin_lens or self.shutter)
 
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OneBody(Scene):
+    """A scene of exactly one body, target or occluder."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        assert not self.several
+
+    @property
+    def target(self) -> Target:
+        """What the body is."""
+        return self.bodies[0].target
+
+    @property
+    def T_cam_body(self) -> Transform:
+        """Where the body is."""
+        return self.bodies[0].T_cam_body
+
     @property
     def poses(self) -> tuple[Transform, ...]:
-        """The first body's poses while the shutter is open; its one pose where there is no motion."""
+        """The body's poses while the shutter is open; its one pose where there is no motion."""
         return self.bodies[0].poses or (self.T_cam_body,)
 
+    @property
+    def one_body_scenes(self) -> "tuple[OneBody, ...]":
+        """This scene."""
+        return (self,)
+
+    @cached_property
+    def region(self) -> Region:
+        """As in a scene of several."""
+        if not self.blurred:
+            return self.picture_region
+        return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
+
+    @cached_property
+    def picture_region(self) -> Region:
+        """As in a scene of several."""
+        outline = self._picture_outline
+        return self.camera.frame if outline is None else region_around(self.camera, outline)
+
+    @cached_property
+    def outline_pixels(self) -> float:
+        """As in a scene of several."""
+        region, outline = self.picture_region, self._picture_outline
+        box = float(region.width * region.height)
+        return box if outline is None else min(polygon_area(outline), box)
+
+    @cached_property
+    def _picture_outline(self) -> Float | None:
+        places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
+        return outline_of(self.camera, places, blur_radius=self.blur_radius(places) if self.blurred else None)
+
     def blur_radius(self, points_cam: Float) -> Float:
-        """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the first
-        body's points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
+        """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the body's points
+        (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
         radius = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             radius += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)

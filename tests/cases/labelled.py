@@ -44,7 +44,7 @@ def _other_view(scene):
 def picture_of(scene, labels, **changed):
     """What `check` sees of the labels, some of them `changed`; those changed to None are not there."""
     arrays = {name: array for name, array in {**labels, **changed}.items() if array is not None}
-    light = sunlight(scene.lights, scene.T_cam_body)
+    light = sunlight(scene.lights, scene.bodies[0].T_cam_body)
     parts = [body.id for body in scene.bodies for _ in body.target.parts]
     return LabelledPicture(
         camera=scene.camera,

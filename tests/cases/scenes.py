@@ -1,5 +1,6 @@
 """Cameras, meshes, poses and scenes that several test files build on."""
 
+from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId, Scene, Shutter
+from spin_usd.scene.model import FrameId, OneBody, Scene, Shutter
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
 
@@ -56,7 +57,8 @@ def pose(q=(1, 0, 0, 0), t=(0, 0, 4)):
 
 def scene(target, *, camera=SMALL, T_cam_body=None, others=(), lights=(), sensor=None, name="frame", **fields):
     """A scene of the target, and of `others`, which are bodies."""
-    return Scene(
+    made = Scene if others else OneBody
+    return made(
         frame=FrameId(index=0, name=name, time_code=0.0),
         camera=camera,
         bodies=(Body(id=1, target=target, T_cam_body=T_cam_body or pose()), *others),
@@ -69,7 +71,9 @@ def scene(target, *, camera=SMALL, T_cam_body=None, others=(), lights=(), sensor
 def with_first(scene, *, others=None, **fields):
     """The same scene with another first body: another target, T_cam_body or poses; and with `others` beside it."""
     first, *before = scene.bodies
-    return replace(scene, bodies=(replace(first, **fields), *(before if others is None else others)))
+    bodies = (replace(first, **fields), *(before if others is None else others))
+    rest = {each.name: getattr(scene, each.name) for each in dataclass_fields(scene) if each.name != "bodies"}
+    return (Scene if len(bodies) > 1 else OneBody)(bodies=bodies, **rest)
 
 
 def in_motion(scene, poses, **fields):

@@ -149,13 +149,13 @@ class _Judge:
         of the range where the renderer's origin is the camera."""
         if not blender:
             return FLOATS * U32 * self.mesh.radius
-        view = View.sharp(self.scene)
+        view = View.sharp(self.scene.one_body_scenes[0])
         return FLOATS * U32 * ((view.distance if view.near else 0) + self.mesh.radius)
 
     def _near(self, reach, blender):
         """(N,) whether another answer lies within the float32 roundings of the pixel's ray: an edge of a triangle
         beside it, or a second surface just before or behind the first."""
-        camera, view = self.case.camera, View.sharp(self.scene)
+        camera, view = self.case.camera, View.sharp(self.scene.one_body_scenes[0])
         focal = max(camera.fx, camera.fy)
         pixel = 0.0
         if blender:

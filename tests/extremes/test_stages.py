@@ -17,7 +17,7 @@ def written(case, folder):
 
 def pose(case, folder):
     reader = StageReader(written(case, folder))
-    return reader.scene(reader.frames[0]).T_cam_body
+    return reader.scene(reader.frames[0]).bodies[0].T_cam_body
 
 
 @pytest.mark.parametrize("case", STAGES, ids=str)

@@ -9,7 +9,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId, Scene
+from spin_usd.scene.model import FrameId, OneBody
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
 from tests.cases import scenes
@@ -66,7 +66,7 @@ def build_scene(
     part = Part(id=1, path="/T/part", name="part", class_name="unknown")
     pose = Transform.from_quaternion(to="cam", of="body", q=np.array(q) / np.linalg.norm(q), t=t)
     target = Target(path="/T", name="T", mesh=mesh, parts=(part,), materials=tuple(materials))
-    return Scene(
+    return OneBody(
         frame=FrameId(index=0, name="frame", time_code=0.0),
         camera=camera,
         bodies=(Body(id=1, target=target, T_cam_body=pose),),

@@ -71,7 +71,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "pictures": len(scenes),
         "rounds": options.rounds,
         "samples": options.samples,
-        "faces": len(scenes[0].target.mesh.faces),
+        "faces": len(scenes[0].bodies[0].target.mesh.faces),
         "frame": [scenes[0].camera.width, scenes[0].camera.height],
         "box_share": spread([region_share(scene) for scene in scenes]),
         "versions": versions,

@@ -45,7 +45,7 @@ class Peer:
     def picture(self, scene: Scene, *more: int) -> None:
         """Make the picture of `scene`: of its target's pose, in the box that the target can cover, with `more` numbers
         that its script takes. Raises ChildProcessError where it ends instead."""
-        pose, region = scene.T_cam_body, scene.picture_region
+        pose, region = scene.bodies[0].T_cam_body, scene.picture_region
         box = (region.x0, region.y0, region.x1, region.y1)
         assert self.process.stdin is not None
         print(*pose.rotation.ravel(), *pose.translation, *box, *more, file=self.process.stdin, flush=True)
@@ -62,7 +62,7 @@ def write_scene(scene: Scene, file: Path) -> None:
     """Write what the scripts know: the lens without its distortion, flat faces, materials with one colour, metallic and
     roughness, the means of their textures, distant lights, and what shines from all around as an image. The plain bpy
     script takes of these the first material and the first light."""
-    camera, mesh, materials = scene.camera, scene.target.mesh, scene.target.materials
+    camera, mesh, materials = scene.camera, scene.bodies[0].target.mesh, scene.bodies[0].target.materials
     suns = [light for light in scene.lights if isinstance(light, DistantLight)]
     around = Surroundings.of(scene)
     np.savez(

@@ -49,9 +49,9 @@ def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget
         suns = dict.fromkeys(range(count), suns[0])
     scene = reader.scene(reader.frames[0])
     rotations = matrices_from_quaternions(poses.q_cam_body)
-    mesh = scene.target.mesh
-    found = views_of(mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
-    return ComposedTarget(mesh=mesh, views=found, grey=scene.target.coloured and scene.sensor.channels == "mono")
+    target = scene.bodies[0].target
+    found = views_of(target.mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
+    return ComposedTarget(mesh=target.mesh, views=found, grey=target.coloured and scene.sensor.channels == "mono")
 
 
 def look_notes(reader: StageReader) -> tuple[str, ...]:
@@ -73,9 +73,10 @@ def _metal_notes(scene: Scene) -> tuple[str, ...]:
     """Return a note where most of the first target is metal, and all light comes from points of the sky."""
     if scene.environment.illuminating or not all(isinstance(light, DistantLight) for light in scene.lights):
         return ()
-    metal = [isinstance(m.metallic, float) and m.metallic > METAL and m.opacity == 1 for m in scene.target.materials]
+    target = scene.bodies[0].target
+    metal = [isinstance(m.metallic, float) and m.metallic > METAL and m.opacity == 1 for m in target.materials]
     of_material = np.zeros(len(metal))
-    for shape in scene.target.mesh.shapes:
+    for shape in target.mesh.shapes:
         of_material += np.bincount(shape.face_material, areas(shape.points[shape.faces]), len(metal))
     share = of_material @ np.array(metal) / of_material.sum()
     if share <= MOSTLY:
@@ -88,11 +89,12 @@ def _metal_notes(scene: Scene) -> tuple[str, ...]:
 
 
 def dim_emissions(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each material that emits, and so little beside white in the Sun that it will hardly
-    show."""
+    """Return a sentence for each material of the first target that emits, and so little beside white in the Sun that
+    it will hardly show."""
     suns = [light.at_target for light in scene.lights if isinstance(light, DistantLight)]
     white = float(np.sum(suns, axis=0).max()) / pi if suns else 0.0
-    peaks = [(material.path, _peak(material, scene.target.mesh)) for material in scene.target.materials]
+    target = scene.bodies[0].target
+    peaks = [(material.path, _peak(material, target.mesh)) for material in target.materials]
     return tuple(
         f"{path} emits at most {peak:.3g} W/m2/sr, {peak / white:.2g} of the {white:.3g} of a white surface in this "
         "stage's Sun, so it will look dark: raise its emissiveColor if it should be visible"

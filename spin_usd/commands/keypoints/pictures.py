@@ -16,7 +16,7 @@ from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.processes.lasting_child import LastingChild
 from spin_usd.scene.body import Body
 from spin_usd.scene.keypoints import Keypoints, KeypointState
-from spin_usd.scene.model import FrameId, Scene
+from spin_usd.scene.model import FrameId, OneBody
 from spin_usd.scene.sensor import Sensor
 from spin_usd.store.dataset import Dataset
 from spin_usd.store.picture import Picture
@@ -94,9 +94,9 @@ class Pictures:
                 return Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)
         return None
 
-    def _scene(self, picture: Picture, pose: Transform, keypoints: Keypoints) -> Scene:
+    def _scene(self, picture: Picture, pose: Transform, keypoints: Keypoints) -> OneBody:
         """Return a scene of the target alone, unlit: what the states of its keypoints depend on."""
-        return Scene(
+        return OneBody(
             frame=FrameId(index=picture.index, name=picture.frame, time_code=picture.index, variant=picture.variant),
             camera=picture.camera,
             bodies=(Body(id=1, target=self._target.with_keypoints(keypoints), T_cam_body=pose),),

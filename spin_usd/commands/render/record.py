@@ -86,7 +86,9 @@ def make_record(
 ) -> Record:
     """Return the picture's record. `stage`: what planning.in_child.stage_provenance says."""
     scene = picture.scene
-    sun = sunlight(scene.lights, scene.T_cam_body) if files.keys() & OF_THE_SUN else None  # others stay when it moves
+    sun = (
+        sunlight(scene.lights, scene.bodies[0].T_cam_body) if files.keys() & OF_THE_SUN else None
+    )  # others stay when it moves
     measured = scene.lidar if files.keys() & CLOUD_LABELS.keys() else None
     return Record(
         frame=scene.frame.name,
@@ -94,7 +96,7 @@ def make_record(
         variant=scene.frame.variant,
         source_file=scene.frame.source_file or UNSET,
         camera=RecordedCamera.of(scene.camera),
-        pose=RecordedPose.of(scene.T_cam_body),
+        pose=RecordedPose.of(scene.bodies[0].T_cam_body),
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         sun=recorded_sun(sun) if sun else UNSET,
         next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,

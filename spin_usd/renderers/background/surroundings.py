@@ -151,9 +151,10 @@ def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantL
 
 
 def _seen_from_target(scene: Scene) -> list[Globe]:
-    """Return the planets that light the target, as it sees them: from the camera where that is as good, so that not
-    every pose is another."""
-    target = scene.T_cam_body.points(scene.target.mesh.centre)
+    """Return the planets that light the first target, as it sees them: from the camera where that is as good, so that
+    not every pose is another."""
+    first = scene.bodies[0]
+    target = first.T_cam_body.points(first.target.mesh.centre)
     globes = []
     for planet in scene.environment.illuminating:
         globe = Globe(planet=planet, eye=np.zeros(3))

@@ -16,7 +16,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.geometry.rotation import quaternion_from_matrix, turn_between
 from spin_usd.renderers.blender.nodes import assign
-from spin_usd.scene.model import Scene, Shutter
+from spin_usd.scene.model import OneBody, Shutter
 
 FIRST_RAY, LAST_RAY = 1 / 512, 509 / 512  # of the time for which Cycles exposes
 STILL = {"use_motion_blur": False}
@@ -39,7 +39,7 @@ class MotionSetup:
         self._moving.location, self._moving.rotation_quaternion = (0, 0, 0), (1, 0, 0, 0)
         self._moving = None
 
-    def move(self, axes: Any, objects: Iterable[Any], scene: Scene) -> None:
+    def move(self, axes: Any, objects: Iterable[Any], scene: OneBody) -> None:
         """Move the `axes` around the target's centre, in which `objects` show it, as the scene's shutter sees it; hold
         without one."""
         self.hold()
@@ -98,7 +98,7 @@ class Timing:
         return cls(start=start, end=start + exposure + readout, exposed=exposure / (exposure + readout))
 
 
-def relative_poses(scene: Scene, times: Float) -> Float:
+def relative_poses(scene: OneBody, times: Float) -> Float:
     """Return (N, 7) location, metres, and quaternion, scalar first, of the target's centre and axes at the `times`
     (N,), from 0 to 1 of the shutter's, as seen from its own centre and axes at the middle."""
     poses, middle, centre = scene.poses, scene.T_cam_body, scene.target.mesh.centre

@@ -37,7 +37,7 @@ from spin_usd.scene.derived.light_groups import LightGroups, emits
 from spin_usd.scene.derived.nearest import nearest
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
 Float32 = NDArray[np.float32]
@@ -77,7 +77,7 @@ class BlenderRenderer:
         not made of it. Raises RenderError, UnsupportedError."""
         return nearest(scene, [self._visibility(place, one) for place, one in enumerate(scene.one_body_scenes)])
 
-    def _visibility(self, place: int, scene: Scene) -> Visibility:
+    def _visibility(self, place: int, scene: OneBody) -> Visibility:
         """Return the face of the body at `place`, which `scene` has alone. Rays start at each body itself, so that its
         range costs no precision."""
         region = scene.region
@@ -245,7 +245,7 @@ class BodySetup:
         self.count = 0
         """How many bodies there are."""
 
-    def show_alone(self, place: int, scene: Scene, view: View, *, split: bool) -> None:
+    def show_alone(self, place: int, scene: OneBody, view: View, *, split: bool) -> None:
         """Show cameras the body at `place` and no other; `scene` is the one with it alone."""
         self._make(place + 1)
         for motion in self._motions:
@@ -294,7 +294,7 @@ class BodySetup:
             self._objects.append(TargetObject(self._scene))
             self._motions.append(MotionSetup(self._scene))
 
-    def _place(self, place: int, scene: Scene, view: View, *, split: bool) -> None:
+    def _place(self, place: int, scene: OneBody, view: View, *, split: bool) -> None:
         mesh, pose, glows = scene.target.mesh, scene.T_cam_body, emits(scene.target)
         location = view.location(pose.points(mesh.centre))
         self._objects[place].show(mesh, pose.rotation, location, split=split, glows=glows)

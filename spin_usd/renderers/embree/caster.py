@@ -21,7 +21,7 @@ from spin_usd.scene.derived.lookup import is_there
 from spin_usd.scene.derived.nearest import nearest, nearest_faces
 from spin_usd.scene.light import Links
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Visibility
 from spin_usd.scene.target import Target
 
@@ -124,7 +124,7 @@ class EmbreeCaster:
         """Return the face behind every pixel centre of `scene.region`."""
         return nearest(scene, [self._visibility(one) for one in scene.one_body_scenes])
 
-    def _visibility(self, scene: Scene) -> Visibility:
+    def _visibility(self, scene: OneBody) -> Visibility:
         """Return the face of the scene's target alone."""
         region = scene.region
         face = np.full(region.shape, -1, np.int32)
@@ -181,7 +181,7 @@ class EmbreeCaster:
         self._opened.clear()
         self._overlapping.clear()
 
-    def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
+    def _cast(self, scene: OneBody, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) of the scene's target alone."""
         return self._first_there(scene.target, *rays_in_target_units(scene, xy))
 
@@ -264,7 +264,7 @@ def mesh_scene(points: Float32, faces: Faces) -> EmbreeScene:
     return scene
 
 
-def rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
+def rays_in_target_units(scene: OneBody, xy: Float) -> tuple[Float32, Float32]:
     """Return origins and unit directions (N, 3), in body axes around the target's centre, in units of its radius, of
     the camera's rays (x, y, 1) of `xy` (N, 2).
 

@@ -68,11 +68,11 @@ class KeyMaker:
 
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""
-        settings, frame = self.settings, scene.frame
+        settings, frame, first = self.settings, scene.frame, scene.bodies[0]
         geometry, targets = self._of_pose(scene)
-        motion = scene.shutter and [scene.shutter, scene.poses]
+        motion = scene.shutter and [scene.shutter, first.poses]
         blur = content([scene.thin_lens, motion]) if scene.blurred else None
-        shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
+        shading = [first.target.mesh.shading_key, self._materials(first.target), self._unit_light(scene), blur]
         if scene.several:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
@@ -87,9 +87,9 @@ class KeyMaker:
         """Return the keys that poses, shapes and camera decide: of the geometry, and of the targets."""
         if scene.several or not self._keep_poses:
             return geometry_key(scene), self._targets(scene)
-        target = scene.target
-        own = target.mesh.key, target.cut_out_key, self._keypoints(target)
-        of = (scene.T_cam_body, *own, scene.camera.key, scene.rig, scene.range_finder)
+        (body,) = scene.bodies
+        own = body.target.mesh.key, body.target.cut_out_key, self._keypoints(body.target)
+        of = (body.T_cam_body, *own, scene.camera.key, scene.rig, scene.range_finder)
         if of not in self._posed:
             self._posed[of] = geometry_key(scene), self._targets(scene)
         return self._posed[of]
@@ -121,7 +121,7 @@ class KeyMaker:
         planets = scene.environment.planets
         of: tuple[object, ...] = (scene.lights, planets, *(body.target for body in scene.bodies))
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
-            of = (*of, scene.T_cam_body)
+            of = (*of, scene.bodies[0].T_cam_body)
         return self._last["unit light"].of(
             of, lambda: key_of([in_unit_light(scene).scene.lights, scene.environment.illuminating])
         )
@@ -131,7 +131,7 @@ def geometry_key(scene: Scene) -> str:
     """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and what finds the faces, which is the same
     for all renderers. Of several bodies those count that lie in the frame."""
     if not scene.several:
-        target, pose = scene.target, scene.T_cam_body
+        target, pose = scene.bodies[0].target, scene.bodies[0].T_cam_body
         return digest(
             VISIBILITY, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key
         )

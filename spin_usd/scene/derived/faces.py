@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 
 Numbers = NDArray[np.integer]
 
@@ -87,7 +87,7 @@ class BodyFaces:
     rows (N,): where they are among all · face (N,): their numbers in its own mesh."""
 
     place: int
-    alone: Scene
+    alone: OneBody
     rows: NDArray[np.intp]
     face: NDArray[np.int32]
 

@@ -155,8 +155,9 @@ def _irradiance(light: Light, scene: Scene) -> float:
         return 1.0
     if isinstance(light, DomeLight):
         return math.pi
-    place: Float = light.T_cam_light.translation - scene.T_cam_body.points(scene.target.mesh.centre)
-    distance = max(float(np.linalg.norm(place)), scene.target.mesh.radius)
+    first = scene.bodies[0]
+    place: Float = light.T_cam_light.translation - first.T_cam_body.points(first.target.mesh.centre)
+    distance = max(float(np.linalg.norm(place)), first.target.mesh.radius)
     return min(light.facing_area / distance**2, math.pi)
 
 

@@ -21,7 +21,7 @@ from spin_usd.geometry.triangles import dot, lengths, normals, unit_normals
 from spin_usd.scene.derived.faces import by_body, corners_of, normals_of, parts_of
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Visibility
 
 GRAZING = 1e-12  # cosine below which a ray runs within its triangle's plane
@@ -84,7 +84,7 @@ class Surface:
 
     def image_of(
         self,
-        values: Callable[[Scene, Rows], ArrayLike],
+        values: Callable[[OneBody, Rows], ArrayLike],
         channels: tuple[int, ...],
         dtype: type[np.generic],
         *,
@@ -103,17 +103,17 @@ class Surface:
         """Which points are of a target, not of an occluder."""
         return np.flatnonzero(self.target) if self.scene.several else slice(None)
 
-    def of_bodies(self) -> Iterator[tuple[Scene, Rows]]:
+    def of_bodies(self) -> Iterator[tuple[OneBody, Rows]]:
         """Yield the scene of each body alone that is seen, and which of the points are its own."""
         if not self.scene.several:
-            yield self.scene, slice(0, len(self.face))
+            yield self.scene.one_body_scenes[0], slice(0, len(self.face))
             return
         for place, one in enumerate(self.scene.one_body_scenes):
             rows = np.flatnonzero(self.place == place)
             if len(rows):
                 yield one, rows
 
-    def _pieces(self, *, targets_alone: bool) -> Iterator[tuple[Scene, Rows]]:
+    def _pieces(self, *, targets_alone: bool) -> Iterator[tuple[OneBody, Rows]]:
         """Yield the same by few points at once, whose temporaries fit a core's cache."""
         for one, rows in self.of_bodies():
             count = len(self.target[rows])
@@ -133,7 +133,10 @@ def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | No
     rows, columns = np.divmod(seen, width)
     xy = scene.camera.centres(region)[rows, columns]
     face = visibility.face.ravel()[seen]
-    place, face, part, z, body = _points(scene, face, xy) if scene.several else _points_of_one(scene, face, xy)
+    several = scene.several
+    place, face, part, z, body = (
+        _points(scene, face, xy) if several else _points_of_one(scene.one_body_scenes[0], face, xy)
+    )
     return Surface(
         scene=scene,
         region=region,
@@ -166,12 +169,12 @@ def _points(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
     return place, own, part, z, body
 
 
-def _points_of_one(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
+def _points_of_one(scene: OneBody, face: NDArray[np.int32], xy: Float) -> Points:
     """Return the same where the target is the only body, and nothing need be moved."""
     return np.zeros(len(face), np.intp), face, parts_of(scene.target.mesh, face), *surface_points(scene, face, xy)
 
 
-def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Float, Float]:
+def surface_points(scene: OneBody, face: NDArray[np.int32], xy: Float) -> tuple[Float, Float]:
     """Planar depth z (N,) and body point (N, 3), metres, at which the rays (x, y, 1) of `xy` (N, 2) meet the planes of
     their faces (N,).
 
@@ -199,7 +202,7 @@ def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Fl
     return z, body
 
 
-def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float, weights: Float) -> Float:
+def shading_normals(scene: OneBody, face: NDArray[np.int32], body: Float, weights: Float) -> Float:
     """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), whose `weights` (N, 3)
     are those of `weights_at`, facing the camera."""
     corners = normals_of(scene.target.mesh, face)
@@ -215,7 +218,7 @@ def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
     return _barycentric(body, corners_of(mesh, face))
 
 
-def geometric_normals(scene: Scene, face: NDArray[np.int32]) -> Float:
+def geometric_normals(scene: OneBody, face: NDArray[np.int32]) -> Float:
     """Unit normals (N, 3) in body axes of the faces (N,), on the side from which the camera sees them."""
     mesh = scene.target.mesh
     faces, which = _distinct(face, mesh.count)
@@ -223,7 +226,7 @@ def geometric_normals(scene: Scene, face: NDArray[np.int32]) -> Float:
     return _facing(scene, normals(corners), corners[:, 0])[which]
 
 
-def _facing(scene: Scene, along: Float, body: Float) -> Float:
+def _facing(scene: OneBody, along: Float, body: Float) -> Float:
     """Normals `along` (N, 3) at the points `body` (N, 3), made unit and turned towards the camera."""
     unit = along / np.maximum(lengths(along), TINY)[:, None]
     away = dot(unit, body - scene.T_cam_body.inverse().translation) > 0

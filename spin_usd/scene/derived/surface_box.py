@@ -14,7 +14,7 @@ from spin_usd.geometry.bounds import NEAR
 from spin_usd.geometry.camera import MAX_PIXELS_PER_SIDE, Camera
 from spin_usd.geometry.lens import invertible_radius
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import OneBody
 
 BEYOND_PX = MAX_PIXELS_PER_SIDE  # a box ends so far outside the frame: what is beside the camera lies at infinity
 RIM_STEPS = 1 << 16  # on SPEED+ the box may be 1e-3 px short between two
@@ -32,7 +32,7 @@ NOTHING = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
 """The box of no points: any other holds it."""
 
 
-def surface_box(scene: Scene, meets: Meets) -> Float | None:
+def surface_box(scene: OneBody, meets: Meets) -> Float | None:
     """Return the box (2, 2), least and greatest u and v in pixels, of all that the lens sees of the target, as if
     nothing else were there; None where it sees nothing.
 
@@ -54,7 +54,7 @@ def surface_box(scene: Scene, meets: Meets) -> Float | None:
     return np.clip(box, -BEYOND_PX, _size(camera) + BEYOND_PX) if np.isfinite(box).any() else None
 
 
-def cut_off(scene: Scene, box: Float | None) -> bool:
+def cut_off(scene: OneBody, box: Float | None) -> bool:
     """Return whether part of the target, whose surface has that box, lies outside the frame or where the lens sees
     nothing."""
     whole = seen_by_lens(scene.camera, scene.T_cam_body.points(scene.target.mesh.hull)).all()

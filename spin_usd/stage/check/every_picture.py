@@ -203,7 +203,7 @@ class BlendedPoses:
         if scene.shutter is None:
             return
         opening = read_opening(self._camera, scene.frame.time_code, rows=scene.camera.height)
-        size = 2 * scene.target.mesh.radius
+        size = 2 * scene.bodies[0].target.mesh.radius
         if any(self._blends(body, times, opening, size) for body, times in zip(self._bodies, self._times, strict=True)):
             self.pictures.append(scene.frame.name)
 

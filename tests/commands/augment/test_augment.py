@@ -32,5 +32,5 @@ def test_no_appearance_of_isda_lies_in_the_shadow_of_its_earth(tmp_path, spin_us
         reader = StageReader(tmp_path / "stage" / "dataset.usda", variant=f"isda_{number}")
         scenes = [reader.scene(frame) for frame in reader.frames]
         planets.append(len(scenes[0].environment.planets))
-        assert all(sunlight(scene.lights, scene.T_cam_body).obscured == 0 for scene in scenes)
+        assert all(sunlight(scene.lights, scene.bodies[0].T_cam_body).obscured == 0 for scene in scenes)
     assert sorted(planets) == [0, 1, 1]

@@ -60,7 +60,8 @@ def scenes(root: str) -> list[Scene]:
 def named(scene: Scene) -> dict[str, tuple[str, int]]:
     """Part name -> class and number of faces."""
     return {
-        part.name: (part.class_name, int((scene.target.mesh.face_part == part.id).sum())) for part in scene.target.parts
+        part.name: (part.class_name, int((scene.bodies[0].target.mesh.face_part == part.id).sum()))
+        for part in scene.bodies[0].target.parts
     }
 
 
@@ -250,7 +251,7 @@ def test_one_part_of_two_classes_is_refused(inputs: dict[str, Any], tmp_path: Pa
 
 def test_keypoints_that_were_edited_without_their_points_are_refused(inputs: dict[str, Any], tmp_path: Path) -> None:
     made = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"})
-    assert np.array_equal(scenes(made.root)[0].target.keypoints, list(KEYPOINTS.values()))
+    assert np.array_equal(scenes(made.root)[0].bodies[0].target.keypoints, list(KEYPOINTS.values()))
     stage = Usd.Stage.Open(made.root)
     stage.GetPrimAtPath("/World/Target/Keypoints").GetAttribute("points").Set([(0, 0, 1.2), (0.3, -0.6, 0.12345679)])
     stage.Save()
@@ -260,7 +261,7 @@ def test_keypoints_that_were_edited_without_their_points_are_refused(inputs: dic
 
 def test_given_keypoints_stand_in_place_of_the_targets(inputs: dict[str, Any], tmp_path: Path) -> None:
     made = author_stage(**inputs | {"target": "cubesat"}, additions={"keypoints": tmp_path / "keypoints.json"})
-    assert scenes(made.root)[0].target.keypoint_names == tuple(KEYPOINTS)
+    assert scenes(made.root)[0].bodies[0].target.keypoint_names == tuple(KEYPOINTS)
     assert {finding.code for finding in check_stage(made.root)} <= {"target-small"}
 
 
@@ -281,7 +282,7 @@ def test_a_sun_that_is_given_from_the_target_turns_with_it(
     spin_usd("author", *files, *pictures, "--sun-from-target=0,3,4")
     made = scenes(str(inputs["out"] / "dataset.usda"))
     directions = [-np.array(scene.lights[0].direction_cam) for scene in made]
-    expected = [scene.T_cam_body.directions(np.array([0, 0.6, 0.8])) for scene in made]
+    expected = [scene.bodies[0].T_cam_body.directions(np.array([0, 0.6, 0.8])) for scene in made]
     np.testing.assert_allclose(directions, expected, atol=ROUNDED)
     assert len(np.unique(np.round(directions, 3), axis=0)) == 3
 

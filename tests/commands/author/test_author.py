@@ -218,7 +218,7 @@ def test_a_usd_target_that_is_marked_as_one_is_one_target(inputs: dict[str, Any]
         target = tmp_path / "craft.usdz"
     report = author_stage(**inputs | {"target": target, "units_per_metre": None})
     reader = StageReader(report.root)
-    target_read = reader.scene(reader.frames[0]).target
+    target_read = reader.scene(reader.frames[0]).bodies[0].target
     assert [target_read.path, *(part.path for part in target_read.parts)] == ["/World/Target", "/World/Target/Model"]
     assert not [finding for finding in check_stage(report.root) if finding.code == "target-count"]
 

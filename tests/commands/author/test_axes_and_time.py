@@ -107,7 +107,7 @@ def authored(folder: Path, name: str, out: Path, **options):
         poses=folder / "poses.json", out=out, target=folder / name, camera="speedplus", any_size=True, **options
     )
     reader = StageReader(report.root)
-    return reader.scene(reader.frames[0]).target, report.notes
+    return reader.scene(reader.frames[0]).bodies[0].target, report.notes
 
 
 @pytest.mark.parametrize("name", FILES)

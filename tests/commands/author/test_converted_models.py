@@ -63,7 +63,7 @@ def test_a_model_that_blender_reads_is_what_it_shows(made: Path, tmp_path: Path,
     model = made / "model" / "in" / name
     report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
     reader = StageReader(report.root)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     box = [[-0.5, -1, -0.25], [2.25, 1, 3]] if name == "craft.blend" else [[-0.5, -0.25, -1], [2.25, 3, 1]]  # y is up
     np.testing.assert_allclose(target.mesh.box, box, atol=1e-3)  # the ball's facets
     assert {part.name for part in target.parts} == {"Body", "Ball"}, "what is hidden in renders is none of it"
@@ -107,7 +107,7 @@ def test_materials_that_no_exporter_knows_are_not_white_metal(made: Path, tmp_pa
     subprocess.run([sys.executable, "-c", SHADERS, str(model)], check=True, stdout=subprocess.DEVNULL)
     report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
     reader = StageReader(report.root)
-    materials = {Path(each.path).name: each for each in reader.scene(reader.frames[0]).target.materials}
+    materials = {Path(each.path).name: each for each in reader.scene(reader.frames[0]).bodies[0].target.materials}
     assert {name: each.metallic for name, each in materials.items()} == {"paint": 0, "foil": 1, "panel": 0}
     for each in materials.values():
         np.testing.assert_allclose(each.diffuse_color, (0.75, 0.25, 0.125), atol=1e-6)
@@ -157,7 +157,7 @@ def test_a_model_is_what_blender_renders_and_not_what_its_viewport_shows(made: P
     subprocess.run([sys.executable, "-c", AS_RENDERED, str(model)], check=True, stdout=subprocess.DEVNULL)
     report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
     reader = StageReader(report.root)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     faces = {part.name: int((target.mesh.face_part == part.id).sum()) for part in target.parts}
     assert faces == {"Smooth": 12 * 16, "Plain": 12, "Moving": 12, "Hung": 12}
     np.testing.assert_allclose(target.mesh.box[1], (9.5, 0.5, 5.5), atol=1e-6)
@@ -317,7 +317,7 @@ def test_instances_of_geometry_nodes_stand_where_blender_renders_them(made: Path
     box = np.array(next(line for line in done.stdout.splitlines() if line.startswith("BOX")).split()[1:], float)
     report = author_stage(poses=made / "poses.json", out=tmp_path / "stage", target=model, camera="speedplus")
     reader = StageReader(report.root)
-    np.testing.assert_allclose(reader.scene(reader.frames[0]).target.mesh.box.ravel(), box, atol=1e-5)
+    np.testing.assert_allclose(reader.scene(reader.frames[0]).bodies[0].target.mesh.box.ravel(), box, atol=1e-5)
 
 
 BETWEEN = """
@@ -382,5 +382,5 @@ def test_what_stands_between_an_image_and_its_shader_is_told(made: Path, tmp_pat
         assert len(notes) == bool(told), notes
         assert all(told in note for note in notes)
     reader = StageReader(tmp_path / "group" / "dataset.usda")
-    (material,) = reader.scene(reader.frames[0]).target.materials
+    (material,) = reader.scene(reader.frames[0]).bodies[0].target.materials
     np.testing.assert_allclose(material.diffuse_color, (0.25, 0.5, 0.75), atol=1e-6)

@@ -34,7 +34,7 @@ def authored(model: Path, folder: Path) -> StageReader:
 @pytest.mark.parametrize("name", SIZES)
 def test_a_case_has_its_own_size(shared, tmp_path: Path, name: str) -> None:
     reader = authored(shared / "data" / "mini" / name, tmp_path)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     np.testing.assert_allclose(np.ptp(target.mesh.box, axis=0), SIZES[name], atol=1e-5)
 
 
@@ -49,4 +49,4 @@ def test_what_is_authored_can_be_rendered_and_the_rest_leaves_nothing(shared, tm
         except SpinError:
             assert not (folder / "stage").exists()
         else:
-            assert reader.scene(reader.frames[0]).target.parts, case
+            assert reader.scene(reader.frames[0]).bodies[0].target.parts, case

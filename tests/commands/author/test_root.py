@@ -50,13 +50,13 @@ def author(package: Path, name: str, **options):
 def test_a_package_is_read_whole(package: Path) -> None:
     report = author(package, "craft.usda")
     reader = StageReader(report.root)
-    assert reader.scene(reader.frames[0]).target.mesh.size.tolist() == [2, 2, 2]
+    assert reader.scene(reader.frames[0]).bodies[0].target.mesh.size.tolist() == [2, 2, 2]
 
 
 def test_textures_beside_the_meshes_are_found(package: Path) -> None:
     report = author(package, "craft.obj", units_per_metre=1)
     reader = StageReader(report.root)
-    (material,) = reader.scene(reader.frames[0]).target.materials
+    (material,) = reader.scene(reader.frames[0]).bodies[0].target.materials
     assert not isinstance(material.diffuse_color, tuple), "an image"
     assert not [note for note in report.notes if "outside" in note]
 

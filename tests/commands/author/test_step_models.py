@@ -108,7 +108,7 @@ def test_a_box_is_in_metres_by_the_unit_of_its_file(tmp_path: Path, unit: str, m
         poses=tmp_path / "poses.json", out=tmp_path / "stage", target=tmp_path / "box.step", camera="speedplus"
     )
     reader = StageReader(report.root)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     np.testing.assert_allclose(target.mesh.box, [[0, 0, 0], [1, 2, 3]], atol=1e-6)
     assert [part.name for part in target.parts] == ["hull"]
 
@@ -122,7 +122,7 @@ def test_an_assembly_has_its_products_names_and_a_plain_paint(tmp_path: Path) ->
         poses=tmp_path / "poses.json", out=tmp_path / "stage", target=tmp_path / "craft.step", camera="speedplus"
     )
     reader = StageReader(report.root)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     np.testing.assert_allclose(target.mesh.box, [[0, 0, 0], [6, 2, 3]], atol=1e-6)
     assert [part.name for part in target.parts] == ["hull", "hull_1"]
     assert {material.metallic for material in target.materials} == {0}

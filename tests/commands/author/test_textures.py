@@ -47,7 +47,7 @@ def authored(tmp_path: Path, model: Path, units: float | None = None) -> tuple[M
     assert check_stage(report.root) == ()
     shutil.rmtree(model.parent)
     reader = StageReader(report.root)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     (material,) = target.materials
     return target.mesh, material
 

@@ -53,7 +53,7 @@ def first_scene(root: str) -> Scene:
 
 def size(root: str) -> list[float]:
     """Of the target's box along its axes, metres, as a renderer gets it."""
-    mesh = first_scene(root).target.mesh
+    mesh = first_scene(root).bodies[0].target.mesh
     return list(np.ptp(mesh.points[np.unique(mesh.faces)], axis=0))
 
 
@@ -153,7 +153,7 @@ def test_a_missing_image_with_a_fallback_travels_as_far_as_the_pictures(authored
     report = authored(layer(FALLBACK.replace("FALLBACK", "float4 inputs:fallback = (0.25, 0.5, 0.75, 1)")))
     assert any("@./none.png@ does not exist: its fallback is rendered" in note for note in report.notes)
     copied = copy_stage(report.root, tmp_path / "copy")
-    assert first_scene(str(copied)).target.materials[0].diffuse_color == (0.25, 0.5, 0.75)
+    assert first_scene(str(copied)).bodies[0].target.materials[0].diffuse_color == (0.25, 0.5, 0.75)
 
 
 def test_a_missing_image_without_one_is_refused(authored: Any) -> None:
@@ -217,7 +217,7 @@ PAINT, RED = (0.25, 0.5, 0.75), (1.0, 0.0, 0.0)
 
 def shown(root: str) -> dict[str, tuple[tuple[float, ...], list[float]]]:
     """By the end of its path, each part's colour and the least and greatest x of its box, metres."""
-    target = first_scene(root).target
+    target = first_scene(root).bodies[0].target
     found = {}
     for part in target.parts:
         faces = np.flatnonzero(target.mesh.face_part == part.id)
@@ -269,7 +269,7 @@ def test_what_roots_name_travels_also_out_of_a_package(authored: Any, tmp_path: 
     assert size(str(copied)) == pytest.approx([4, 4, 4], rel=FLOAT32)
     assert "none.png" in {
         value.image.name
-        for material in first_scene(str(copied)).target.materials
+        for material in first_scene(str(copied)).bodies[0].target.materials
         for value in vars(material).values()
         if isinstance(value, Texture)
     }
@@ -327,7 +327,7 @@ def test_a_file_named_with_backslashes_is_found(authored: Any, tmp_path: Path) -
     text = layer(FALLBACK.replace("FALLBACK", "").replace("./none.png", ".\\textures\\a.png"))
     report = authored(text)
     copied = copy_stage(report.root, tmp_path / "copy")
-    color = first_scene(str(copied)).target.materials[0].diffuse_color
+    color = first_scene(str(copied)).bodies[0].target.materials[0].diffuse_color
     assert isinstance(color, Texture)
     assert color.image.name == "a.png"
     assert (tmp_path / "models" / "craft.usda").read_text() == text

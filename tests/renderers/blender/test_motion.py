@@ -13,7 +13,6 @@ from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Scene
 from tests.cases.scenes import in_motion, with_first
 
 GLOWING = Material(path="/glowing", diffuse_color=(0, 0, 0), emissive_color=(1, 1, 1), use_specular_workflow=True)
@@ -176,7 +175,7 @@ def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needle
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, z))
     scene = moving(scene, along=(1.0, 0.5, 0.5), turn=(0.2, 0.3, 0.4), readout=0.3)
     in_bands, region = coverage(blender, scene, samples=64), scene.picture_region
-    monkeypatch.setattr(Scene, "picture_region", property(lambda self: self.camera.frame))
+    monkeypatch.setattr(type(scene), "picture_region", property(lambda self: self.camera.frame))
     monkeypatch.setattr(
         "spin_usd.renderers.blender.renderer.picture_bands", lambda scene, samples: [scene.camera.frame]
     )

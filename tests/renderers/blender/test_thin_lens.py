@@ -9,7 +9,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Scene, ThinLens
+from spin_usd.scene.model import ThinLens
 
 GLOWING = Material(path="/glowing", diffuse_color=(0, 0, 0), emissive_color=(1, 1, 1), use_specular_workflow=True)
 CAMERA = Camera(width=64, height=48, fx=64, fy=64, cx=32, cy=24)
@@ -118,7 +118,7 @@ def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needle
     scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, 8))
     scene = replace(scene, thin_lens=lens)
     in_bands, region = coverage(blender, scene, samples=64), scene.picture_region
-    monkeypatch.setattr(Scene, "picture_region", property(lambda self: self.camera.frame))
+    monkeypatch.setattr(type(scene), "picture_region", property(lambda self: self.camera.frame))
     monkeypatch.setattr(
         "spin_usd.renderers.blender.renderer.picture_bands", lambda scene, samples: [scene.camera.frame]
     )

@@ -254,8 +254,8 @@ def render_theirs(blender, folder, scene):
             set_frame_range=False, import_subdivision=False, create_world_material=False,
         )  # fmt: skip
         place, view = np.eye(4), View.blurred(scene)
-        place[:3, :3] = T_USDCAM_CAM.rotation @ scene.T_cam_body.rotation
-        place[:3, 3] = view.location(view.centre) - place[:3, :3] @ scene.target.mesh.centre
+        place[:3, :3] = T_USDCAM_CAM.rotation @ scene.bodies[0].T_cam_body.rotation
+        place[:3, 3] = view.location(view.centre) - place[:3, :3] @ scene.bodies[0].target.mesh.centre
         for shown in set(bpy.data.objects) - before["objects"]:
             if shown.type == "MESH":
                 shown.parent = None

@@ -102,7 +102,7 @@ def test_the_lights_are_the_unit_lights_times_their_gains(name) -> None:
         if groups.surroundings and (isinstance(light, DomeLight) or (planets and isinstance(light, DistantLight))):
             around = unit.gains[len(groups.placed)]
             np.testing.assert_allclose(np.multiply(emission(one), around), emission(light), rtol=DOUBLE)
-    assert unit.scene.target is of.target
+    assert unit.scene.bodies[0].target is of.target
     assert unit.scene.environment is of.environment
 
 

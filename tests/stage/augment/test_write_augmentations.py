@@ -226,7 +226,7 @@ def test_the_eight_cells_are_eight_pictures(stage) -> None:
     for name in CELLS:
         augment_stage(stage=stage, spec=name, out=stage.parent / f"{name}.usda")
         scene = scenes(stage.parent / f"{name}.usda", name)[0]
-        found.add((scene.optics, scene.lights, scene.target.key))
+        found.add((scene.optics, scene.lights, scene.bodies[0].target.key))
     assert len(CELLS) == len(found) == 8
 
 
@@ -235,7 +235,7 @@ def test_isda_differs_in_light_materials_and_background_with_the_same_labels(sta
     variants = [scenes(stage, f"isda_{i}") for i in (1, 2, 3)]
     for three in zip(*variants, strict=True):
         assert len({scene.lights[0].direction_cam for scene in three}) == 3
-        assert len({scene.target.key for scene in three}) == 3
+        assert len({scene.bodies[0].target.key for scene in three}) == 3
         assert len({geometry_key(scene) for scene in three}) == 1
         for scene in three:
             to_sun = -np.array(scene.lights[0].direction_cam)
@@ -383,7 +383,7 @@ def test_a_constant_direction_holds_in_all_pictures(stage, spec) -> None:
     augment_stage(stage=stage, spec=spec(SUN % "" + "target_lit_deg = 60\nsun_from_boresight_deg = 140"))
     for scene in scenes(stage):
         to_sun = -np.array(scene.lights[0].direction_cam)
-        centre = scene.T_cam_body.translation
+        centre = scene.bodies[0].T_cam_body.translation
         assert -to_sun @ centre / np.linalg.norm(centre) >= np.cos(np.radians(61))  # of the bound's middle, not of 0
         assert to_sun[2] <= np.cos(np.radians(140)) + 1e-6
 
@@ -409,7 +409,7 @@ def test_each_material_has_a_value_of_its_own(stage, spec) -> None:
 
     def roughness(body):
         augment_stage(stage=stage, spec=spec(body))
-        return {each.path: each.roughness for each in scenes(stage)[0].target.materials}
+        return {each.path: each.roughness for each in scenes(stage)[0].bodies[0].target.materials}
 
     found = roughness(EACH)
     assert len(set(found.values())) == len(found) > 2
@@ -424,7 +424,7 @@ def test_each_material_has_a_value_of_its_own(stage, spec) -> None:
 def test_random_materials_are_other_ones_in_each_picture_and_lose_no_connection(stage) -> None:
     augment_stage(stage=stage, spec="random_materials")
     assert not [finding for finding in check_stage(stage) if finding.code == "connection-lost"]
-    targets = [scene.target for scene in scenes(stage, "random_materials")]
+    targets = [scene.bodies[0].target for scene in scenes(stage, "random_materials")]
     colours = [[material.diffuse_color for material in target.materials] for target in targets]
     assert len({str(each) for each in colours}) == len(colours)
     assert all(isinstance(colour, tuple) for each in colours for colour in each)

@@ -120,9 +120,9 @@ def test_maps_of_the_earth_are_those_that_a_user_gives(tmp_path) -> None:
     assert planet.night.pixels.shape == (4, 8, 4)
     assert planet.night_radiance == pytest.approx((0.002,) * 3)
     assert not check_stage(root)
-    inputs = origin_of(Usd.Stage.Open(root))["inputs"]
-    assert inputs["earth_clouds"]["name"] == "Cloud_Cover.png"
-    assert len(inputs["earth_albedo"]["sha256"]) == 64
+    inputs = origin_of(Usd.Stage.Open(root)).inputs
+    assert inputs["earth_clouds"].name == "Cloud_Cover.png"
+    assert len(inputs["earth_albedo"].sha256) == 64
 
 
 def test_a_map_alone_is_under_our_own_clouds(tmp_path) -> None:

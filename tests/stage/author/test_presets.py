@@ -139,7 +139,7 @@ def test_auto_exposure_reaches_the_published_limits(authored: dict[str, Path]) -
 
 def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) -> None:
     readers = [StageReader(authored[name]) for name in ("spin_synthetic", "spin_lightbox")]
-    matt, reflective = (reader.scene(reader.frames[0]).target for reader in readers)
+    matt, reflective = (reader.scene(reader.frames[0]).bodies[0].target for reader in readers)
     assert matt.mesh.key == reflective.mesh.key
     assert matt.parts == reflective.parts
     assert matt.keypoint_names == reflective.keypoint_names

@@ -75,13 +75,13 @@ def test_each_group_does_what_it_says_whatever_the_others_are(authored: Path, ce
     assert luminance(sun.irradiance) == pytest.approx(SUN[environment], rel=DIGITS)
     assert len(taken.environment.planets) == (environment == "rich")
     assert all(shiny(taken) if materials == "rich" else matt(taken))
-    assert shown_materials(taken.target).diffuse == (materials == "plain")
+    assert shown_materials(taken.bodies[0].target).diffuse == (materials == "plain")
 
 
 def matt(taken: Scene) -> list[bool]:
     return [
         (m.roughness, m.metallic, m.clearcoat, m.ior, m.use_specular_workflow) == (1, 0, 0, 1, False)
-        for m in taken.target.materials
+        for m in taken.bodies[0].target.materials
     ]
 
 
@@ -104,8 +104,8 @@ def test_a_group_alone_changes_only_its_own(authored: Path) -> None:
         for group in ("environment", "materials"):
             other = scene(authored, **{group: name})
             assert (other.sensor, other.optics) == (base.sensor, base.optics)
-        assert [m.key for m in scene(authored, environment=name).target.materials] == [
-            m.key for m in base.target.materials
+        assert [m.key for m in scene(authored, environment=name).bodies[0].target.materials] == [
+            m.key for m in base.bodies[0].target.materials
         ]
         assert [light.path for light in scene(authored, materials=name).lights] == ["/World/Lights/Sun"]
 
@@ -169,9 +169,11 @@ def test_a_model_without_looks_is_made_matt(tmp_path: Path) -> None:
     root = author(tmp_path / "stage", tmp_path / "ball.glb")
     assert check_stage(root) == ()
     base, plain, rich = scene(root), scene(root, materials="plain"), scene(root, materials="rich")
-    assert any(isinstance(m.roughness, Texture) for m in base.target.materials)
+    assert any(isinstance(m.roughness, Texture) for m in base.bodies[0].target.materials)
     assert all(matt(plain))
-    assert [m.diffuse_color for m in plain.target.materials] == [m.diffuse_color for m in base.target.materials]
+    assert [m.diffuse_color for m in plain.bodies[0].target.materials] == [
+        m.diffuse_color for m in base.bodies[0].target.materials
+    ]
     assert radiance(rich) == radiance(base)
 
 
@@ -257,9 +259,9 @@ def test_any_usd_target_is_made_matt_in_its_own_colours(tmp_path: Path, kind: st
     base, plain, rich = scene(root), scene(root, materials="plain"), scene(root, materials="rich")
     assert not all(matt(base))
     assert all(matt(plain))
-    for material in plain.target.materials:
+    for material in plain.bodies[0].target.materials:
         colour = material.diffuse_color
-        seen = plain.target.mesh.primvars[colour.name] if isinstance(colour, Primvar) else np.array(colour)
+        seen = plain.bodies[0].target.mesh.primvars[colour.name] if isinstance(colour, Primvar) else np.array(colour)
         assert set(map(tuple, seen.reshape(-1, 3).tolist())) <= {(0.5, 0.25, 0.125), NO_COLOUR}
         assert (0.5, 0.25, 0.125) in map(tuple, seen.reshape(-1, 3).tolist())
     assert geometry_key(plain) == geometry_key(base)

@@ -334,7 +334,7 @@ def test_read(name, data, tmp_path) -> None:
     reader = reader_of(name, data, tmp_path)
     assert len(reader.frames) == expected.frames
     at = reader.frames[0] if expected.at is None else next(f for f in reader.frames if f.time_code == expected.at)
-    target = reader.scene(at).target
+    target = reader.scene(at).bodies[0].target
     found = boxes(target, expected.parts)
     assert set(found) == set(expected.parts)
     for part, centre in expected.parts.items():
@@ -360,7 +360,7 @@ def outcome(name, expected, data, folder) -> str:
     try:
         reader = reader_of(name, data, folder)
         at = next((f for f in reader.frames if f.time_code == getattr(expected, "at", None)), reader.frames[0])
-        target = reader.scene(at).target
+        target = reader.scene(at).bodies[0].target
         found = boxes(target, expected.parts)
     except SpinError as error:
         saying = str(error).replace(str(folder.resolve()), "").replace("|", "/")

@@ -88,13 +88,13 @@ def test_what_usd_gives_a_meaning_is_read_with_a_note(read, geometry, noted) -> 
     box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeRelativeBound(
         stage.GetPrimAtPath("/World/Target/Box"), stage.GetPrimAtPath("/World/Target")
     )
-    found = scene.target.mesh.points
+    found = scene.bodies[0].target.mesh.points
     np.testing.assert_allclose([found.min(0), found.max(0)], [box.GetRange().GetMin(), box.GetRange().GetMax()])
 
 
 def test_an_input_keeps_its_own_value_where_its_connection_leads_nowhere(read) -> None:
     scene, notes, _ = read(connected("roughness", "/Gone.outputs:r"))
-    assert scene.target.materials[0].roughness == pytest.approx(0.25)
+    assert scene.bodies[0].target.materials[0].roughness == pytest.approx(0.25)
     assert notes == {("connection-lost", "/World/Target/Paint/Surface.inputs:roughness")}
 
 
@@ -111,10 +111,10 @@ def test_an_instancer_shows_what_an_over_keeps_for_it_alone(read) -> None:
     instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath("/World/Target/Many"))
     placed = instancer.ComputeInstanceTransformsAtTime(Usd.TimeCode.Default(), Usd.TimeCode.Default())
     corners = np.array([(0, 0, 0), (1, 1, 1)]) + np.array([m.ExtractTranslation() for m in placed])[:, None]
-    found = scene.target.mesh.points
+    found = scene.bodies[0].target.mesh.points
     np.testing.assert_allclose([found.min(0), found.max(0)], [corners.min((0, 1)), corners.max((0, 1))])
     assert not notes
-    assert len(scene.target.mesh.faces) == 2 * 12  # and is not shown by itself
+    assert len(scene.bodies[0].target.mesh.faces) == 2 * 12  # and is not shown by itself
 
 
 def test_a_crease_of_many_steps_is_as_one_without_end(read) -> None:
@@ -122,7 +122,7 @@ def test_a_crease_of_many_steps_is_as_one_without_end(read) -> None:
     found = {s: read(mesh(crease.format(s), scheme="catmullClark"), name=f"{s}.usda") for s in (4.0, 5.0, 10.0)}
     assert found[5.0][1] == {("crease-sharp", "/World/Target/Box.creaseSharpnesses")}
     assert not found[4.0][1] | found[10.0][1]
-    four, five, ever = (np.ptp(scene.target.mesh.points, 0) for scene, _, _ in found.values())
+    four, five, ever = (np.ptp(scene.bodies[0].target.mesh.points, 0) for scene, _, _ in found.values())
     np.testing.assert_array_equal(five, ever)
     assert 0 < np.abs(four - ever).max() < 0.02  # twice what five may be off: a hundredth of an edge
 

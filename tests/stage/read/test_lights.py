@@ -369,9 +369,8 @@ def linked(read_scene, **collections):
     lines += [f"uniform bool collection:{n.split('__')[0]}:includeRoot = 0" for n in collections if "includes" in n]
     world = sun() + "\n" + sun("\n".join(lines), kind="SphereLight").replace('"Sun"', '"Lamp"')
     scene = read_scene(TWO, world=world, name="-".join(["linked", *collections]) + ".usda")
-    groups = {
-        part.name: scene.target.mesh.face_group[scene.target.mesh.face_part == part.id] for part in scene.target.parts
-    }
+    target = scene.bodies[0].target
+    groups = {part.name: target.mesh.face_group[target.mesh.face_part == part.id] for part in target.parts}
     return scene, {name: set(map(int, of)) for name, of in groups.items()}
 
 

@@ -80,7 +80,7 @@ def stage(tmp_path_factory):
 
 
 def poses_of(reader):
-    return [reader.scene(frame).T_cam_body for frame in reader.frames]
+    return [reader.scene(frame).bodies[0].T_cam_body for frame in reader.frames]
 
 
 def shared(stage, variant):

@@ -37,7 +37,7 @@ def at(reader, time_code):
 
 
 def places(scene):
-    return np.array([pose.translation[0] for pose in scene.poses])
+    return np.array([pose.translation[0] for pose in scene.bodies[0].poses])
 
 
 def shutter_text(opens, closes, readout=None) -> str:
@@ -49,22 +49,22 @@ def test_usds_fallback_is_an_instant_and_a_pinhole(reader) -> None:
     scene = at(reader(), 4)
     assert scene.shutter is None
     assert scene.thin_lens is None
-    assert np.isclose(scene.T_cam_body.translation[0], 2.0, atol=SHARP_M)
+    assert np.isclose(scene.bodies[0].T_cam_body.translation[0], 2.0, atol=SHARP_M)
 
 
 def test_poses_follow_the_trajectory_over_the_exposure(reader) -> None:
     """The n-th pose is that of the n-th time, straight from the formula of the motion."""
     scene = at(reader(shutter_text(-0.25, 0.75)), 4)
-    times = np.linspace(3.75, 4.75, len(scene.poses))
+    times = np.linspace(3.75, 4.75, len(scene.bodies[0].poses))
     assert np.allclose(places(scene), times / 2, atol=SHARP_M)
-    turns = [np.arctan2(-pose.rotation[1, 0], pose.rotation[0, 0]) for pose in scene.poses]
+    turns = [np.arctan2(-pose.rotation[1, 0], pose.rotation[0, 0]) for pose in scene.bodies[0].poses]
     assert np.allclose(turns, times * TURN / 8, atol=1e-12)  # `cam` looks against the axis
     assert scene.shutter.readout == 0
 
 
 def test_labels_are_those_of_a_still_stage_at_the_middle(reader) -> None:
     blurred, still = at(reader(shutter_text(0.0, 2.0)), 3), at(reader(name="still.usda"), 4)
-    assert np.array_equal(blurred.T_cam_body.matrix, still.T_cam_body.matrix)
+    assert np.array_equal(blurred.bodies[0].T_cam_body.matrix, still.bodies[0].T_cam_body.matrix)
     assert geometry_key(blurred) == geometry_key(still)
     settings = RenderSettings(renderer="blender", effort=Effort(samples=1), seed=0)
     assert KeyMaker(settings).keys(blurred).radiance != KeyMaker(settings).keys(still).radiance
@@ -78,7 +78,7 @@ def test_rolling_shutter_spreads_about_the_middle_row(reader, opens, closes, sha
     half = (closes - opens + 1) / 2
     assert np.allclose(places(scene)[[0, -1]], np.array([middle - half, middle + half]) / 2, atol=SHARP_M)
     assert np.isclose(scene.shutter.readout, share, rtol=1e-12)
-    assert np.isclose(scene.T_cam_body.translation[0], middle / 2, atol=SHARP_M)
+    assert np.isclose(scene.bodies[0].T_cam_body.translation[0], middle / 2, atol=SHARP_M)
 
 
 def test_poses_rest_before_the_first_time_sample(reader) -> None:
@@ -95,13 +95,13 @@ def test_a_camera_that_moves_blurs_too(reader) -> None:
 
 
 def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader) -> None:
-    assert len(at(reader(shutter_text(-1.0, 1.0)), 4).poses) == 9
-    assert len(at(reader(shutter_text(-3.0, 3.0)), 4).poses) == 9  # 30 degrees in eight steps
+    assert len(at(reader(shutter_text(-1.0, 1.0)), 4).bodies[0].poses) == 9
+    assert len(at(reader(shutter_text(-3.0, 3.0)), 4).bodies[0].poses) == 9  # 30 degrees in eight steps
     spin = ", ".join(f"{t}: ({int(t % 2 == 0)}, 0, 0, {int(t % 2)})" for t in range(9))  # half a turn per time code
     half_turns = f'quatd xformOp:orient.timeSamples = {{ {spin} }}\nuniform token[] xformOpOrder = ["xformOp:orient"]'
     pushed = half_turns.replace('["', '["xformOp:translate", "')
     pushed = "double3 xformOp:translate = (0, 0, -10)\n" + pushed
-    assert len(at(reader(shutter_text(-0.5, 0.5), pose=pushed, name="half.usda"), 4).poses) == 65
+    assert len(at(reader(shutter_text(-0.5, 0.5), pose=pushed, name="half.usda"), 4).bodies[0].poses) == 65
     with pytest.raises(StageError, match="turns by more than 5 degrees"):
         at(reader(shutter_text(-4.0, 4.0), pose=pushed, name="full.usda"), 4)
 

@@ -31,10 +31,10 @@ def test_a_box_before_the_camera(read_scene) -> None:
     scene = read_scene()
     assert scene.frame.name == "frame_000000"
     assert (scene.camera.width, scene.camera.height, scene.camera.fx, scene.camera.cy) == (200, 120, 250, 60)
-    np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 10], atol=1e-15)
-    np.testing.assert_allclose(scene.T_cam_body.rotation, np.diag([1, -1, -1]), atol=1e-15)
-    assert len(scene.target.mesh.faces) == 12
-    assert [(p.id, p.path, p.name, p.class_name) for p in scene.target.parts] == [
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.translation, [0, 0, 10], atol=1e-15)
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.rotation, np.diag([1, -1, -1]), atol=1e-15)
+    assert len(scene.bodies[0].target.mesh.faces) == 12
+    assert [(p.id, p.path, p.name, p.class_name) for p in scene.bodies[0].target.parts] == [
         (1, "/World/Target/Box", "Box", "unknown")
     ]
 
@@ -44,8 +44,8 @@ def test_the_pose_is_exact_far_from_the_stages_origin(read_scene) -> None:
     R_camera, R_body = matrix_from_quaternion(CAMERA_POSE[1]), matrix_from_quaternion(BODY_POSE[1])
     turn = np.diag([1.0, -1, -1])
     between = np.array([3.25, -8.5, 1.125])
-    np.testing.assert_allclose(scene.T_cam_body.translation, turn @ R_camera.T @ between, atol=FAR_TOLERANCE)
-    np.testing.assert_allclose(scene.T_cam_body.rotation, turn @ R_camera.T @ R_body, atol=1e-14)
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.translation, turn @ R_camera.T @ between, atol=FAR_TOLERANCE)
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.rotation, turn @ R_camera.T @ R_body, atol=1e-14)
 
 
 @pytest.mark.parametrize("which", ["camera", "pose"])
@@ -78,7 +78,9 @@ def test_a_bad_quaternion_in_any_sample_is_found_at_once(make_stage) -> None:
 
 def test_an_equal_scale_of_the_camera_changes_nothing(read_scene) -> None:
     scaled = read_scene(camera='float3 xformOp:scale = (3, 3, 3)\nuniform token[] xformOpOrder = ["xformOp:scale"]')
-    np.testing.assert_allclose(scaled.T_cam_body.matrix, read_scene(name="b.usda").T_cam_body.matrix, atol=1e-15)
+    np.testing.assert_allclose(
+        scaled.bodies[0].T_cam_body.matrix, read_scene(name="b.usda").bodies[0].T_cam_body.matrix, atol=1e-15
+    )
 
 
 RIG = 'def Xform "World"\n{{\n{}\nuniform token[] xformOpOrder = ["{}"]\n'
@@ -93,14 +95,14 @@ def rigged(path, op):
 
 def test_what_holds_camera_and_target_scales_both(make_stage) -> None:
     scene = rigged(make_stage(), "float3 xformOp:scale = (3, 3, 3)")
-    np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 30], atol=1e-14)
-    assert np.ptp(scene.target.mesh.points) == pytest.approx(6)
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.translation, [0, 0, 30], atol=1e-14)
+    assert np.ptp(scene.bodies[0].target.mesh.points) == pytest.approx(6)
 
 
 def test_a_camera_that_does_not_move_with_the_rest(make_stage) -> None:
     still = make_stage(camera='uniform token[] xformOpOrder = ["!resetXformStack!"]')
     scene = rigged(still, "double3 xformOp:translate = (0, 0, -5)")
-    np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 15], atol=1e-14)
+    np.testing.assert_allclose(scene.bodies[0].T_cam_body.translation, [0, 0, 15], atol=1e-14)
 
 
 def with_frames(path, names):
@@ -189,8 +191,8 @@ def test_a_static_target_is_one_object(make_stage) -> None:
     moving = "double3 xformOp:translate.timeSamples = {\n0: (0, 0, -10),\n3: (3, 0, -13),\n}"
     found = scenes(make_stage(metadata=RANGE, pose=f'{moving}\nuniform token[] xformOpOrder = ["xformOp:translate"]'))
     assert len(found) == 4
-    assert all(scene.target is found[0].target for scene in found)
-    assert [scene.T_cam_body.translation.tolist() for scene in found] == [[t, 0, 10 + t] for t in range(4)]
+    assert all(scene.bodies[0].target is found[0].bodies[0].target for scene in found)
+    assert [scene.bodies[0].T_cam_body.translation.tolist() for scene in found] == [[t, 0, 10 + t] for t in range(4)]
 
 
 @pytest.mark.parametrize(
@@ -204,7 +206,7 @@ def test_a_static_target_is_one_object(make_stage) -> None:
     ],
 )
 def test_a_target_that_changes_is_read_again_and_kept_while_equal(make_stage, varying) -> None:
-    a, b, c, d = (s.target for s in scenes(make_stage(f'def Cube "Box"\n{{\n{varying}\n}}', metadata=RANGE)))
+    a, b, c, d = (s.bodies[0].target for s in scenes(make_stage(f'def Cube "Box"\n{{\n{varying}\n}}', metadata=RANGE)))
     assert a is not b
     assert b is c
     assert c is not d
@@ -247,7 +249,7 @@ def Material "Other"
 
 def painted(make_stage, varying):
     """The targets of the four frames where an input of the ball's material varies."""
-    return [scene.target for scene in scenes(make_stage(PAINTED.format(varying=varying), metadata=RANGE))]
+    return [scene.bodies[0].target for scene in scenes(make_stage(PAINTED.format(varying=varying), metadata=RANGE))]
 
 
 def test_a_material_that_changes_leaves_the_mesh_alone(make_stage) -> None:
@@ -281,7 +283,7 @@ def test_a_material_that_changes_the_shape_is_read_with_it(make_stage, varying, 
 def test_a_target_that_grows_by_its_own_scale(make_stage) -> None:
     growing = "float3 xformOp:scale.timeSamples = {\n0: (1, 1, 1),\n3: (4, 4, 4),\n}"
     found = scenes(make_stage(metadata=RANGE, pose=f'{growing}\nuniform token[] xformOpOrder = ["xformOp:scale"]'))
-    assert [float(np.ptp(s.target.mesh.points)) for s in found] == pytest.approx([2, 4, 6, 8])
+    assert [float(np.ptp(s.bodies[0].target.mesh.points)) for s in found] == pytest.approx([2, 4, 6, 8])
 
 
 def test_a_lens_that_zooms_is_read_at_each_frame(make_stage) -> None:
@@ -355,5 +357,5 @@ def test_thousands_of_frames_cost_little_each(make_stage) -> None:
     started = time.perf_counter()
     found = [reader.scene(frame) for frame in reader.frames]
     assert (time.perf_counter() - started) / len(found) < SECONDS_PER_FRAME
-    assert found[-1].T_cam_body.translation[2] == pytest.approx(10 + 19.99)
-    assert found[-1].target is found[0].target
+    assert found[-1].bodies[0].T_cam_body.translation[2] == pytest.approx(10 + 19.99)
+    assert found[-1].bodies[0].target is found[0].bodies[0].target

@@ -88,7 +88,7 @@ def read_asset(assets, tmp_path_factory):
             given = {"poses": folder / "poses.json", "target": target, "camera": "speedplus"}
             author_stage(**given, out=folder / "stage", any_size=True)  # what exercises renderers need be no craft
             reader = StageReader(folder / "stage" / "dataset.usda")
-            known[name] = reader.scene(reader.frames[0]).target
+            known[name] = reader.scene(reader.frames[0]).bodies[0].target
         return known[name]
 
     return read

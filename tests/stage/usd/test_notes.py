@@ -55,7 +55,7 @@ def read(make_stage):
 
     def reading(geometry, name="stage.usda"):
         reader = StageReader(make_stage(geometry, name=name))
-        target = reader.scene(reader.frames[0]).target
+        target = reader.scene(reader.frames[0]).bodies[0].target
         return target, [note.code for note in reader.notes]
 
     return reading
@@ -146,7 +146,9 @@ def test_what_is_normalised_is_what_usd_places_for_a_whole_quaternion(read, make
     whole = f"({unit.GetReal()!r}, {unit.GetImaginary()[0]!r}, 0, 0)"
     path = make_stage(text.replace("QUATERNION", whole), name="whole.usda")
     reader = StageReader(path)
-    np.testing.assert_allclose(rounded.mesh.points, reader.scene(reader.frames[0]).target.mesh.points, atol=1e-12)
+    np.testing.assert_allclose(
+        rounded.mesh.points, reader.scene(reader.frames[0]).bodies[0].target.mesh.points, atol=1e-12
+    )
 
 
 def test_what_was_not_merely_rounded_is_refused(read) -> None:

@@ -43,7 +43,7 @@ KEEP = "uniform bool spin:target:keepTransparent = true"
 @pytest.fixture
 def read_material(read_scene):
     def read(*arguments, **options):
-        target = read_scene(material(*arguments, **options)).target
+        target = read_scene(material(*arguments, **options)).bodies[0].target
         assert len(target.materials) == 1
         return target.materials[0]
 
@@ -102,7 +102,7 @@ def test_values_from_the_materials_interface(read_material) -> None:
 @pytest.mark.parametrize(("opacity", "seen"), [(0.4, 0.0), (0.6, 1.0)])
 def test_a_threshold_makes_opacity_all_or_nothing(read_scene, opacity, seen) -> None:
     inputs = f"float inputs:opacity = {opacity}\nfloat inputs:opacityThreshold = 0.5"
-    (found,) = read_scene(f"{KEEP}\n{material(inputs)}").target.materials
+    (found,) = read_scene(f"{KEEP}\n{material(inputs)}").bodies[0].target.materials
     assert found.opacity == seen
 
 
@@ -208,7 +208,7 @@ def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene) -> No
     }"""
     for name, red in {"All": 0.1, "Full": 0.5, "Preview": 0.9}.items():
         geometry += material(f"color3f inputs:diffuseColor = ({red}, 0, 0)").split("}", 1)[1].replace("Paint", name)
-    assert [m.path for m in read_scene(geometry).target.materials] == ["/World/Target/Full"]
+    assert [m.path for m in read_scene(geometry).bodies[0].target.materials] == ["/World/Target/Full"]
 
 
 def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene) -> None:
@@ -226,7 +226,7 @@ def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene) -
         }
     }
     def Cube "Plain" {}"""
-    found = read_scene(geometry).target.materials
+    found = read_scene(geometry).bodies[0].target.materials
     assert [(m.diffuse_color, m.opacity) for m in found] == [
         ((0.25, 0.5, 1), 1),
         ((1, 1, 0), 0.5),
@@ -258,7 +258,7 @@ def test_primvars_are_held_to_what_the_input_can_be(read_scene) -> None:
     text = material("color3f inputs:diffuseColor.connect = </World/Target/Paint/Reader.outputs:result>", nodes=reader)
     authored = "rel material:binding = </World/Target/Paint>\nfloat3[] primvars:tint = [({}, 0, 0)]"
     bound = "rel material:binding = </World/Target/Paint>"
-    assert read_scene(text.replace(bound, authored.format(1))).target.materials
+    assert read_scene(text.replace(bound, authored.format(1))).bodies[0].target.materials
     saying = r"^/World/Target/Paint: its diffuseColor is 3, by /World/Target/Box.primvars:tint; keep it between 0 and 1"
     with pytest.raises(StageError, match=saying):
         read_scene(text.replace(bound, authored.format(3)), name="b.usda")

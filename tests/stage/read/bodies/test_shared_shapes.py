@@ -82,30 +82,32 @@ def labels(scene):
 
 def test_scenegraph_instances_are_one_shape_and_label_as_without(read) -> None:
     scene, flat = read(placed(instanceable=True), "a.usda"), read(placed(instanceable=False), "b.usda")
-    (shared,) = scene.target.mesh.instances
+    (shared,) = scene.bodies[0].target.mesh.instances
     assert len(shared.matrices) == 3
     assert len(shared.shape.faces) > MIN_SHARED_FACES
-    assert len(scene.target.mesh.faces) == 3 * 12  # the cubes are cheaper made out
-    assert not flat.target.mesh.instances
-    assert scene.target.mesh.count == flat.target.mesh.count
-    assert [(p.name, p.class_name) for p in scene.target.parts] == [(p.name, p.class_name) for p in flat.target.parts]
+    assert len(scene.bodies[0].target.mesh.faces) == 3 * 12  # the cubes are cheaper made out
+    assert not flat.bodies[0].target.mesh.instances
+    assert scene.bodies[0].target.mesh.count == flat.bodies[0].target.mesh.count
+    assert [(p.name, p.class_name) for p in scene.bodies[0].target.parts] == [
+        (p.name, p.class_name) for p in flat.bodies[0].target.parts
+    ]
     for mine, theirs in zip(labels(scene), labels(flat), strict=True):
         np.testing.assert_array_equal(mine, theirs)
 
 
 def test_point_instances_are_one_shape_where_scenegraph_instances_stand(read) -> None:
     scene, other = read(INSTANCER, "a.usda"), read(placed(instanceable=True), "b.usda")
-    (mine,), (theirs,) = scene.target.mesh.instances, other.target.mesh.instances
+    (mine,), (theirs,) = scene.bodies[0].target.mesh.instances, other.bodies[0].target.mesh.instances
     np.testing.assert_allclose(mine.matrices, theirs.matrices, atol=1e-6)  # single precision arrays
     np.testing.assert_array_equal(mine.shape.points, theirs.shape.points)
-    assert scene.target.mesh.centre == pytest.approx(other.target.mesh.centre, abs=1e-6)
-    assert {part.name for part in scene.target.parts} == {"Body", "Foot"}
+    assert scene.bodies[0].target.mesh.centre == pytest.approx(other.bodies[0].target.mesh.centre, abs=1e-6)
+    assert {part.name for part in scene.bodies[0].target.parts} == {"Body", "Foot"}
 
 
 def test_instances_of_different_materials_are_different_shapes(read) -> None:
     colour = "color3f[] primvars:displayColor = [(1, 0, 0)]\n        }"
     text = placed(instanceable=True).rsplit("}", 1)
     scene = read(colour.join(text), "a.usda")
-    shared = scene.target.mesh.instances
+    shared = scene.bodies[0].target.mesh.instances
     assert [len(each.matrices) for each in shared] == [2]
-    assert len(scene.target.materials) == 2
+    assert len(scene.bodies[0].target.materials) == 2

@@ -49,7 +49,7 @@ def corner_means(mesh):
 def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage) -> None:
     path = make_stage(NESTED)
     reader = StageReader(path)
-    mesh = reader.scene(reader.frames[0]).target.mesh
+    mesh = reader.scene(reader.frames[0]).bodies[0].target.mesh
     stage = Usd.Stage.Open(str(path))
     cache = UsdGeom.XformCache(Usd.TimeCode(0))
     target, can = (stage.GetPrimAtPath(p) for p in ("/World/Target", "/World/Target/A/Can"))
@@ -65,13 +65,17 @@ def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage) -> None:
 
 def test_normals_under_unequal_scale_stand_on_the_surface(read_scene) -> None:
     """A sphere scaled to an ellipsoid: its normal is the gradient of x^2/a^2 + y^2/b^2 + z^2/c^2."""
-    mesh = read_scene(
-        """def Sphere "S"
+    mesh = (
+        read_scene(
+            """def Sphere "S"
         {
             double3 xformOp:scale = (1, 2, 0.5)
             uniform token[] xformOpOrder = ["xformOp:scale"]
         }"""
-    ).target.mesh
+        )
+        .bodies[0]
+        .target.mesh
+    )
     gradient = mesh.points[mesh.faces] / np.array([1, 2, 0.5]) ** 2
     gradient /= np.linalg.norm(gradient, axis=-1, keepdims=True)
     np.testing.assert_allclose(mesh.corner_normals, gradient, atol=FLOAT32)
@@ -83,8 +87,8 @@ def test_units_are_metres_whatever_the_stages_are(make_stage, metres, up) -> Non
     path.write_text(path.read_text().replace('upAxis = "Z"', f'upAxis = "{up}"'))
     reader = StageReader(path)
     scene = reader.scene(reader.frames[0])
-    assert np.ptp(scene.target.mesh.points, axis=0) == pytest.approx([2 * metres] * 3)
-    assert scene.T_cam_body.translation == pytest.approx([0, 0, 10 * metres])
+    assert np.ptp(scene.bodies[0].target.mesh.points, axis=0) == pytest.approx([2 * metres] * 3)
+    assert scene.bodies[0].T_cam_body.translation == pytest.approx([0, 0, 10 * metres])
 
 
 def test_the_targets_own_scale_is_in_its_points(read_scene) -> None:
@@ -93,8 +97,10 @@ def test_the_targets_own_scale_is_in_its_points(read_scene) -> None:
         float3 xformOp:scale = (0.5, 0.5, 0.5)
         uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]"""
     scene = read_scene(pose=pose)
-    assert np.ptp(scene.target.mesh.points, axis=0) == pytest.approx([1, 1, 1])
-    np.testing.assert_allclose(scene.T_cam_body.rotation @ scene.T_cam_body.rotation.T, np.eye(3), atol=1e-15)
+    assert np.ptp(scene.bodies[0].target.mesh.points, axis=0) == pytest.approx([1, 1, 1])
+    np.testing.assert_allclose(
+        scene.bodies[0].T_cam_body.rotation @ scene.bodies[0].T_cam_body.rotation.T, np.eye(3), atol=1e-15
+    )
 
 
 def test_native_instances_are_read_as_separate_copies(read_scene) -> None:
@@ -118,9 +124,9 @@ def test_native_instances_are_read_as_separate_copies(read_scene) -> None:
         )
         {
         }"""
-    target = read_scene(copies).target
+    target = read_scene(copies).bodies[0].target
     assert [p.path for p in target.parts] == ["/World/Target/One/Cube", "/World/Target/Two/Cube"]
-    plain = read_scene(copies.replace("instanceable = true", ""), name="plain.usda").target
+    plain = read_scene(copies.replace("instanceable = true", ""), name="plain.usda").bodies[0].target
     assert target.mesh.key == plain.mesh.key
 
 
@@ -179,20 +185,20 @@ def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tol
             uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient", "xformOp:scale"]
             {shape}
         }}"""
-    expected = read_scene(copies, name="copies.usda").target.mesh
-    mesh = scene.target.mesh
+    expected = read_scene(copies, name="copies.usda").bodies[0].target.mesh
+    mesh = scene.bodies[0].target.mesh
     assert len(mesh.faces) == len(expected.faces)
     mine, theirs = (np.array(sorted(np.round(corner_means(m), 2).tolist())) for m in (mesh, expected))
     np.testing.assert_allclose(mine, theirs, atol=0.011)  # so that rounding may fall either way
     for bound in (np.min, np.max):
         np.testing.assert_allclose(bound(mesh.points, axis=0), bound(expected.points, axis=0), atol=tolerance)
     assert solid(mesh).volume == pytest.approx(solid(expected).volume, rel=1e-3)
-    assert {p.name for p in scene.target.parts} == {"Box", "Tip"}
+    assert {p.name for p in scene.bodies[0].target.parts} == {"Box", "Tip"}
 
 
 def test_invisible_ids_are_left_out(read_scene) -> None:
-    whole = read_scene(INSTANCER.format(orientations="", invisible=""), name="a.usda").target
-    some = read_scene(INSTANCER.format(orientations="", invisible="11, 13"), name="b.usda").target
+    whole = read_scene(INSTANCER.format(orientations="", invisible=""), name="a.usda").bodies[0].target
+    some = read_scene(INSTANCER.format(orientations="", invisible="11, 13"), name="b.usda").bodies[0].target
     assert {p.name for p in some.parts if p.id in some.mesh.face_part} == {"Box"}
     assert some.parts == whole.parts, "what is hidden keeps its number"
     assert len(some.mesh.faces) == 24 < len(whole.mesh.faces)
@@ -234,7 +240,7 @@ def test_purpose_visibility_and_activation(read_scene) -> None:
             'over Cube "Undefined" {}',
         ]
     )
-    assert [p.name for p in read_scene(geometry).target.parts] == ["Own", "Render", "Shown"]
+    assert [p.name for p in read_scene(geometry).bodies[0].target.parts] == ["Own", "Render", "Shown"]
 
 
 def test_parts_and_classes_from_the_nearest_label(read_scene) -> None:
@@ -266,7 +272,7 @@ def test_parts_and_classes_from_the_nearest_label(read_scene) -> None:
     }
     def Cube "Alone" {}
     """
-    target = read_scene(geometry % MESH).target
+    target = read_scene(geometry % MESH).bodies[0].target
     root = "/World/Target"
     assert [(p.id, p.path, p.name, p.class_name) for p in target.parts] == [
         (1, f"{root}/Alone", "Alone", "unknown"),
@@ -317,7 +323,7 @@ def two_materials(**inputs):
 
 
 def test_materials_by_face_and_leftover_faces(read_scene) -> None:
-    target = read_scene(two_materials()).target
+    target = read_scene(two_materials()).bodies[0].target
     colors = np.array([m.diffuse_color for m in target.materials])[target.mesh.face_material]
     assert (colors == [0, 0, 1]).all(1).sum() == 2
     assert (colors == [1, 0, 0]).all(1).sum() == 10
@@ -339,7 +345,7 @@ KEYPOINTS = """
 
 
 def test_keypoints_are_in_body_axes_and_metres(read_scene) -> None:
-    target = read_scene(KEYPOINTS, metadata="metersPerUnit = 0.1").target
+    target = read_scene(KEYPOINTS, metadata="metersPerUnit = 0.1").bodies[0].target
     assert target.keypoint_names == ("a", "b")
     np.testing.assert_allclose(target.keypoints, [[0.2, 0.2, 0.3], [0.5, 0.5, 0.6]])
 
@@ -405,7 +411,7 @@ def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene) -> None:
 )
 def test_faces_that_cannot_be_seen_are_left_out_and_told(make_stage, inputs, kept) -> None:
     reader = StageReader(make_stage(two_materials(Blue=inputs)))
-    mesh = reader.scene(reader.frames[0]).target.mesh
+    mesh = reader.scene(reader.frames[0]).bodies[0].target.mesh
     assert len(mesh.faces) == (12 if kept else 10)
     told = [] if kept else [("material-transparent", "/World/Target/Blue")]
     assert [(note.code, note.where) for note in reader.notes] == told
@@ -416,8 +422,8 @@ def test_a_gprim_that_cannot_be_seen_has_no_faces_and_keeps_its_number(read_scen
     gone = 'float inputs:opacity = 0\ntoken inputs:opacityMode = "presence"'
     alone = two_materials(Blue=gone, Red=gone) + '\ndef Cube "Alone" {}'
     target, kept = (
-        read_scene(alone).target,
-        read_scene(f"uniform bool spin:target:keepTransparent = true\n{alone}").target,
+        read_scene(alone).bodies[0].target,
+        read_scene(f"uniform bool spin:target:keepTransparent = true\n{alone}").bodies[0].target,
     )
     assert [part.name for part in target.parts if part.id in target.mesh.face_part] == ["Alone"]
     assert set(kept.mesh.face_part) == {1, 2}

@@ -73,7 +73,7 @@ def read_target(read_scene, tmp_path):
         text = STAGE.format(
             inputs=inputs, primvars=primvars, st=st, texture=texture, interface=interface, reader=reader, nodes=nodes
         )
-        return read_scene(text, name=name).target
+        return read_scene(text, name=name).bodies[0].target
 
     return read
 
@@ -170,7 +170,7 @@ def test_one_material_on_gprims_with_and_without_its_primvar_is_two(read_scene, 
     text = STAGE.format(inputs=RGB, primvars=ST, st="Reader", texture="", interface="", reader="", nodes="")
     mesh = text[: text.index("def Material")]
     bare = mesh.replace("Square", "Bare").replace(ST, "")
-    target = read_scene(mesh + bare + text[text.index("def Material") :]).target
+    target = read_scene(mesh + bare + text[text.index("def Material") :]).bodies[0].target
     assert [m.diffuse_color.coordinates.primvar for m in target.materials] == ["st", None]
     assert target.materials[0].diffuse_color.image == target.materials[1].diffuse_color.image
     np.testing.assert_array_equal(target.mesh.primvars["st"][2:], 0)  # of the square without it
@@ -318,7 +318,7 @@ def test_a_texel_decides_the_hash_and_the_look_but_not_the_geometry(read_target,
     assert reader.stage_hash
     (tmp_path / "a.png").write_bytes(png(PIXELS // 2, color=6))
     changed = StageReader(tmp_path / "stage.usda")
-    after = changed.scene(changed.frames[0]).target
+    after = changed.scene(changed.frames[0]).bodies[0].target
     assert changed.stage_hash != reader.stage_hash
     assert changed.used_files["a.png"] != reader.used_files["a.png"]
     assert after.materials[0].key != before.materials[0].key
@@ -342,7 +342,7 @@ def tiled(make_stage, tmp_path):
 
 def test_tiles_lie_where_their_numbers_say(tiled) -> None:
     reader = StageReader(tiled)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     points = [(0.125, 0.375), (0.375, 0.375), (0.625, 0.875), (0.875, 0.875), (0.75, 0.25), (0.25, 0.75)]
     found = shown(target, target.materials[0].diffuse_color, points)
     red, green, blue, white, nothing = [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [0, 0, 0]

@@ -68,7 +68,7 @@ def solid(mesh):
 
 def test_a_constant_grows_a_sphere(read_scene) -> None:
     text = GEOMETRY.format(shape="Sphere", body="", inputs="float inputs:displacement = 0.25")
-    mesh = read_scene(text).target.mesh
+    mesh = read_scene(text).bodies[0].target.mesh
     radius = np.linalg.norm(mesh.points[np.unique(mesh.faces)], axis=1)
     np.testing.assert_allclose(radius, 1.25, rtol=CHORD)
     assert solid(mesh).is_watertight
@@ -79,7 +79,7 @@ def test_a_constant_grows_a_sphere(read_scene) -> None:
 def test_a_cube_stays_closed_and_keeps_its_hard_edges(read_scene) -> None:
     """Each corner moves along the mean of its three faces."""
     text = GEOMETRY.format(shape="Cube", body="double size = 2", inputs="float inputs:displacement = 0.5")
-    mesh = read_scene(text).target.mesh
+    mesh = read_scene(text).bodies[0].target.mesh
     assert solid(mesh).is_watertight
     np.testing.assert_allclose(np.abs(mesh.points[mesh.faces]), 1 + 0.5 / np.sqrt(3), atol=FLOAT32)
     flat = face_normals(mesh.points, mesh.faces)
@@ -98,7 +98,11 @@ def test_a_seam_that_is_closed_but_for_rounding_stays_closed(read_scene) -> None
         int[] faceVertexIndices = [{faces}]
         uniform token subdivisionScheme = "none"
         """
-    mesh = read_scene(GEOMETRY.format(shape="Mesh", body=body, inputs="float inputs:displacement = 0.25")).target.mesh
+    mesh = (
+        read_scene(GEOMETRY.format(shape="Mesh", body=body, inputs="float inputs:displacement = 0.25"))
+        .bodies[0]
+        .target.mesh
+    )
     assert len(np.unique(mesh.points[np.unique(mesh.faces)], axis=0)) == 24
     np.testing.assert_allclose(np.linalg.norm(mesh.points[mesh.faces][..., :2], axis=-1), 1.25, atol=1e-5)
 
@@ -114,7 +118,7 @@ def ramp(path, texels=16):
 
 def test_an_image_lifts_a_square_to_its_texels(read_scene, tmp_path) -> None:
     red = ramp(tmp_path / "a.png")
-    target = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)).target
+    target = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)).bodies[0].target
     points = target.mesh.points[np.unique(target.mesh.faces)]
     expected = 0.5 * np.interp(points[:, 0], (np.arange(16) + 0.5) / 16, red)
     np.testing.assert_allclose(points[:, 2], expected, atol=FLOAT32)
@@ -133,8 +137,12 @@ def test_scaled_gprims_displace_in_their_own_axes(read_scene, tmp_path) -> None:
     """Lengths are of the gprim's own axes: twice as large after a scale of two."""
     ramp(tmp_path / "a.png")
     scale = 'double3 xformOp:scale = (2, 2, 2)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
-    one = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)).target.mesh
-    two = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE + scale, inputs=TEXTURED), name="b.usda").target.mesh
+    one = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)).bodies[0].target.mesh
+    two = (
+        read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE + scale, inputs=TEXTURED), name="b.usda")
+        .bodies[0]
+        .target.mesh
+    )
     np.testing.assert_allclose(two.points, 2 * one.points, atol=FLOAT32)
 
 
@@ -159,7 +167,7 @@ def test_only_the_faces_of_its_material_move_and_all_stay_joined(read_scene, tmp
         """
     text = GEOMETRY.format(shape="Mesh", body=body, inputs=TEXTURED)
     still = text[text.index("def Material") :].replace(TEXTURED, "float inputs:roughness = 1").replace("Paint", "Still")
-    target = read_scene(f"{text}\n{still}").target
+    target = read_scene(f"{text}\n{still}").bodies[0].target
     mesh = target.mesh
     names = [target.materials[i].path.rsplit("/", 1)[1] for i in mesh.face_material]
     middle = mesh.points[mesh.faces].mean(1)
@@ -254,17 +262,17 @@ def test_sheets_back_to_back_are_refused(read_scene) -> None:
 def test_nothing_changes_where_displacement_is_zero(read_scene) -> None:
     text = GEOMETRY.format(shape="Cube", body="", inputs="float inputs:displacement = 0")
     plain = GEOMETRY.format(shape="Cube", body="", inputs="")
-    assert read_scene(text).target.mesh.key == read_scene(plain, name="b.usda").target.mesh.key
+    assert read_scene(text).bodies[0].target.mesh.key == read_scene(plain, name="b.usda").bodies[0].target.mesh.key
 
 
 def test_a_texel_of_the_displacement_changes_the_geometry(read_scene, tmp_path) -> None:
     text = GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)
     ramp(tmp_path / "a.png")
-    before = read_scene(text).target.mesh.key
+    before = read_scene(text).bodies[0].target.mesh.key
     image = np.asarray(PillowImage.open(tmp_path / "a.png")).astype(int)
     image[3, 4, 0] += 9
     (tmp_path / "a.png").write_bytes(png(image, color=2))
-    assert read_scene(text, name="b.usda").target.mesh.key != before
+    assert read_scene(text, name="b.usda").bodies[0].target.mesh.key != before
 
 
 def test_the_image_is_still_looked_up_where_it_was(read_scene, tmp_path) -> None:
@@ -272,7 +280,7 @@ def test_the_image_is_still_looked_up_where_it_was(read_scene, tmp_path) -> None
     ramp(tmp_path / "a.png")
     color = "color3f inputs:diffuseColor.connect = </World/Target/Paint/Texture.outputs:rgb>"
     text = GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=f"{TEXTURED}\n{color}")
-    target = read_scene(text.replace("float outputs:r", "float outputs:r\nfloat3 outputs:rgb")).target
+    target = read_scene(text.replace("float outputs:r", "float outputs:r\nfloat3 outputs:rgb")).bodies[0].target
     faces = np.arange(len(target.mesh.faces))
     for corner in np.eye(3):
         shown = values_at(target.materials[0].diffuse_color, target.mesh, faces, np.tile(corner, (len(faces), 1)))

@@ -237,7 +237,7 @@ def test_constant_primvars_are_inherited_and_shapes_take_them(read_scene) -> Non
             float outputs:result
         }
     }"""
-    values = read_scene(geometry % "").target.mesh.primvars["rough"]
+    values = read_scene(geometry % "").bodies[0].target.mesh.primvars["rough"]
     assert values.shape == (12, 3, 1)
     np.testing.assert_array_equal(values, 0.25)
     varying = 'float[] primvars:rough = [0, 1, 0, 1, 0, 1, 0, 1] (\ninterpolation = "vertex"\n)'
@@ -259,7 +259,7 @@ def test_display_color_over_the_faces_of_a_mesh(read_scene) -> None:
             interpolation = "uniform"
         )
     }"""
-    target = read_scene(mesh).target
+    target = read_scene(mesh).bodies[0].target
     assert target.materials[0].diffuse_color.name == "displayColor"
     assert target.materials[0].opacity.name == "displayOpacity"
     np.testing.assert_array_equal(target.mesh.primvars["displayColor"][:, 0], [[1, 0, 0], [0, 0, 1]])

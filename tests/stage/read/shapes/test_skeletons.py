@@ -110,7 +110,7 @@ def arm(make_stage):
 
 def meshes(path):
     reader = StageReader(path)
-    return [reader.scene(frame).target.mesh for frame in reader.frames]
+    return [reader.scene(frame).bodies[0].target.mesh for frame in reader.frames]
 
 
 def baked(path):
@@ -184,11 +184,11 @@ def authored(path):
 def test_equal_poses_are_one_shape_and_others_are_not(arm) -> None:
     reader = StageReader(arm())
     first, second, third = (reader.scene(frame) for frame in reader.frames)
-    assert first.target is not second.target
+    assert first.bodies[0].target is not second.bodies[0].target
     assert len({geometry_key(scene) for scene in (first, second, third)}) == 3
     still = StageReader(arm(without_animation, name="still.usda"))
     first, second, third = (still.scene(frame) for frame in still.frames)
-    assert first.target is second.target is third.target
+    assert first.bodies[0].target is second.bodies[0].target is third.bodies[0].target
 
 
 def test_only_the_animation_moves_the_shape(arm) -> None:
