@@ -48,24 +48,25 @@ def test_the_figures_of_the_documents_are_those_measured(build_docs) -> None:
 
 
 def test_a_block_that_is_not_what_its_figures_make_is_named_and_fixed(build_docs, tmp_path) -> None:
+    found = {"frame": [192, 120], "pictures": 8, "target_share": {"median": 0.1}}
     spread = {"median": 2.0, "least": 1.0, "most": 4.0}
-    case = {"stage": "matt", "effort": "samples=4", "predicted_s": 2.2, "taken_s": spread, "predicted_over_taken": 1.1}
-    (tmp_path / "bench.json").write_text(json.dumps({"predict": {"cases": [case]}}))
-    document, own = tmp_path / "page.md", "before\n<!-- generated: predicted -->\n{}<!-- end -->\nafter\n"
+    figures = {"labels": {**found, "seconds": {"depth": spread}, "in_all": spread}}
+    (tmp_path / "bench.json").write_text(json.dumps(figures))
+    document, own = tmp_path / "page.md", "before\n<!-- generated: labels -->\n{}<!-- end -->\nafter\n"
     document.write_text(own.format("old\n"))
     asked = [document, "--figures", tmp_path]
     assert str(document) in str(build_docs(*asked, "--check"))
     assert document.read_text() == own.format("old\n")
     assert build_docs(*asked) == 0
     assert build_docs(*asked, "--check") == 0
-    assert "| matt, `samples=4` | 2.2 | 2 (1 to 4) | 10 % |" in document.read_text()
+    assert "| depth | 2 (1 to 4) |" in document.read_text()
     assert document.read_text().startswith("before\n")
     assert document.read_text().endswith("after\n")
 
 
 def test_a_block_without_figures_is_empty_and_its_benchmark_is_named(build_docs, tmp_path, capsys) -> None:
     document = tmp_path / "page.md"
-    document.write_text("<!-- generated: predicted -->\nold\n<!-- end -->\n")
+    document.write_text("<!-- generated: labels -->\nold\n<!-- end -->\n")
     assert build_docs(document, "--figures", tmp_path) == 0
-    assert "predicted: not measured yet: run tools/bench predict" in capsys.readouterr().err
-    assert document.read_text() == "<!-- generated: predicted -->\n<!-- end -->\n"
+    assert "labels: not measured yet: run tools/bench labels" in capsys.readouterr().err
+    assert document.read_text() == "<!-- generated: labels -->\n<!-- end -->\n"

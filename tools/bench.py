@@ -15,9 +15,7 @@ from pathlib import Path
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.processors import machine
 
-PICTURES = ("frames", "render_parts", "equal_error", "glints", "labels", "sensor", "stages", "agreement", "debug")
-RUNS = ("device", "growth", "variants", "plan", "predict", "calibrate", "gallery", "watch", "startup")
-COMMANDS = (*PICTURES, *RUNS)
+COMMANDS = ("frames", "equal_error", "labels", "stages", "device")
 
 
 def main() -> None:

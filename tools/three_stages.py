@@ -1,12 +1,10 @@
-"""Author the three stages that speed and accuracy are measured on, into OUT/NAME/dataset.usda.
+"""The three stages that speed and accuracy are measured on.
 
 matt: matt materials, one Sun, black sky · sunlamp: reflective, the preset spin_sunlamp · earth: the preset
 spin_synthetic with Earth behind, which lights the target too. Tango through the lens of SPEED+; all three with the
 detector of spin_synthetic, for the published spin_sunlamp has one without noise, to which no picture is good enough.
-Run with the project's environment: .venv/bin/python tools/three_stages.py OUT [--poses FILE] [--frames A:B:STEP]
 """
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -60,22 +58,3 @@ def noisy_sunlamp() -> str:
         assert without in text, "the preset spin_sunlamp says something else of its detector"
         text = text.replace(without, f"{line}\n")
     return text
-
-
-def author_all(out: Path, *, poses: Path = POSES, frames: str | None = None) -> dict[str, Path]:
-    """All three into folders of their names below `out`; returns their root layers."""
-    return {name: author(name, out / name, poses=poses, frames=frames) for name in STAGES}
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--poses", type=Path, default=POSES, help="SPEED+, SPEED, SHIRT or SPIN JSON")
-    parser.add_argument("--frames", metavar="A:B:STEP", help="of the pose list; all if not given")
-    options = parser.parse_args()
-    for root in author_all(options.out, poses=options.poses, frames=options.frames).values():
-        print(root)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """Estimate how long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
 
-The constants were measured on a 2-core x86-64 server. `tools/bench predict` holds what they say beside what runs take.
+The constants were measured on a 2-core x86-64 server.
 """
 
 import heapq

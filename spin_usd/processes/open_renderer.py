@@ -31,8 +31,8 @@ class RendererEntry:
     scene.effort.Effort it supports; others are refused · skips_work: whether its class takes `crop` and `keep`,
     and does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region
     into bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
-    image_costs: seconds of one core for each unit of a render, where the units are those of planning.work; `tools/bench
-    calibrate` measures them, and units that do not stand here cost nothing · device_costs: likewise seconds of a
+    image_costs: seconds of one core for each unit of a render, where the units are those of planning.work;
+    units that do not stand here cost nothing · device_costs: likewise seconds of a
     graphics processor, by `tools/bench device` on an NVIDIA H200.
     """
 

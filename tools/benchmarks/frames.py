@@ -19,8 +19,6 @@ from typing import Any
 
 import psutil
 import three_stages
-from benchmarks.growth import WIDTH
-from benchmarks.growth import camera as camera_of
 from benchmarks.own_worker import OwnWorker
 from benchmarks.peers import start_all
 from benchmarks.spread import shown, spread
@@ -31,6 +29,7 @@ from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
+WIDTH, HEIGHT, FOCAL = 1920, 1200, 2988.5795163815555  # of SPEED+'s camera
 EQUAL = "spin_usd, as many plain samples"
 DEFAULT = f"spin_usd, default (`--quality {DEFAULT_QUALITY}`)"
 DRAFT = "spin_usd, `--quality draft`"
@@ -82,8 +81,12 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def own_camera(file: Path, width: int) -> str:
-    """Write a camera of that width; return the file's path."""
-    file.write_text(json.dumps(camera_of(width)))
+    """Write SPEED+'s lens without its distortion, on an image of that width; return the file's path."""
+    scale = width / WIDTH
+    height, focal = round(HEIGHT * scale), FOCAL * scale
+    matrix = [[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]]
+    camera = {"Nu": width, "Nv": height, "cameraMatrix": matrix, "distCoeffs": [0, 0, 0, 0, 0]}
+    file.write_text(json.dumps(camera))
     return str(file)
 
 

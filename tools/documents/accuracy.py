@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from documents.cost import figures_of
 from documents.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
@@ -92,23 +91,6 @@ def _nearest(found: Measurement) -> str:
     error = nearest.error(Criterion.IMAGE)
     times = within(error.expected, error.at_most - error.expected)
     return f"none: the most exact, `{nearest.setting.text}`, is off by {times} times the detector's noise"
-
-
-def glints(folder: Path) -> str:
-    """Return how noisy glints are with each setting that could end them, and what it makes of their light."""
-    found = figures_of(folder, "glints", "glints.json")
-    intro = (
-        f"{found['pixels']:,} pixels of `{PICTURED}` full of glints, against a reference of "
-        f"{found['reference_samples']:,} samples that is itself off by {percent(found['reference_error'])}: the "
-        "relative error, what of it is noise and what is bias, and how much light is missing or too much in all "
-        "(`tools/bench glints`):"
-    )
-    headings = ("`--effort`", "error", "noise", "bias", "light")
-    rows = [
-        [f"`{row['effort']}`", *(percent(row[name]) for name in headings[1:-1]), f"{100 * row['light']:+.1f} %"]
-        for row in found["rows"]
-    ]
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
 
 
 def reports(folder: Path) -> dict[str, str]:

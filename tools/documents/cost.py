@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import device as device_bench
-from benchmarks import predict
-from benchmarks import render_parts as render_parts_bench
 from benchmarks.frames import CROPPED_SCRIPT, EQUAL
 from benchmarks.peers import CROPS
 from benchmarks.spread import shown
@@ -16,9 +14,9 @@ from documents.marked import NotMeasuredError, prose
 from spin_usd.accuracy.tables import in_markdown, number, percent
 
 
-def figures_of(folder: Path, name: str, file_name: str = "bench.json") -> dict[str, Any]:
+def figures_of(folder: Path, name: str) -> dict[str, Any]:
     """Return what the benchmark `name` measured. Raises NotMeasuredError."""
-    file = folder / file_name
+    file = folder / "bench.json"
     found: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file.is_file() else {}
     if name not in found:
         raise NotMeasuredError(f"run tools/bench {name} --json {file}")
@@ -126,50 +124,3 @@ def label_costs(folder: Path) -> str:
     )
     rows = [[kind, shown(taken)] for kind, taken in (*found["seconds"].items(), ("in all", found["in_all"]))]
     return f"{prose(intro)}\n\n{in_markdown(('', 'seconds'), rows)}"
-
-
-def render_parts(folder: Path) -> str:
-    """Return where the time of a picture by Blender goes."""
-    found = figures_of(folder, "render_parts")
-    poses = found["cases"][0]["pictures"]
-    intro = (
-        f"Where a picture's processor time goes, milliseconds, means over {poses} poses made by one worker at efforts "
-        f"that differ in one thing (`tools/bench render_parts`, on {found['machine']['cores']} cores of a machine that "
-        "had much other work: what is fixed is good to a third, the others to a tenth). The lens has no distortion. "
-        "The three rows below what is fixed are its parts; mesh and BVH are those of the pose before, as Cycles keeps "
-        "them in the body's axes. Each row from the light groups on is what a picture takes "
-        "more with it than without."
-    )
-    return f"{prose(intro)}\n\n{render_parts_bench.table(found)}"
-
-
-def growth(folder: Path) -> str:
-    """Return what one more of anything costs a run."""
-    found = figures_of(folder, "growth")
-    rows = []
-    for name, sweep in found["sweeps"].items():
-        values, fit = [row[name] for row in sweep["rows"]], sweep["cpu"]
-        of = [f"{values[0]:,} to {values[-1]:,}{' wide' if name == 'width' else ''}"]
-        rows.append([sweep["against"], *of, f"{fit['slope']:.2g}", number(fit["intercept"]), percent(fit["off"])])
-    base = ", ".join(f"{name} {value:,}" for name, value in found["base"].items())
-    headings = ("", "from, to", "CPU s for one more", "CPU s for none", "furthest from the line")
-    intro = f"How the cost of a run grows, one number at a time changed of {base}:"
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
-
-
-def predicted(folder: Path) -> str:
-    """Return what `plan` said a run takes, beside what it took."""
-    found = figures_of(folder, "predict")
-    rows = [
-        [
-            f"{case['stage']}, `{case['effort']}`",
-            number(case["predicted_s"]),
-            shown(case["taken_s"]),
-            percent(case["predicted_over_taken"] - 1),
-        ]
-        for case in found["cases"]
-    ]
-    worst = max(abs(case["predicted_over_taken"] - 1) for case in found["cases"])
-    within = f"within {percent(predict.BOUND)}" if worst <= predict.BOUND else f"up to {percent(worst)} off"
-    headings = ("stage", "planned, s", "taken, s", "off")
-    return f"What `plan` says a run takes, {within}:\n\n{in_markdown(headings, rows)}"
