@@ -1,23 +1,20 @@
-"""Disturb runs of many small pictures, and compare what comes of them with an undisturbed one.
-
-    tools/try_kills [--kills K] [--supervisor-kills K] [--stops K] [--full-disks N] [--power-cuts N] [--limits N]
-                    [--out DIR]
+"""Whole runs of many small pictures that are disturbed, and what comes of them beside an undisturbed one.
 
 A run ends by itself, with exit code 0, however often its planning and rendering children get SIGKILL; one whose
 supervisor gets it leaves no process, and the same command takes up where it stopped. A worker that gets SIGSTOP is
 ended, and replaced. On full and read-only disks, beside another run, and under limits of memory, files and their size a
 run ends with exit code 0, 1 or 2 and a sentence, and leaves no temporary file and no record of a file that is not
 whole. Each dataset is completed by the same command, to the byte as an undisturbed one. Such disks are small ones in
-memory (tmpfs), which only root can mount; others have the rest tried. A power cut is a file system (ext4, in a file)
-that drops at a random moment what it has not written, and is mounted again: records without their whole files are
-counted, and `--verify` completes the dataset. Exit code 1: something did not hold.
+memory (tmpfs), which only root can mount. A power cut is a file system (ext4, in a file) that drops at a random moment
+what it has not written, and is mounted again: `--verify` completes the dataset.
 """
 
-import argparse
 import fcntl
+import json
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -30,14 +27,25 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import psutil
-from trials import SupervisedRun, author, digests, faults, records, torn
+import pytest
 
+import spin_usd
+from spin_usd import resources
+from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.deaths import TRIES, DeathCause
+from spin_usd.sha256 import sha256_of
 
+pytestmark = [pytest.mark.children, pytest.mark.campaign, pytest.mark.timeout(900)]
+needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root mounts disks")
+
+PICTURES = 10
+HOW = ("--renderer", "raycast", "--samples", 1, "--workers", 2)
+PICTURE_TIMEOUT_S = 5.0
 LOOK_S = 0.02
-STOPPED_S = 60.0
+EVERY_S = 1.0  # between kills, on average
 GIVEN_UP = f"SIGKILL (perhaps the system was out of memory), {TRIES[DeathCause.KILLED]} times"
 SAID = (0, 1, 2)  # exit codes of what a user can mend
 MIN_DISK, STEP = 200_000, 60_000  # bytes that a disk has at first, and gets more at most
@@ -45,27 +53,115 @@ MEMORY = (1 << 28, 1 << 34)  # bytes of address space, least and most
 FILES = (4, 256)
 POWER_CUT_DISK = 1 << 28  # bytes
 SHUTDOWN, NO_LOG_FLUSH = 0x8004587D, 2  # of ioctl_ext4(2): EXT4_IOC_SHUTDOWN, which then leaves the journal as it is
+COMMAND = [sys.executable, "-m", "spin_usd.command_line", "--quiet"]
+GONE_WITHIN_S = 20.0
+TIMINGS = "cache/measured.json"  # what a run took: no two runs take the same
+POSES = resources.stages() / "examples" / "tango_speedplus_poses.json"
+CAMERA = {"Nu": 64, "Nv": 48, "cameraMatrix": [[100, 0, 32], [0, 100, 24], [0, 0, 1]], "distCoeffs": [0, 0, 0, 0, 0]}
+
+
+def author(folder: Path) -> Path:
+    """Write a stage of PICTURES frames; return its root layer."""
+    known = json.loads(POSES.read_text())
+    poses = [{**known[i % len(known)], "filename": f"img{i:06d}.png"} for i in range(PICTURES)]
+    (folder / "poses.json").write_text(json.dumps(poses))
+    (folder / "camera.json").write_text(json.dumps(CAMERA))
+    made = spin_usd.author(
+        poses=folder / "poses.json", target="cubesat", camera=folder / "camera.json", out=folder / "stage"
+    )
+    return Path(made.root)
+
+
+class SupervisedRun:
+    """A run of `spin-usd ARGUMENTS`. seen: all children that there ever were, by their ids."""
+
+    def __init__(self, *arguments: object, **how: Any) -> None:
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the run
+        how = {"stdout": subprocess.DEVNULL, "stderr": self._said, **how}
+        self.process = subprocess.Popen([*COMMAND, *map(str, arguments)], **how)
+        self.seen: dict[int, psutil.Process] = {}
+
+    @property
+    def goes_on(self) -> bool:
+        return self.process.poll() is None
+
+    def children(self) -> list[psutil.Process]:
+        """Return the children that there are now."""
+        found: list[psutil.Process] = []
+        with suppress(psutil.Error):
+            found = psutil.Process(self.process.pid).children()
+        self.seen.update((child.pid, child) for child in found)
+        return found
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Return the exit code."""
+        return self.process.wait(timeout)
+
+    def said(self) -> str:
+        """Return what it wrote to standard error."""
+        self._said.seek(0)
+        return self._said.read().decode(errors="replace")
+
+    def left(self) -> list[int]:
+        """Return the processes that are left of it, a while after it has ended."""
+        give_up = time.monotonic() + GONE_WITHIN_S
+        while (alive := [pid for pid, child in self.seen.items() if _runs(child)]) and time.monotonic() < give_up:
+            time.sleep(0.05)
+        return alive
+
+
+def _runs(process: psutil.Process) -> bool:
+    with suppress(psutil.Error):
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    return False
+
+
+def records(dataset: Path) -> int:
+    """Return how many pictures are finished."""
+    return sum(1 for _ in (dataset / "records").glob("*/*.json"))
+
+
+def digests(dataset: Path) -> dict[str, str]:
+    """Return the sha256 of every file by its name, but of timings; temporary files and locks are files too."""
+    files = (path for path in dataset.rglob("*") if path.is_file())
+    named = ((path.relative_to(dataset).as_posix(), path) for path in files)
+    return {name: sha256_of(path) for name, path in named if name != TIMINGS}
+
+
+def faults(dataset: Path, whole: dict[str, str]) -> Iterator[str]:
+    """Yield what is wrong with a dataset that should hold the files with the digests `whole`."""
+    found = digests(dataset)
+    yield from (f"{dataset.name}: {name} is missing" for name in sorted(whole.keys() - found.keys()))
+    yield from (f"{dataset.name}: {name} is left" for name in sorted(found.keys() - whole.keys()))
+    yield from (f"{dataset.name}: {n} has other bytes" for n in sorted(whole.keys() & found) if whole[n] != found[n])
+    yield from (f"{dataset.name}: {path.name} is left" for path in dataset.iterdir() if path.name.startswith("."))
+    yield from torn(dataset)
+    made = sum(1 for _ in (dataset / "records").glob("*/*.json"))
+    if made != PICTURES:
+        yield f"{dataset.name}: {made} of {PICTURES} pictures"
+
+
+def torn(dataset: Path) -> Iterator[str]:
+    """Yield which files are not as the records say that there are."""
+    for path in (dataset / "records").glob("*/*.json"):
+        for entry in json.loads(path.read_text())["files"].values():
+            file = dataset / entry["path"]
+            if not file.is_file() or sha256_of(file) != entry["sha256"]:
+                yield f"{dataset.name}: {entry['path']} is not as its record says"
 
 
 @dataclass(kw_only=True)
 class Trial:
-    """A trial over one stage. how: the runs' options · every_s: seconds between kills, on average · counts, faults:
-    what came of it · whole: digests of the dataset that the others must be equal to."""
+    """Runs over one stage, whose datasets go below `out`. counts, faults: what came of them · whole: digests of the
+    dataset that the others must be equal to · largest: bytes of its largest file."""
 
     stage: Path
     out: Path
-    pictures: int
-    how: tuple[object, ...]
-    every_s: float
-    chance: random.Random
+    largest: int
+    chance: random.Random = field(default_factory=partial(random.Random, 0))
     counts: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
     whole: dict[str, str] = field(default_factory=dict)
-
-    def make_whole(self) -> None:
-        """Make the dataset that the others must be equal to."""
-        self._ended(self._start(self.out / "whole"), "undisturbed", self.out / "whole")
-        self.whole = digests(self.out / "whole")
 
     def kill_children(self, kills: int) -> None:
         """Kill so many children at least, of as many runs as that takes. A run gives up, and is run again, where the
@@ -97,18 +193,17 @@ class Trial:
                 run = self._start(dataset)
             self._completed(dataset, run)
 
-    def stop_workers(self, stops: int, picture_timeout: float | None) -> None:
+    def stop_workers(self, stops: int) -> None:
         """Stop so many workers, each of another run, for longer than a picture may take, and let them go on."""
-        more = ("--picture-timeout", picture_timeout) if picture_timeout else ()
         for _ in range(stops):
             dataset = self._fresh("stopped")
-            run = self._start(dataset, *more)
-            while run.goes_on and records(dataset) < min(3, self.pictures // 4):
+            run = self._start(dataset, "--picture-timeout", PICTURE_TIMEOUT_S)
+            while run.goes_on and records(dataset) < min(3, PICTURES // 4):
                 time.sleep(LOOK_S)
             if children := run.children():
                 worker = self.chance.choice(children)
                 worker.send_signal(signal.SIGSTOP)
-                time.sleep(2 * (picture_timeout or STOPPED_S))
+                time.sleep(2 * PICTURE_TIMEOUT_S)
                 with suppress(psutil.NoSuchProcess):
                     worker.send_signal(signal.SIGCONT)
                 self.counts["SIGSTOP, worker"] += 1
@@ -169,9 +264,8 @@ class Trial:
 
     def limited(self) -> None:
         """Run under limits of setrlimit(2), each between a least and a most."""
-        largest = max(path.stat().st_size for path in (self.out / "whole").rglob("*") if path.is_file())
         for what, limit, (low, high) in (
-            ("bounded files", resource.RLIMIT_FSIZE, (1, largest)),
+            ("bounded files", resource.RLIMIT_FSIZE, (1, self.largest)),
             ("ulimit -v", resource.RLIMIT_AS, MEMORY),
             ("ulimit -n", resource.RLIMIT_NOFILE, FILES),
         ):
@@ -181,23 +275,17 @@ class Trial:
             self._ended(run, what, dataset)
             self._completed(dataset)
 
-    def table(self) -> str:
-        """Return what came of it as Markdown."""
-        lines = ["| what | how often |", "| --- | ---: |"]
-        lines += [f"| {what} | {count:,} |" for what, count in sorted(self.counts.items())]
-        return "\n".join([*lines, f"| did not hold | {len(self.faults)} |", *(f"- {each}" for each in self.faults)])
-
     def _fresh(self, name: str) -> Path:
         self.counts[f"datasets, {name}"] += 1
         return self.out / f"{name.replace(' ', '_')}{self.counts[f'datasets, {name}']}"
 
     def _start(self, dataset: Path, *more: object, preexec_fn: Callable[[], None] | None = None) -> SupervisedRun:
-        words = ("render", self.stage, "--out", dataset, *self.how, *more)
+        words = ("render", self.stage, "--out", dataset, *HOW, *more)
         return SupervisedRun(*words, preexec_fn=preexec_fn)
 
     def _wait(self, run: SupervisedRun) -> bool:
         """Wait for a random while; return whether the run goes on."""
-        give_up = time.monotonic() + self.chance.expovariate(1 / self.every_s)
+        give_up = time.monotonic() + self.chance.expovariate(1 / EVERY_S)
         while run.goes_on and time.monotonic() < give_up:
             run.children()
             time.sleep(LOOK_S)
@@ -231,7 +319,7 @@ class Trial:
         run = run or self._start(dataset)
         if self._ended(run, "completed", dataset):
             self.faults.append(f"{dataset.name}: {run.said().strip()}")
-        self.faults += faults(dataset, self.whole, pictures=self.pictures)
+        self.faults += faults(dataset, self.whole)
 
 
 @contextmanager
@@ -265,52 +353,69 @@ def _remount(disk: Path, options: str) -> None:
     subprocess.run(["mount", "-o", f"remount,{options}", str(disk)], check=True)
 
 
-def main() -> int:
-    options = _options()
-    with tempfile.TemporaryDirectory(prefix="spin-usd-kills-") as folder:
-        out = options.out or Path(folder)
-        trial = Trial(
-            stage=author(out / "authored", options.pictures),
-            out=out,
-            pictures=options.pictures,
-            how=("--renderer", options.renderer, "--samples", options.samples, "--workers", options.workers),
-            every_s=options.every,
-            chance=random.Random(options.seed),
-        )
-        trial.make_whole()
-        trial.kill_children(options.kills)
-        trial.kill_supervisors(options.supervisor_kills)
-        trial.stop_workers(options.stops, options.picture_timeout)
-        if os.geteuid() == 0 and options.full_disks:
-            trial.full_disk(options.full_disks)
-            trial.read_only()
-        if os.geteuid() == 0:
-            trial.power_cuts(options.power_cuts)
-        for _ in range(options.limits):
-            trial.two_at_once()
-            trial.limited()
-    print(trial.table())
-    return int(bool(trial.faults))
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The stage, and the dataset that the others must be equal to."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv(IN_PROCESS)
+        stage = author(folder)
+        run = SupervisedRun("render", stage, "--out", folder / "whole", *HOW)
+        assert run.wait() == 0, run.said()
+    return stage, folder / "whole"
 
 
-def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pictures", type=int, default=30)
-    parser.add_argument("--kills", type=int, default=5, help="of children, at least")
-    parser.add_argument("--supervisor-kills", type=int, default=2)
-    parser.add_argument("--stops", type=int, default=0, help="of workers, by SIGSTOP")
-    parser.add_argument("--picture-timeout", type=float, metavar="S", help="of the runs whose workers are stopped")
-    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between kills, on average")
-    parser.add_argument("--full-disks", type=int, default=3, help="how often a disk is full, at a random place")
-    parser.add_argument("--power-cuts", type=int, default=0, help="how often the power of a disk is cut")
-    parser.add_argument("--limits", type=int, default=1, help="how often limits and two runs at once are tried")
-    parser.add_argument("--renderer", default="raycast")
-    parser.add_argument("--samples", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="an empty folder, in which all datasets are kept")
-    return parser.parse_args()
+@pytest.fixture
+def trial(undisturbed, tmp_path):
+    """A trial that has no faults when the test ends."""
+    stage, whole = undisturbed
+    trial = Trial(stage=stage, out=tmp_path, largest=max(p.stat().st_size for p in whole.rglob("*") if p.is_file()))
+    trial.whole = digests(whole)
+    yield trial
+    assert trial.faults == [], trial.counts
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def test_runs_outlive_the_death_of_their_children(trial) -> None:
+    trial.kill_children(3)
+
+
+def test_a_run_takes_up_where_one_was_killed(trial) -> None:
+    trial.kill_supervisors(2)
+
+
+def test_a_worker_that_stands_still_is_replaced(trial) -> None:
+    trial.stop_workers(1)
+
+
+def test_two_runs_into_one_folder_make_it_once(trial) -> None:
+    trial.two_at_once()
+
+
+def test_limits_of_memory_and_files_are_said_in_a_sentence(trial) -> None:
+    trial.limited()
+
+
+@needs_root
+def test_a_full_disk_gets_room_and_the_run_goes_on(trial) -> None:
+    trial.full_disk(2)
+
+
+@needs_root
+def test_a_disk_that_became_read_only_loses_nothing(trial) -> None:
+    trial.read_only()
+
+
+@needs_root
+def test_a_power_cut_is_mended_by_verify(trial) -> None:
+    trial.power_cuts(1)
+
+
+def test_torn_missing_and_left_files_are_faults(undisturbed, tmp_path) -> None:
+    """Else the tests above would prove nothing."""
+    whole = undisturbed[1]
+    other = shutil.copytree(whole, tmp_path / "other")
+    assert list(faults(other, digests(whole))) == []
+    next((other / "image" / "nominal").iterdir()).write_bytes(b"torn")
+    (other / ".work-x").mkdir()
+    next((other / "records" / "nominal").iterdir()).unlink()
+    assert len(list(faults(other, digests(whole)))) >= 4
