@@ -78,6 +78,9 @@ RENDER: Mapping[str, str] = {
 }
 """The packages of the extra [render], by the module that each is imported as. Reading a dataset needs none of them."""
 
+OF_UNIX = ("fcntl", "resource")
+"""Modules that Python has on Linux and macOS alone. Reading a dataset and scoring predictions need none of them."""
+
 
 def to_install(package: str) -> str:
     """Return what to do where that package of the extra [render] is not installed."""
@@ -96,6 +99,9 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
         missing = f"{package} is not installed, as reading a dataset does not need it"
         return MissingPackageError(missing, do=to_install(package))
+    if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
+        do = "read datasets and score predictions here, and do all else on Linux"
+        return MissingPackageError(f"this system has no {fault.name}", do=do)
     names = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(fault).__mro__)
     found = next((PARSERS[name] for name in names if name in PARSERS), None)
     if found is None:

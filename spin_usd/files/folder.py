@@ -1,16 +1,20 @@
 """What lies below a folder, reached from that folder's descriptor, part by part, over no link.
 
-The folder's own path is a user's and may be a link. The names below it come from data, or from the disk.
+The folder's own path is a user's and may be a link. The names below it come from data, or from the disk. Where the
+system opens nothing relative to a folder (Windows), each part of a path is looked at before the whole is opened: what
+becomes a link in between is followed.
 """
 
+import errno
 import hashlib
 import os
+import stat
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import BufferedReader
 from operator import itemgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from spin_usd.errors import InputError
 from spin_usd.files.descriptor import FLAGS, read_all, to_read
@@ -21,6 +25,7 @@ from spin_usd.files.size_limits import UNBOUNDED
 MAX_DEPTH = 100  # of folders in one another: a list of more is of no use, and takes a descriptor for each
 FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+BY_DESCRIPTOR = os.open in os.supports_dir_fd
 
 
 @dataclass(frozen=True)
@@ -34,11 +39,8 @@ class Folder:
         """Return the type of what has that name; None where nothing has, or no folder leads there."""
         *folders, last = parts_of(name, self.root)
         try:
-            holder = descend(self.root, folders)
-            try:
-                return type_of_mode(os.stat(last, dir_fd=holder, follow_symlinks=False).st_mode)
-            finally:
-                os.close(holder)
+            with Holder.of(self.root, folders) as holder:
+                return type_of_mode(holder.mode(last))
         except OSError:
             return None
 
@@ -85,10 +87,10 @@ class Folder:
         """Yield all that lies below the folder `within`, ordered by name; nothing where there is no such folder."""
         folders = parts_of(within, self.root) if within else []
         try:
-            descriptor = descend(self.root, folders)
+            holder = Holder.of(self.root, folders)
         except OSError:
             return
-        yield from self._walk(descriptor, within, len(folders))
+        yield from self._walk(holder, within, len(folders))
 
     def files(self, within: str = "") -> Iterator[str]:
         """Yield the names of the files among them."""
@@ -113,11 +115,8 @@ class Folder:
     def _opened(self, name: str, max_bytes: int) -> int:
         *folders, last = parts_of(name, self.root)
         try:
-            holder = descend(self.root, folders)
-            try:
-                descriptor = os.open(last, FLAGS | NO_LINK, dir_fd=holder)
-            finally:
-                os.close(holder)
+            with Holder.of(self.root, folders) as holder:
+                descriptor = holder.open(last)
         except FileNotFoundError:
             do = "restore it, or run spin-usd render again with --verify"
             raise InputError("is missing", where=self.root / name, do=do) from None
@@ -126,30 +125,28 @@ class Folder:
             raise InputError(found, where=self.root / name, do="put the file itself there") from None
         return to_read(descriptor, max_bytes, self.root / name)
 
-    def _walk(self, descriptor: int, within: str, depth: int) -> Iterator[Node]:
+    def _walk(self, folder: "Holder", within: str, depth: int) -> Iterator[Node]:
         """Yield what lies below the open folder, which is closed in the end."""
         before = f"{within}/" if within else ""
-        try:
-            for last, type in self._entries(descriptor, within):
+        with folder as holder:
+            for last, type in self._entries(holder, within):
                 name = before + last
                 yield Node(name, type)
                 if type is NodeType.FOLDER:
-                    yield from self._walk(self._inner(descriptor, last, name, depth), name, depth + 1)
-        finally:
-            os.close(descriptor)
+                    yield from self._walk(self._inner(holder, last, name, depth), name, depth + 1)
 
-    def _entries(self, descriptor: int, within: str) -> list[tuple[str, NodeType]]:
+    def _entries(self, holder: "Holder", within: str) -> list[tuple[str, NodeType]]:
         try:
-            with os.scandir(descriptor) as found:
+            with os.scandir(holder.at) as found:
                 return sorted(((entry.name, type_of_entry(entry)) for entry in found), key=itemgetter(0))
         except OSError as error:
             raise self._unreadable(within, error.strerror) from None
 
-    def _inner(self, descriptor: int, last: str, name: str, depth: int) -> int:
+    def _inner(self, holder: "Holder", last: str, name: str, depth: int) -> "Holder":
         if depth >= MAX_DEPTH:
             raise self._unreadable(name, f"more than {MAX_DEPTH} folders in one another")
         try:
-            return os.open(last, FOLDER_FLAGS | NO_LINK, dir_fd=descriptor)
+            return holder.inner(last)
         except OSError as error:
             raise self._unreadable(name, error.strerror) from None
 
@@ -171,6 +168,60 @@ class FileIn(NamedTuple):
     def open(self) -> BufferedReader:
         """Open the file to read it piece by piece."""
         return self.folder.open(self.name, UNBOUNDED)
+
+
+@dataclass(frozen=True)
+class Holder:
+    """An open folder, closed by `with`. at: its descriptor; its path where the system opens nothing relative to one."""
+
+    at: int | Path
+
+    @classmethod
+    def of(cls, root: Path, folders: Sequence[str]) -> "Holder":
+        """Open the folder to which `folders` lead from `root`, over no link. Raises OSError."""
+        if BY_DESCRIPTOR:
+            return cls(descend(root, folders))
+        holder = cls(root)
+        for folder in folders:
+            holder = holder.inner(folder)
+        return holder
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if isinstance(self.at, int):
+            os.close(self.at)
+
+    def mode(self, last: str) -> int:
+        """Return the mode of what has that name in the folder, of a link itself. Raises OSError."""
+        if isinstance(self.at, int):
+            return os.stat(last, dir_fd=self.at, follow_symlinks=False).st_mode
+        return os.lstat(self._path(self.at, last)).st_mode
+
+    def open(self, last: str) -> int:
+        """Open the file of that name in the folder, which is no link. Raises OSError."""
+        if isinstance(self.at, int):
+            return os.open(last, FLAGS | NO_LINK, dir_fd=self.at)
+        if stat.S_ISLNK(self.mode(last)):
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+        return os.open(self._path(self.at, last), FLAGS)
+
+    def inner(self, last: str) -> "Holder":
+        """Open the folder of that name in the folder, which is no link. Raises OSError."""
+        if isinstance(self.at, int):
+            return Holder(os.open(last, FOLDER_FLAGS | NO_LINK, dir_fd=self.at))
+        if not stat.S_ISDIR(self.mode(last)):
+            raise OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        return Holder(self._path(self.at, last))
+
+    @staticmethod
+    def _path(folder: Path, last: str) -> Path:
+        """Return the path of what has that name in the folder; a name that leads elsewhere, as one with a backslash
+        does on Windows, is no name there. Raises OSError."""
+        if os.path.basename(last) != last or os.path.splitdrive(last)[0]:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), last)
+        return folder / last
 
 
 def descend(root: Path, folders: Sequence[str]) -> int:

@@ -4,7 +4,6 @@ Address space, not memory held, is what the system can bound (setrlimit(2), RLIM
 never use.
 """
 
-import resource
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
@@ -50,6 +49,13 @@ def refuse_tight_limits() -> None:
     except FileNotFoundError:
         do = "set TMPDIR to one, free some space, or raise the limit of a file's size (ulimit -f)"
         raise OutputError("no folder for temporary files can be written", do=do) from None
+    with suppress(ModuleNotFoundError):  # Windows has no such limits
+        _refuse_tight_limits()
+
+
+def _refuse_tight_limits() -> None:
+    import resource
+
     for limit, least, word in (
         (resource.RLIMIT_AS, MIN_MEMORY, "of address space (ulimit -v) is {0:.3g} GiB, and {1:.3g} GiB are needed"),
         (resource.RLIMIT_NOFILE, MIN_FILES, "of open files (ulimit -n) is {2}, and {3} are needed"),
@@ -62,6 +68,8 @@ def refuse_tight_limits() -> None:
 
 def _allowed(wanted: int) -> int:
     """Return so many bytes, or what a limit of this process leaves: only root may raise those."""
+    import resource  # not above: Windows, where datasets are read, has none
+
     given = resource.getrlimit(resource.RLIMIT_AS)
     return min([wanted, *(limit for limit in given if limit != resource.RLIM_INFINITY)])
 

@@ -71,6 +71,24 @@ def test_nothing_outside_is_read_and_nothing_but_files(folder: Folder, name: str
     assert not os.path.lexists(folder.root / "new")
 
 
+@pytest.mark.parametrize("reading", sorted(READINGS.keys() - {"link"}))
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_nor_where_nothing_is_opened_relative_to_a_folder(folder, name, reading, monkeypatch) -> None:
+    monkeypatch.setattr("spin_usd.files.folder.BY_DESCRIPTOR", False)
+    with pytest.raises(InputError):
+        READINGS[reading](folder, name)
+
+
+def test_folders_are_listed_alike_where_nothing_is_opened_relative_to_one(folder, monkeypatch) -> None:
+    found = [*folder.walk()]
+    types = [folder.type_of(node.name) for node in found]
+    monkeypatch.setattr("spin_usd.files.folder.BY_DESCRIPTOR", False)
+    assert [*folder.walk()] == found
+    assert [folder.type_of(node.name) for node in found] == types
+    assert folder.read("a/b/file", 5) == b"bytes"
+    assert [*folder.walk("to_folder")] == [*folder.walk("none")] == []
+
+
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_nothing_outside_is_written_or_removed(folder: Folder, name: str, tmp_path: Path) -> None:
     (tmp_path / "new").write_bytes(b"new")

@@ -42,6 +42,15 @@ def score(options: ScoreOptions) -> ScoreReport:
         Path(options.truth), variants=names_in(options.variants), target=options.target, progress=options.progress
     )
     found = matched(predictions, truth, partial=options.partial)
+    notes = [*found.notes]
+    try:
+        model = _model(truth, found)
+    except ModuleNotFoundError as missing:  # of the extra [render], or of no system but those that spin_usd renders on
+        model = UNSET
+        notes.append(
+            f"ADD and BOP's recalls are left out: the target's points are read by what needs {missing.name}, "
+            "which is not installed"
+        )
     errors = PoseErrors.of(q=found.q, t=found.t, true_q=truth.q[found.places], true_t=truth.t[found.places])
     report = ScoreReport(
         predictions=str(options.predictions),
@@ -49,9 +58,9 @@ def score(options: ScoreOptions) -> ScoreReport:
         all=ScoredErrors(**_figures(errors)),
         missing=found.missing,
         groups=[*_groups(errors, truth, found.places)],
-        model=_model(truth, found),
+        model=model,
         worst=_worst(errors, truth, found.places),
-        notes=[*found.notes],
+        notes=notes,
     )
     if options.out is not None:
         from spin_usd.commands.score.page import write_page

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.files.folder import Folder
-from spin_usd.processes.ask_child import ask_child
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import hull_points
 
@@ -97,6 +96,8 @@ def body_models(dataset: ExportedDataset) -> dict[int, Model]:
 def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Model]:
     """Return the model of each target of the stage by its id, as it is in the `frames`, their names by variant. Raises
     StageError, UnsupportedError for a target that changes its shape in them."""
+    from spin_usd.processes.ask_child import ask_child  # not above: who only reads may have no system for children
+
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         ids = ask_child("save_models", reads=root, stage=str(root), folder=folder, frames=frames)
         return {number: _loaded(Path(folder, f"{number}.npz")) for number in ids}
