@@ -71,5 +71,7 @@ def test_the_citation_has_the_required_fields_and_the_version_of_the_package() -
 
 def test_the_changelog_has_the_version_of_the_package() -> None:
     version = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]["version"]
-    titles = re.findall(r"^## (\S+)", (REPOSITORY / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert titles[:2] == ["Unreleased", version]
+    titles = re.findall(r"^## (\S+) \((.+)\)$", (REPOSITORY / "CHANGELOG.md").read_text(), re.MULTILINE)
+    (_, state), (released, day) = titles[:2]
+    assert (state, released) == ("unreleased", version)
+    assert f"date-released: {day}\n" in (REPOSITORY / "CITATION.cff").read_text()
