@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.commands.doctor.run import examine
 from spin_usd.errors import MissingPackageError
 from spin_usd.faults import RENDER
 from spin_usd.options import Options, takes
@@ -121,3 +122,21 @@ def test_the_base_stands_beside_what_trains(base, wheel, rendered, tmp_path) -> 
         (packages / "training.pth").write_text(str(TRAINING))
     done = run(python, "-c", READ, rendered)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "library", "well"),
+    [
+        ("Linux", "x86_64", ("glibc", "2.28"), True),
+        ("Linux", "x86_64", ("glibc", "2.17"), False),
+        ("Linux", "aarch64", ("glibc", "2.36"), False),
+        ("Linux", "x86_64", ("", ""), False),
+        ("Darwin", "arm64", ("", ""), False),
+    ],
+)
+def test_doctor_says_on_which_systems_it_was_tried(monkeypatch, system, machine, library, well) -> None:
+    monkeypatch.setattr("platform.system", lambda: system)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    monkeypatch.setattr("platform.libc_ver", lambda: library)
+    line = next(line for line in examine(REPOSITORY) if line.subject == "system")
+    assert (line.well, line.found.split()[:3]) == (well, [system, "on", f"{machine},"])

@@ -29,6 +29,7 @@ from spin_usd.processes.processors import usable_cpus
 from spin_usd.scene.effort import CPU
 
 DISK_WANTED = 5 << 30
+GLIBC = (2, 28)  # of Blender's wheels for Linux: manylinux_2_28
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +56,7 @@ def examine(folder: Path) -> Iterator[Line]:
     """Examine all that spin_usd needs of this machine, with `folder` as the place where datasets would go."""
     yield Line(subject="spin_usd", found=spin_usd.__version__)
     yield _python()
+    yield _system()
     for name in dict.fromkeys((*LIBRARIES, *RENDER.values())):
         yield _library(name)
     yield from _children()
@@ -66,9 +68,18 @@ def examine(folder: Path) -> Iterator[Line]:
 
 
 def _python() -> Line:
-    found = f"Python {platform.python_version()} on {platform.machine()} {platform.system()}"
     remedy = "" if sys.version_info >= (3, 11) else "use Python 3.13"
-    return Line(subject="python", found=found, remedy=remedy)
+    return Line(subject="python", found=f"Python {platform.python_version()}", remedy=remedy)
+
+
+def _system() -> Line:
+    """Say the system and its C library; the remedy is for one on which nothing was tried."""
+    library, version_of_it = platform.libc_ver()
+    known = (platform.system(), platform.machine(), library) == ("Linux", "x86_64", "glibc")
+    well = known and tuple(map(int, version_of_it.split(".")[:2])) >= GLIBC
+    found = f"{platform.system()} on {platform.machine()}, {library or 'another C library than glibc'} {version_of_it}"
+    remedy = "" if well else "render on Linux on x86-64 with glibc 2.28 or later; elsewhere it was not tried"
+    return Line(subject="system", found=found.strip(), remedy=remedy)
 
 
 def _library(name: str) -> Line:
