@@ -1,7 +1,6 @@
 """A COLLADA file's XML: its elements by what refers to them, and its numbers. Source: COLLADA 1.4.1 and 1.5.
 
-pycollada keeps numbers as floats of 32 bits, opens what is a zip file, drops a scene for a lamp that is not there, and
-refused or emptied 4 of 25 real files; so the XML is read here.
+docs/concepts/decisions.md says why pycollada does not read it.
 """
 
 from collections.abc import Iterator
