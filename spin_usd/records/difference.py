@@ -28,19 +28,6 @@ class Difference:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class TriedDifference(Difference):
-    """A difference, and what it changes."""
-
-    effect: Annotated[
-        Annotated[str, one_of("geometry", "radiance", "exposure", "nothing")] | None,
-        Meta(
-            description="The first key that it changes by itself: geometry is labels made again, radiance the render, "
-            "exposure the image alone. Null where that is not known."
-        ),
-    ]
-
-
 class ComparedPictures(JsonStruct, frozen=True, kw_only=True):
     """How many pictures both variants have, in how many of them each key differs, and how many only one has."""
 
@@ -57,7 +44,7 @@ class DiffReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag=
 
     before: Annotated[str, Meta(description="The first variant, as it was given.")]
     after: Annotated[str, Meta(description="The second variant, as it was given.")]
-    differences: list[TriedDifference]
+    differences: list[Difference]
     pictures: ComparedPictures
     resampled: Annotated[
         bool, Meta(description="Whether what is sampled at random for each picture differs: noise and back plates.")

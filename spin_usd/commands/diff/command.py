@@ -9,17 +9,15 @@ import typer
 
 from spin_usd.options import Frames, Stage
 from spin_usd.pluralise import pluralise
-from spin_usd.terminal.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, print_out, show_report
+from spin_usd.terminal.lines import BAD, GOOD, NAME, QUIET, Line, Painted, print_out, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 
 if TYPE_CHECKING:
-    from spin_usd.records.difference import DiffReport, TriedDifference
+    from spin_usd.records.difference import Difference, DiffReport
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
 VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same. Each line shows A's value -> B's.")]
-# What must be made again where that key is another.
-EFFECTS = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
 
 
 def diff(
@@ -33,7 +31,7 @@ def diff(
     """Show what differs from one variant to another, by prim and property, and which work that makes.
 
     A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
-    isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing.
+    isda_1,camera=rich. The last lines say how many pictures need other labels, renders or images.
 
     The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
     """
@@ -48,7 +46,7 @@ def diff(
     print_out(*_listed(answer.differences), *_summary(answer))
 
 
-def _listed(differences: "Sequence[TriedDifference]") -> Iterator[Line]:
+def _listed(differences: "Sequence[Difference]") -> Iterator[Line]:
     """Yield a paragraph for each prim, and one for the files."""
     for where, here in groupby(
         differences, key=lambda each: each.where.partition(".")[0] if each.kind != "file" else ""
@@ -59,21 +57,20 @@ def _listed(differences: "Sequence[TriedDifference]") -> Iterator[Line]:
         yield ""
 
 
-def _difference(each: "TriedDifference") -> Iterator[Line]:
+def _difference(each: "Difference") -> Iterator[Line]:
     subject = each.where if each.kind == "file" else _subject(each)
-    effect = f"   [{EFFECTS[each.effect]}]" if each.effect else ""
     before, after = Painted(_text(each.before), BAD), Painted(_text(each.after), GOOD)
     samples = ""
     if each.samples:
         which = "the only time sample" if each.samples == 1 else f"the first of {each.samples} time samples"
         samples = f"   (at {each.time_code:g}, {which} that differ{'s' * (each.samples == 1)})"
-    yield "  ", Painted(subject, NAME), "   ", before, " -> ", after, samples, Painted(effect, DOUBTFUL)
+    yield "  ", Painted(subject, NAME), "   ", before, " -> ", after, samples
     if each.before_from or each.after_from:
         origin = f"      {each.before_from or 'not authored'} -> {each.after_from or 'not authored'}"
         yield (Painted(origin, QUIET),)
 
 
-def _subject(each: "TriedDifference") -> str:
+def _subject(each: "Difference") -> str:
     name = each.where.partition(".")[2]
     match each.kind:
         case "selection":

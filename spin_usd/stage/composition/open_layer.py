@@ -20,16 +20,13 @@ def open_layer(path: str | Path) -> Sdf.Layer:
     return layer_at(files.root)
 
 
-def stage_on(root: Sdf.Layer, session: Sdf.Layer | None = None, *, only: Sdf.Path | None = None) -> Usd.Stage:
-    """Compose `root`, a layer that was made here or opened by `open_layer`, under `session`; `only` that prim, with
-    what is above and below it. Raises StageError for what is too large to compose."""
+def stage_on(root: Sdf.Layer, session: Sdf.Layer | None = None) -> Usd.Stage:
+    """Compose `root`, a layer that was made here or opened by `open_layer`, under `session`. Raises StageError for what
+    is too large to compose."""
     where = root.realPath or root.identifier
     with parser_faults(where):
         refuse_excess(root, session, where)
-        session = session or Sdf.Layer.CreateAnonymous("session.usda")
-        if only is None:
-            return Usd.Stage.Open(root, session)
-        return Usd.Stage.OpenMasked(root, session, Usd.StagePopulationMask([only]))
+        return Usd.Stage.Open(root, session or Sdf.Layer.CreateAnonymous("session.usda"))
 
 
 def default_prim_on(root: Sdf.Layer, session: Sdf.Layer) -> Usd.Stage:

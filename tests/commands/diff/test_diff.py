@@ -1,4 +1,4 @@
-"""`spin-usd diff` on a real stage: the effect of each property, what that costs, and how it is shown."""
+"""`spin-usd diff` on a real stage: what each property costs, and how it is shown."""
 
 import json
 import re
@@ -44,7 +44,6 @@ VARIANTS = {
     "same": "",
     "lens": over("Camera", text="double spin:lens:fx = 400"),
     "glare": over("Camera", text="double spin:optics:glare = 0.05", metadata=OPTICS),
-    "halo": over("Camera", text="double spin:optics:glare = 0.05\ndouble spin:optics:glareCore = 9", metadata=OPTICS),
     "late": over("Camera", text="float exposure:time.timeSamples = {\n0: 0.01,\n5: 0.01,\n6: 0.02,\n}"),
     "dim": over(*SUN, text="float inputs:intensity = 900"),
     "turned": over(*SUN, text="float3 xformOp:rotateXYZ = (50, 0, 30)"),
@@ -88,13 +87,10 @@ def stage(small_stage, tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", EFFECTS)
-def test_the_effect_of_a_property_is_what_the_variant_costs(stage, variant) -> None:
-    """Each variant changes one thing, so its effect by itself is what differs between the variants."""
+def test_a_property_costs_what_it_changes(stage, variant) -> None:
     where, effect, pictures = EFFECTS[variant]
     answer = diff(stage, "nominal", variant)
-    assert {each["where"]: each["effect"] for each in answer["differences"] if each["kind"] != "schemas"} == {
-        where: effect
-    }
+    assert [each["where"] for each in answer["differences"] if each["kind"] != "schemas"] == [where]
     weakest = KEYS.index(effect) if effect in KEYS else len(KEYS)
     expected = {key: pictures if i >= weakest else 0 for i, key in enumerate(KEYS)}
     assert answer["pictures"] == {"compared": 8, "only_before": 0, "only_after": 0, **expected}
@@ -108,15 +104,6 @@ def test_the_way_back_costs_the_same(stage, variant) -> None:
     assert [(d["before"], d["after"]) for d in there["differences"]] == [
         (d["after"], d["before"]) for d in back["differences"]
     ]
-
-
-@pytest.mark.slow
-def test_what_counts_only_with_others_is_found_by_undoing_it(stage) -> None:
-    """The size of a halo that only the second variant has; it has the schema from there too."""
-    for pair in (("nominal", "halo"), ("halo", "nominal")):
-        listed = diff(stage, *pair, frames=":1")["differences"]
-        effects = {each["where"].rpartition(":")[2]: each["effect"] for each in listed if each["kind"] == "attribute"}
-        assert effects == {"glare": "exposure", "glareCore": "exposure"}
 
 
 def test_the_keys_that_differ_are_those_of_the_plan(stage) -> None:
@@ -152,7 +139,7 @@ def test_other_sets_can_be_compared(stage, spin_usd) -> None:
 
 def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd) -> None:
     told = spin_usd("diff", stage, "nominal", "late").stdout
-    assert "exposure:time   0.01 -> 0.02   (at 6, the only time sample that differs)   [image]" in told
+    assert "exposure:time   0.01 -> 0.02   (at 6, the only time sample that differs)" in told
     assert "layers/camera.usda -> variants.usda {augmentation=late}" in told
     assert "of 8 pictures: labels differ in 0, renders in 0, images in 2" in told
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from spin_usd.stage.composition.apply_difference import apply_difference, can_apply
 from spin_usd.stage.composition.differences import differences
 from spin_usd.stage.composition.open_stage import open_stage
 
@@ -243,30 +242,6 @@ def test_a_prim_that_is_nowhere_defined_is_none(found) -> None:
 def test_what_differs_inside_an_instance(found) -> None:
     (difference,) = found('over "Copies"\n{\nover "A"\n{\ndouble size = 8\n}\n}').values()
     assert (difference.where, difference.after) == ("/World/Copies/A.size", "8.0")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        over("double size = 5"),
-        over("double size = None\ndouble speed.timeSamples = {\n0: 9,\n5: 2,\n}"),
-        over("asset texture = @./textures/rust.png@"),
-        over("rel friend = </World/Copies>\ndouble follows.connect = </World/Model.size>\ndouble size.connect = None"),
-        over("", 'prepend apiSchemas = ["SpinTargetAPI"]\nkind = "group"'),
-        over('over "Part" (\nactive = false\n)\n{\n}'),
-        over('def Xform "New"\n{\nasset x = @./textures/rust.png@\ndef Cube "X"\n{\n}\n}'),
-    ],
-)
-def test_all_that_differs_transplanted_leaves_nothing_that_differs(make, text) -> None:
-    """But the files, which are how the values came there."""
-    path = make(text)
-    a, b = open_stage(path, selections={"paint": "thick"}), open_stage(path, variant="a")
-    listed = [each for each in differences(a, b) if can_apply(each, a)]
-    assert listed
-    for each in listed:
-        apply_difference(each, b, a)
-    assert [each for each in differences(a, b) if each.kind != "file"] == []
-    assert not any(stage.GetRootLayer().dirty for stage in (a, b))
 
 
 def test_a_stage_without_default_prim_is_compared(tmp_path) -> None:

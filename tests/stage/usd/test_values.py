@@ -11,11 +11,7 @@ from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
 STAGE = Path(spin_usd.__file__).parent / "stage"
-READS = {
-    "usd/values.py",
-    "composition/differences.py",
-    "composition/apply_difference.py",
-}  # diff compares and copies any value
+READS = {"usd/values.py", "composition/differences.py"}  # diff compares any value
 
 BOX = """def Mesh "Box"
 {{
