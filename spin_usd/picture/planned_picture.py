@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
-    """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, how many
-    of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
-    (see work.features), the file that its pose was given for, "" where there is none, and the keys of the labels asked
-    for that more decides than the geometry."""
+    """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, about how many
+    of those show the target, into how many light groups, what of it costs (see work.features), the file that its pose
+    was given for, "" where there is none, and the keys of the labels asked for that more decides than the geometry."""
 
     variant: str
     index: int
@@ -20,7 +19,6 @@ class PlannedPicture:
     exposure: str
     targets: str
     region: tuple[int, int, int, int]
-    outline_pixels: int
     target_pixels: int
     light_groups: int
     features: tuple[str, ...]

@@ -1,8 +1,8 @@
 """The cost of making pictures: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
 
-The constants were measured on one core of a 2-core x86-64 server. How many times slower this machine is scales them
-(`machine_speed`). What a dataset's own runs took beside what was expected of them is kept in its `cache/measured.json`,
-and says more: it scales what is expected next.
+The constants are few and rough. They were measured on one core of a 2-core x86-64 server. How many times slower this
+machine is scales them (`machine_speed`). What a dataset's own runs took beside what was expected of them is kept in its
+`cache/measured.json`, and says more: it scales what is expected next.
 """
 
 from collections.abc import Mapping
@@ -29,19 +29,12 @@ EVERYWHERE: Costs = {
     "files": {"pixel": 5e-9},
     "labels": {"pixel": 5e-8, "target": 2.5e-7, **_OF_LABELS},
     "facts": {"picture": 0.04},
-    LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
+    LABEL_PASS: {"picture": 0.005, "pixel": 1.4e-7},
     BEAM_PASS: {"picture": 0.03},
-    "background": {"planet": 1.4e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
-    "sensor": {
-        "pixel": 2e-8,
-        "vignetting": 2e-9,
-        "spread": 2e-9,
-        "glare": 3.2e-8,
-        "bloom": 2.7e-8,
-        "noise": 2.6e-8,
-    },
+    "background": {"planet": 1.4e-7, "other": 4e-8},
+    "sensor": {"pixel": 2e-8, "step": 2.8e-8},
 }
-"""Seconds a unit of each kind of work; see work_units. A dome is taken for a back plate, unmeasured."""
+"""Seconds a unit of each kind of work; see work_units."""
 BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0} | {name: label.file_bytes for name, label in LABELS.items()}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise

@@ -191,11 +191,11 @@ class Extents:
 
     def of(self, scene: Scene, geometry: str) -> list[int]:
         """Return columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how
-        many pixels of it lie within the target's outline and show it."""
+        many of its pixels show the target."""
         if not scene.blurred and geometry in self._known:
             return self._known[geometry]
         region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
-        found = [region.x0, region.y0, region.x1, region.y1, round(scene.outline_pixels), target]
+        found = [region.x0, region.y0, region.x1, region.y1, target]
         if not scene.blurred:
             self._known[geometry] = found
         return found

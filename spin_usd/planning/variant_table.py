@@ -42,13 +42,12 @@ class VariantRow:
 @dataclass(frozen=True, kw_only=True)
 class VariantTable:
     """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
-    order; `images`: whether any shows a planet; `slower`: how many times, this machine, than that of the constants;
+    order; `slower`: how many times, this machine, than that of the constants;
     `measured`: the kinds of work whose time runs have said instead."""
 
     rows: tuple[VariantRow, ...]
     finished: int
     works: tuple[Work, ...]
-    images: bool
     slower: float
     measured: tuple[str, ...]
 
@@ -63,7 +62,6 @@ class VariantTable:
             self.works,
             planned=self.finished + len(self.works),
             variants=sum(row.pictures > 0 for row in self.rows),
-            images=self.images,
             workers=workers,
             cores=cores,
             slower=self.slower,
@@ -101,12 +99,10 @@ def variant_table(
         new = [costs.of(task) for task in tasks]
         works += [work for work, _ in new]
         rows.append(_row(variant, tasks, new, exposures=len(exposed) - before, slower=slower))
-    images = options.renders and any("planet" in picture.features for picture in todo)
     return VariantTable(
         rows=tuple(rows),
         finished=len(plan.pictures) - len(todo),
         works=tuple(works),
-        images=images,
         slower=slower,
         measured=tuple(work for work in measured.expected if measured.has_measured(work)),
     )
@@ -122,7 +118,7 @@ class _Costs:
     def of(self, task: Task) -> tuple[Work, float]:
         """Return the work of `task`, and its bytes on disk."""
         picture = task.picture
-        pixels = (picture.region, picture.outline_pixels, picture.target_pixels)
+        pixels = (picture.region, picture.target_pixels)
         of = (pixels, picture.light_groups, picture.features, task.label_pass, task.render)
         found = self._known.get(of)
         if found is None:

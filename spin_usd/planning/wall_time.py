@@ -15,8 +15,6 @@ PLANNING_S = 1.4  # to open the stage in a process of its own
 PLANNED_S = 6e-4  # a picture, by one of the processes that share them
 START_S = 2.4  # a worker's start, and what its first picture takes more than others
 OPEN_S = 0.2  # a variant's stage, in each worker
-IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
-BESIDE = 1.02  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
 DEVICE_ALONE = 0.5  # of a render's time on a device, in which no other worker's is rendered there (measured)
 SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
 
@@ -46,7 +44,6 @@ def wall_seconds(
     *,
     planned: int,
     variants: int,
-    images: bool,
     workers: int,
     cores: int,
     slower: float = 1.0,
@@ -54,8 +51,7 @@ def wall_seconds(
     """Return the seconds of a run that plans so many pictures of so many variants and makes those with the `works`, in
     their order.
 
-    `images`: whether any of them shows a planet. `slower`: how many times, this machine, than that of the constants.
-    Nothing where there are no works.
+    `slower`: how many times, this machine, than that of the constants. Nothing where there are no works.
     """
     listed = list(works)
     if not listed:
@@ -66,7 +62,7 @@ def wall_seconds(
         heapq.heapreplace(ends, ends[0] + worker_seconds(work, workers=count, cores=cores))
     planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
     shared = DEVICE_ALONE * sum(work.device for work in listed)
-    return slower * (planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images) + max(shared, *ends)
+    return slower * (planning + START_S + OPEN_S * variants) + max(shared, *ends)
 
 
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
@@ -89,5 +85,5 @@ def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[st
 def _pace(workers: int, cores: int) -> tuple[float, float]:
     """Return how many times faster the renders of each of so many workers are than on one core, and how many times
     slower all its work is."""
-    slower = max(workers / cores, 1.0) * (BESIDE if workers > 1 else 1.0)
+    slower = max(workers / cores, 1.0)
     return max(cores // workers, 1) ** SPEED_UP, slower

@@ -3,16 +3,12 @@
 Kinds of work have the names that workers report. What a unit costs is in `cost`.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
-from spin_usd.processes.open_renderer import renderer_entry
-from spin_usd.renderers.crop import BAND_COST_SAMPLES
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import CPU, LOOKS_EVERY, Effort
@@ -22,8 +18,8 @@ from spin_usd.scene.model import Scene
 Units = dict[str, float]
 BEHIND = ("planet", "stars", "back plate", "dome")
 THROUGH_OPTICS, NOISE = ("vignetting", "spread", "glare", "bloom"), "noise"
-DEVELOPED = (*THROUGH_OPTICS, NOISE)
-LIT = ("glossy", "clear", "several lights", "surroundings")
+COSTLY_STEPS = ("glare", "bloom", NOISE)
+LIT = ("glossy", "surroundings")
 ADAPTIVE_SAMPLES, ADAPTIVE_POWER = 3.0, -1.2
 """Of a glossy target: samples a pixel, on average, times the noise asked for to that power (measured at 0.1, 0.03 and
 0.01 on a metal under Sun and lamp: 48, 200 and 800). A matt one hardly takes more than the least."""
@@ -65,9 +61,9 @@ class CommonWork:
 
 
 def features(scene: Scene) -> list[str]:
-    """Return the features of the scene that cost time, of BEHIND, DEVELOPED and LIT."""
+    """Return the features of the scene that cost time, of BEHIND, THROUGH_OPTICS, NOISE and LIT."""
     behind, optics, sensor = scene.environment, scene.optics, scene.sensor
-    groups, shown = LightGroups.of(scene), [shown_materials(body.target) for body in scene.bodies]
+    shown = [shown_materials(body.target) for body in scene.bodies]
     has = {
         "planet": bool(behind.planets),
         "stars": bool(behind.stars),
@@ -79,9 +75,7 @@ def features(scene: Scene) -> list[str]:
         "bloom": optics.bloom_intensity > 0,
         NOISE: sensor.gain > 0,
         "glossy": not all(each.diffuse for each in shown),
-        "clear": any(each.transparent for each in shown),
-        "several lights": len(groups.placed) > 1,
-        "surroundings": groups.surroundings,
+        "surroundings": LightGroups.of(scene).surroundings,
     }
     return [name for name, there in has.items() if there]
 
@@ -93,8 +87,7 @@ def work_units(task: Task, options: CommonWork) -> dict[str, Units]:
     found: dict[str, Units] = {work: {"picture": 1} for work in ("stage", "cache", "facts")}
     found["files"] = {"pixel": files * frame}
     if task.label_pass:
-        beside = picture.region_pixels - picture.target_pixels
-        found[LABEL_PASS] = {"picture": 1, "beside": beside, "target": picture.target_pixels}
+        found[LABEL_PASS] = {"picture": 1, "pixel": picture.region_pixels}
         if any(kind in CLOUD_LABELS for kind in options.kinds):
             found[BEAM_PASS] = {"picture": 1}
         costly = {name: picture.target_pixels for name in options.labels if LABELS[name].target_s}
@@ -104,54 +97,26 @@ def work_units(task: Task, options: CommonWork) -> dict[str, Units]:
     elif options.renders:
         found["cache"]["pixel"] = picture.region_pixels
     if IMAGE in options.kinds:
-        found["background"] = {name: frame for name in picture.features if name in BEHIND}
-        found["sensor"] = {"pixel": frame, **{name: frame for name in picture.features if name in DEVELOPED}}
+        behind = {"planet" if name == "planet" else "other" for name in picture.features if name in BEHIND}
+        found["background"] = dict.fromkeys(behind, frame)
+        found["sensor"] = {"pixel": frame, "step": frame * sum(name in COSTLY_STEPS for name in picture.features)}
     return found
 
 
-def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bool = False) -> Units:
-    """Return the units of one pass: boxes of pixels, their pixels, and the samples of those on the target and beside
-    it. `whole`: the region is not cut into bands."""
-    count, pixels = (
-        (1.0, float(picture.region_pixels)) if whole or not renderer_entry(renderer).bands else _bands(picture, samples)
-    )
-    target = min(picture.target_pixels, pixels)
-    return {"box": count, "pixel": pixels, "beside": samples * (pixels - target), "target": samples * target}
-
-
-def _bands(picture: PlannedPicture, samples: float) -> tuple[float, float]:
-    """Return about how many bands of rows Blender's renderer cuts the region into, and their pixels.
-
-    With n bands the part of the region beside the target's rows falls as 1 / n, and starting one costs so many pixels:
-    the cheapest n is the root of their ratio. A row of the target is about half filled up to its outline's.
-    """
-    region, rows = float(picture.region_pixels), picture.region[3] - picture.region[1]
-    least = min((picture.outline_pixels + picture.target_pixels) / 2, region)
-    count = math.sqrt((region - least) * samples / BAND_COST_SAMPLES)
-    count = max(min(count, rows / ROWS), 1.0)
-    return count, least + (region - least) / count
-
-
 def _light(picture: PlannedPicture, options: CommonWork) -> Iterator[tuple[str, float]]:
-    """Yield the units of a render, by name."""
-    effort, pixels = options.effort, float(picture.region_pixels)
+    """Yield the units of a render, by name: pixels of the region, samples of those that show the target, among them
+    those of glossy surfaces and those that surroundings light, and pixels to be denoised, of each light group."""
+    effort = options.effort
     share = 1 / effort.reduction**2
-    samples = expected_samples(effort, glossy="glossy" in picture.features)
-    traced = _traced(picture, options.renderer, samples=samples * share, whole=bool(effort.adaptive))
-    yield from {**traced, "pixel": traced["pixel"] * share}.items()
+    pixels = picture.region_pixels * share
+    samples = expected_samples(effort, glossy="glossy" in picture.features) * share * picture.target_pixels
+    yield "pixel", pixels
+    yield "sample", samples
     for name in LIT:
         if name in picture.features:
-            yield name, traced["target"]
-    if effort.bounces:
-        yield "bounced", traced["target"]
-    if "surroundings" in picture.features:
-        yield "sky", 1
-    if picture.light_groups > 1:
-        yield "group", picture.light_groups * traced["pixel"] * share
+            yield name, samples
     if effort.denoiser != "none":
-        yield f"denoised {effort.denoiser}", picture.light_groups * pixels * share
-    if effort.reduction > 1:
-        yield "enlarged", picture.light_groups * pixels
+        yield "denoised high" if effort.denoiser == "high" else "denoised", picture.light_groups * pixels
 
 
 def expected_samples(effort: Effort, *, glossy: bool) -> float:

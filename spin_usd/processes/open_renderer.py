@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from spin_usd.renderers.embree.caster import EmbreeCaster
     from spin_usd.renderers.renderer import LabelPass, Renderer, SceneWriter
 
-UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
+UNMEASURED: Mapping[str, float] = {"picture": 0.05, "sample": 1e-6}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,11 +29,10 @@ class RendererEntry:
     needs and that not every Python has, and the Python that has it · graphics: the module that lists the graphics
     processors it can use, "" for one that renders on the CPU alone · effort: the settings of
     scene.effort.Effort it supports; others are refused · skips_work: whether its class takes `crop` and `keep`,
-    and does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region
-    into bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
-    image_costs: seconds of one core for each unit of a render, where the units are those of planning.work;
-    units that do not stand here cost nothing · device_costs: likewise seconds of a
-    graphics processor, by `tools/bench device` on an NVIDIA H200.
+    and does only the work that a scene needs, as renderers.skipped says · casts: whether its class takes the `caster`
+    of the run's labels, and casts its own rays by it · image_costs: seconds of one core for each unit of a render,
+    where the units are those of planning.work; units that do not stand here cost nothing · device_costs: likewise
+    seconds of a graphics processor, by `tools/bench device` on an NVIDIA H200.
     """
 
     name: str
@@ -44,7 +43,6 @@ class RendererEntry:
     graphics: str = ""
     effort: frozenset[str] = frozenset({"samples"})
     skips_work: bool = False
-    bands: bool = False
     casts: bool = False
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
     device_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
@@ -67,34 +65,15 @@ _ALL = (
             {"samples", "adaptive", "denoiser", "bounces", "clamp", "filter_glossy", "light_tree", "reduction"}
         ),
         skips_work=True,
-        bands=True,
         image_costs={
-            "picture": 0.005,
-            "box": 0.007,
-            "pixel": 5e-7,
-            "beside": 6e-7,
-            "target": 1.1e-6,
-            "glossy": 7.5e-7,
-            "clear": 6e-7,
-            "several lights": 2.5e-7,
-            "surroundings": 3.5e-7,
-            "bounced": 2.5e-7,
-            "sky": 0.01,
-            "group": 1e-7,
-            "denoised fast": 2e-6,
-            "denoised balanced": 2.7e-6,
+            "picture": 0.014,
+            "sample": 1.5e-6,
+            "glossy": 9.5e-7,
+            "surroundings": 6e-7,
+            "denoised": 2.4e-6,
             "denoised high": 1.4e-5,
-            "enlarged": 1e-7,
         },
-        device_costs={
-            "picture": 0.03,
-            "pixel": 5.4e-7,
-            "beside": 5e-9,
-            "target": 5e-9,
-            "group": 1e-7,
-            "denoised balanced": 2e-7,
-            "denoised high": 1e-6,
-        },
+        device_costs={"picture": 0.03, "pixel": 4.5e-7, "sample": 5e-9, "denoised": 2e-7, "denoised high": 1e-6},
     ),
     RendererEntry(
         name="raycast",
@@ -102,7 +81,7 @@ _ALL = (
         class_name="RaycastRenderer",
         effort=frozenset({"samples", "reduction"}),
         casts=True,
-        image_costs={"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
+        image_costs={"picture": 0.1, "sample": 2.2e-6},
     ),
 )
 RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}

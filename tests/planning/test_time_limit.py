@@ -16,7 +16,7 @@ KINDS = ("image", "depth")
 OPTIONS = CommonWork(renderer="blender", effort=Effort(samples=1024), kinds=KINDS, frame_pixels=1920 * 1200)
 PICTURE = PlannedPicture(
     variant="v", index=0, frame="f", time_code=0.0, geometry="g", radiance="r", exposure="e", targets="t",
-    region=(0, 0, 1920, 1200), outline_pixels=2_000_000, target_pixels=2_000_000, light_groups=1, features=(),
+    region=(0, 0, 1920, 1200), target_pixels=2_000_000, light_groups=1, features=(),
 )  # fmt: skip
 LIMITS = TimeLimits(options=OPTIONS, workers=1, cores=1)
 

@@ -104,7 +104,6 @@ def planned(variant, index, geometry, radiance, exposure):
         exposure=exposure,
         targets="t",
         region=(0, 0, 10, 10),
-        outline_pixels=80,
         target_pixels=60,
         light_groups=1,
         features=(),

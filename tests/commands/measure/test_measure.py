@@ -403,7 +403,7 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
 
 def test_the_time_limit_grows_with_the_samples() -> None:
     pixels = 1000 * 1000
-    picture = planned(region=(0, 0, 1000, 1000), outline_pixels=pixels, target_pixels=pixels, features=())
+    picture = planned(region=(0, 0, 1000, 1000), target_pixels=pixels, features=())
     few, many = (
         time_limit([picture], max_samples=samples, frame_pixels=1920 * 1200, workers=1, cores=1)
         for samples in (1, 1 << 14)

@@ -12,7 +12,7 @@ from spin_usd.picture.planned_picture import PlannedPicture
 def task(index, geometry="g", radiance="r", kinds=("image", "depth")):
     picture = PlannedPicture(
         variant="v", index=index, frame=f"f{index}", time_code=0.0, geometry=geometry, radiance=radiance,
-        exposure=f"e{index}", targets="t", region=(0, 0, 1, 1), outline_pixels=1,
+        exposure=f"e{index}", targets="t", region=(0, 0, 1, 1),
         target_pixels=1,
         light_groups=1, features=(),
     )  # fmt: skip
