@@ -40,7 +40,7 @@ class Option:
     at_least, at_most: limits of a number
     url: a path that may be a URL
     name_or_path: a path in whose place a name may stand
-    repeated: a list, for each entry of which the flag is given again
+    repeated: a list; the flag is given again for each entry
     also: a sentence for the function's docstring alone
     """
 

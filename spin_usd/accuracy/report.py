@@ -32,7 +32,7 @@ linear light (`light`) or after the detector (`image`); `--error` chooses from i
 """
 
 PLAIN = Effort(samples=64)
-"""What a choice is held against: so many samples of every pixel, and nothing else."""
+"""What a choice is held against: samples of every pixel, and nothing else."""
 ASKED_PLAIN = f"--effort {PLAIN.text}"
 AUTOMATIC = "--error auto"
 HEADINGS = (
@@ -74,7 +74,7 @@ def _heading(measurement: Measurement) -> str:
 
 
 def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
-    """Return the settings, the cheapest first, and of which fronts each is."""
+    """Return the settings, the cheapest first, and the fronts that each is of."""
     found = outcomes(measurement)
     fronts = {each.value: front(found, each) for each in Criterion}
     on = [" ".join(name for name, best in fronts.items() if each in best) for each in found]

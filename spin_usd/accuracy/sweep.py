@@ -29,7 +29,7 @@ def settings_to_measure(
 
 
 def base_effort(max_samples: int) -> Effort:
-    """Return the effort of which one setting at a time is changed."""
+    """Return the effort whose settings are changed one at a time."""
     return Effort(samples=min(BASE_SAMPLES, max_samples))
 
 

@@ -1,6 +1,6 @@
 """BOP: scenes of images, depth and masks with the poses of all bodies, and the bodies' models, in millimetres.
 
-Its poses, and SwissCube's, are in scene_gt.json, an object of images, each of which lists its bodies with R_cam_body
+Its poses, and SwissCube's, are in scene_gt.json, an object of images; each lists its bodies with R_cam_body
 row by row and t_cam_body in millimetres. A picture that is read is called after its scene's folder and its number.
 Source: the description of the format in bop_toolkit (docs/bop_datasets_format.md).
 """
@@ -78,7 +78,7 @@ WITHOUT_DEPTH = "export without depth: --option depth=no"
 
 def depth_scale(dataset: ExportedDataset) -> float:
     """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does, and
-    where there are occluders, of which nobody knows how far they are."""
+    where there are occluders, for nobody knows how far they are."""
     if any(part.target == OCCLUDER for part in dataset.dataset.parts.values()):
         return SCALES[-1]
     deepest = (dataset.farthest + reach(dataset.dataset.targets)) * MILLIMETRES

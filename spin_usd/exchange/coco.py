@@ -51,7 +51,7 @@ HEAD = re.compile(r'\s*\{\s*"(info|licenses|images|annotations|categories)"\s*:'
 
 
 def annotation(target: PicturedTarget, mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return what COCO says of a target with the visible pixels `mask` (H, W), of which there is one at least."""
+    """Return what COCO says of a target with the visible pixels `mask` (H, W), one at least."""
     x0, y0, x1, y1 = target.box_visible.tolist()
     said = {
         "category_id": target.id,

@@ -2,7 +2,7 @@
 sensor.yaml.
 
 All count pixels from the first one's centre. OpenCV has no names of its own for what a file holds: these are those of
-its samples, its documentation and its users, in any case. Kalibr has a chain of cameras, of which the first counts.
+its samples, its documentation and its users, in any case. Kalibr has a chain of cameras; the first counts.
 Source: OpenCV's sample camera_calibration.cpp; ROS's sensor_msgs/CameraInfo and camera_calibration_parsers; Kalibr's
 wiki ("Yaml formats").
 """

@@ -1,8 +1,8 @@
 """URSO: numbered images, and for each split a list of them and one of poses: CSV in the Unreal engine's axes.
 
 A row has t in Unreal's axes at the camera (x forward, y right, z up), metres, and a quaternion, scalar last, of the JPL
-convention, whose matrix is the transpose of Hamilton's; it takes the body's axes, of which y is mirrored, to x right, y
-up, z forward. A rotation seen in axes of which one is mirrored goes the other way about the mirrored axis, so the two
+convention, whose matrix is the transpose of Hamilton's; it takes the body's axes, y mirrored, to x right, y
+up, z forward. A rotation seen in axes with one mirrored goes the other way about the mirrored axis, so the two
 undo one another but for y. Source: pedropro/UrsoNet. urso.py: SPLIT_images.csv, SPLIT_poses_gt.csv, u from y/x and v
 from z/x with a negative focal length, so z is up; pose_estimator.py: the rotation of `R_cam_unreal` to x right, y up, z
 forward; se3lib.py: the quaternions; utils.plot_axes: the body's y axis is mirrored.

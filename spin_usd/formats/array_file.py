@@ -1,6 +1,6 @@
 """The files of a picture, whatever they hold: images, and the points of a LiDAR.
 
-Point clouds are NPZ and PLY: an array with named columns, of which every number comes back as it was written. Equal
+Point clouds are NPZ and PLY: an array with named columns, whose numbers come back as they were written. Equal
 clouds are equal bytes: NPZ is not compressed, for compressors differ, and has no times. PLY is binary, little endian; a
 column of three numbers called `points` is its x, y and z. Sources: PKWARE's APPNOTE 6.3.10 on zip; numpy's NEP 1 on
 npy; G. Turk, "The PLY polygon file format" (1994).

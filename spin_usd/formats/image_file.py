@@ -187,7 +187,7 @@ def png_is_whole(data: bytes) -> bool:
 
 
 def exr_is_whole(data: bytes, *, rows: int) -> bool:
-    """Return whether the chunks of an EXR of so many rows, compressed by ZIP, lie where its table says, up to its last
+    """Return whether the chunks of an EXR of `rows` rows, compressed by ZIP, lie where its table says, up to its last
     byte. Source: "OpenEXR File Layout", files of scan lines."""
     try:
         place = _after_header(data)

@@ -29,7 +29,7 @@ def read_json_file(path: Path, max_bytes: int) -> Any:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Make an object. Raises InputError for a key that stands twice, of which JSON readers silently take the last."""
+    """Make an object. Raises InputError for a key that stands twice: JSON readers silently take the last."""
     made = dict(pairs)
     if len(made) < len(pairs):
         ((twice, _),) = Counter(key for key, _ in pairs).most_common(1)

@@ -36,7 +36,7 @@ def delimiter_of(head: str) -> str:
 
 
 def headings_once(headings: Sequence[str] | None, where: object) -> None:
-    """Raise InputError for a table with two columns of one heading, of which readers silently take the last. Numbers
+    """Raise InputError for a table with two columns of one heading: readers silently take the last. Numbers
     are none: a table without headings begins with them."""
     count = Counter(heading.strip() for heading in headings or ())
     if twice := [heading for heading in count if count[heading] > 1 and any(map(str.isalpha, heading))]:

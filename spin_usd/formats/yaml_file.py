@@ -91,7 +91,7 @@ def _block(lines: Lines, depth: int) -> Any:
 
 
 def _new(name: str, names: Mapping[str, Any]) -> str:
-    """Return the name. Raises InputError where it is among the names already, of which readers take the last."""
+    """Return the name. Raises InputError where it is among the names already: readers take the last."""
     if name in names:
         raise InputError(f"has the key {name!r} twice in one place", do="keep one of them")
     return name

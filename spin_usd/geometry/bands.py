@@ -11,7 +11,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 
 ROWS = 8  # height of a slice: bands begin and end at multiples of it
-FAR_FRAMES = 8  # a point further out than so many frames would make edges of very many pieces
+FAR_FRAMES = 8  # frames: a point further out would make edges of very many pieces
 PIECE_PX = 4.0  # edges are followed in pieces of about this length; distortion bows none by 1e-3 px
 
 

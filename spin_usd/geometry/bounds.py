@@ -120,7 +120,7 @@ def _without_inner(points: Float) -> Float:
 
 def outline_in_view(camera: Camera, hull: Float) -> Float:
     """Points (N, 2), normalised, one after another around the part of the convex polygon `hull` (M, 2), normalised,
-    that is in view: so many that the lens shows straight lines between them.
+    that is in view: enough that the lens shows straight lines between them.
 
     The lens is one to one there, so the image of the outline is the outline of the image.
     """

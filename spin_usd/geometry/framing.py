@@ -91,7 +91,7 @@ def _by_corners(camera: Camera, hull_cam: Float) -> list[int]:
 
 
 def _by_outline(camera: Camera, hull_cam: Float) -> Framing:
-    """Return the framing of one hull (N, 3), camera frame, some of which is before the camera."""
+    """Return the framing of one hull (N, 3), camera frame, that is partly before the camera."""
     corners = in_front(hull_cam)
     outline = outline_of(camera, corners)
     size = np.array([camera.width, camera.height], np.float64)

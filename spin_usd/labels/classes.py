@@ -1,4 +1,4 @@
-"""Classes: of which class the part is that each pixel shows."""
+"""Classes: the class of the part that each pixel shows."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Dense pose: which point of which target each pixel shows."""
+"""Dense pose: the point of a target that each pixel shows."""
 
 from collections.abc import Iterator
 

@@ -32,7 +32,7 @@ def by_distance(metres: NDArray[np.float32]) -> RGB:
 
 
 def _distance_colours(metres: NDArray[np.float32]) -> RGB:
-    """Return the colours (N, 3) of so many distances, of which there is one at least."""
+    """Return the colours (N, 3) of N distances, one at least."""
     import cv2  # not above: cv2 is slow to load, and few need it
 
     z = metres.astype(np.float64)

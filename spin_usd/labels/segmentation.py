@@ -1,4 +1,4 @@
-"""Segmentation: which part of which body each pixel shows."""
+"""Segmentation: the part of a body that each pixel shows."""
 
 from collections.abc import Iterator
 

@@ -42,7 +42,7 @@ from spin_usd.sensor.exposure import exposed, exposure_end, metered
 from spin_usd.sensor.tone import written
 
 STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
-DEVIATIONS = 3  # ... and where it does, at least so many standard deviations of what it adds in the dark
+DEVIATIONS = 3  # ... and where it does, at least that many standard deviations of what it adds in the dark
 COVERED = 0.5  # of a pixel: the target's
 
 

@@ -16,7 +16,7 @@ from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.mesh import BOX
 from spin_usd.scene.model import OneBody, Scene
 
-MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to so many, and sampled beyond
+MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to that, and sampled beyond
 
 
 @dataclass(frozen=True, kw_only=True)

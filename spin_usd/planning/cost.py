@@ -83,7 +83,7 @@ class Timings:
 
     def scaled(self, work: Mapping[str, float], slower: float = 1.0) -> dict[str, float]:
         """Return `work` as expected, each kind times what it took of what was expected of it; one that was not measured
-        takes this machine so many times as long."""
+        takes this machine `slower` times as long."""
         return {kind: seconds * self._scale(kind, slower) for kind, seconds in work.items()}
 
     def has_measured(self, work: str) -> bool:

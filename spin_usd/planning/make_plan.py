@@ -26,7 +26,7 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
-STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
+STAGE_SHARE = 2  # processes at most that share the planning of a stage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -195,7 +195,7 @@ def _parts(chosen: Sequence[int], count: int) -> Iterator[Sequence[int]]:
 
 
 def sharing(pictures: int, processes: int) -> int:
-    """Return how many of so many processes share the planning of so many pictures, in all their variants."""
+    """Return how many of the processes share the planning of the pictures, in all their variants."""
     return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
 
 

@@ -2,7 +2,7 @@
 
 Frames are dealt out in the order of a hash of their names, all variants of a frame together: every shard knows its own
 without a word from the others, and plans no more than those. Beside its dataset.json lies a manifest of the whole run,
-from which `merge` and `check` learn which pictures are still to come, and of which shard.
+from which `merge` and `check` learn which pictures are still to come, and in which shard.
 """
 
 import re
@@ -104,5 +104,5 @@ def missing_pictures(store: Store) -> dict[tuple[str, str], Shard]:
 
 
 def missing_in_words(count: int, shard: str) -> str:
-    """Say that so many pictures of the shard, "1/3", are still to come."""
+    """Say how many pictures of the shard, "1/3", are still to come."""
     return f"missing: {pluralise(count, 'picture')} of shard {shard}"

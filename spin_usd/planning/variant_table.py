@@ -56,7 +56,7 @@ class VariantTable:
         return _sum("total", self.rows)
 
     def seconds(self, workers: int, cores: int) -> float:
-        """Return about the wall-clock time, seconds, of a run with so many workers on so many cores; 0 where nothing is
+        """Return about the wall-clock time, seconds, of a run with these workers on these cores; 0 where nothing is
         left."""
         return wall_seconds(
             self.works,

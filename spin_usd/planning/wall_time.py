@@ -48,7 +48,7 @@ def wall_seconds(
     cores: int,
     slower: float = 1.0,
 ) -> float:
-    """Return the seconds of a run that plans so many pictures of so many variants and makes those with the `works`, in
+    """Return the seconds of a run that plans `planned` pictures of the `variants`, and makes those with the `works`, in
     their order.
 
     `slower`: how many times, this machine, than that of the constants. Nothing where there are no works.
@@ -66,24 +66,24 @@ def wall_seconds(
 
 
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
-    """Return the wall-clock seconds that the work takes one of so many workers."""
+    """Return the wall-clock seconds that the work takes one of the workers."""
     return _pace(workers, cores)[1] * thread_seconds(work, workers=workers, cores=cores)
 
 
 def thread_seconds(work: Work, *, workers: int, cores: int) -> float:
-    """Return the processor seconds that the work takes the busiest thread of one of so many workers."""
+    """Return the processor seconds that the work takes the busiest thread of one of the workers."""
     return work.render / _pace(workers, cores)[0] + work.rest + work.device
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
-    """Return the work, in seconds of one core by its kinds, that took one of so many workers so long."""
+    """Return the work, in seconds of one core by its kinds, that took one of the workers so long."""
     faster, slower = _pace(workers, cores)
     return {kind: seconds * (faster if kind == BEAUTY_PASS else 1.0) / slower for kind, seconds in taken.items()}
 
 
 @lru_cache(maxsize=1)
 def _pace(workers: int, cores: int) -> tuple[float, float]:
-    """Return how many times faster the renders of each of so many workers are than on one core, and how many times
+    """Return how many times faster the renders of each of the workers are than on one core, and how many times
     slower all its work is."""
     slower = max(workers / cores, 1.0)
     return max(cores // workers, 1) ** SPEED_UP, slower

@@ -37,7 +37,7 @@ def ask_child(
 
 
 def unreadable(died: ChildDiedError, where: object) -> SpinError:
-    """Return the error on a file of which a child died when it read it; where something else killed that, or it
+    """Return the error on a file whose reading killed a child; where something else killed that, or it
     waited for something, one that does not blame the file."""
     if died.cause is DeathCause.KILLED:
         do = "look for what ends processes, such as a lack of memory, and run it again"

@@ -182,7 +182,7 @@ class Child:
         return died
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
-        """End the child if it holds more than so many bytes of memory; return what to say of it."""
+        """End the child if it holds more than `limit` bytes of memory; return what to say of it."""
         held = self._held_memory()
         if held <= limit:
             return None

@@ -14,7 +14,7 @@ from spin_usd.errors import InputError, OutputError
 # Seconds of a processor, not of the clock (see Patience), from one word of a child to the next.
 PATIENCE_S = 120.0  # for a child that reads: a stage can be made never to open
 START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
-RENDER_PATIENCE_S = 3600.0  # for one that renders a picture of which nobody said how long it takes
+RENDER_PATIENCE_S = 3600.0  # for one that renders a picture, where nobody said how long that takes
 
 DRIVERS_RESERVE = 1 << 44  # bytes: drivers of graphics processors reserve what all memory of all devices needs
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
@@ -67,7 +67,7 @@ def _refuse_tight_limits() -> None:
 
 
 def _allowed(wanted: int) -> int:
-    """Return so many bytes, or what a limit of this process leaves: only root may raise those."""
+    """Return the bytes wanted, or what a limit of this process leaves: only root may raise those."""
     import resource  # not above: Windows, where datasets are read, has none
 
     given = resource.getrlimit(resource.RLIMIT_AS)

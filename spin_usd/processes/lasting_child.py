@@ -32,7 +32,7 @@ class LastingChild:
         return self._child
 
     def call(self, call: str, *, within_s: float = PATIENCE_S, **arguments: Any) -> Any:
-        """Return what `call` returns in the child, within so many seconds. Raises what the child raises, and
+        """Return what `call` returns in the child, within `within_s` seconds. Raises what the child raises, and
         ChildDiedError where it dies."""
         try:
             return self.start().call(call, within_s=within_s, **arguments)

@@ -68,7 +68,7 @@ class _Member(Generic[Key]):
     patience: Patience | None = None
 
     def give(self, within_s: float) -> None:
-        """Give it so many seconds from now for its next word."""
+        """Give it `within_s` seconds from now for its next word."""
         self.patience = Patience(within_s)
 
 
@@ -103,13 +103,13 @@ class Pool(Generic[Key]):
         return key in self._members
 
     def add(self, key: Key, child: ChildProtocol, *, within_s: float | None = None) -> None:
-        """Take `child` into the pool; with `within_s` it was already asked something, and has so many seconds."""
+        """Take `child` into the pool; with `within_s` it was already asked something, and has that long."""
         member = _Member(key=key, child=child, patience=None if within_s is None else Patience(within_s))
         self._members[key] = member
         self._selector.register(child, selectors.EVENT_READ, member)
 
     def send(self, key: Key, call: str, *, within_s: float, **arguments: Any) -> None:
-        """Ask an idle child to do `call`, with so many seconds for each word from it; the answer comes as an event, and
+        """Ask an idle child to do `call`, with `within_s` seconds for each word; the answer comes as an event, and
         so does its death."""
         member = self._members[key]
         member.give(within_s)
@@ -117,7 +117,7 @@ class Pool(Generic[Key]):
             member.child.send(call, **arguments)
 
     def give(self, key: Key, within_s: float) -> None:
-        """Give the child `key`, which is at work, so many seconds from now for its next word."""
+        """Give the child `key`, which is at work, `within_s` seconds from now for its next word."""
         self._members[key].give(within_s)
 
     def idle(self) -> list[Key]:

@@ -63,7 +63,7 @@ class Radiance:
 
     @classmethod
     def dark(cls, region: Region, *, groups: int) -> "Radiance":
-        """Black without coverage, with so many groups."""
+        """Black without coverage, with `groups` groups."""
         return cls(
             region=region,
             groups=np.zeros((groups, *region.shape, 3), np.float32),

@@ -9,7 +9,7 @@ SIZES = (
     200.0,
 )  # metres, of the longest edge of its box: a chip satellite's, and nearly twice the largest station's
 UNITS = ((1.0, 100.0, 1000.0), (10.0, 39.37007874, 3.280839895))
-"""Units in a metre of which one is likely: metres, centimetres, millimetres; else decimetres, inches, feet."""
+"""Units in a metre; one of them is likely: metres, centimetres, millimetres; else decimetres, inches, feet."""
 
 
 def is_plausible(size: Sequence[float] | Float) -> bool:

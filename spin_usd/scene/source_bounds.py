@@ -10,7 +10,7 @@ ROUNDING = 1e-5  # of the largest coordinate: points and transforms in float32, 
 LOOSENESS = 6.0
 """How far two boxes' diagonals may be apart where one is not a tight box: a rotated box has a box of its own, each
 of whose edges is at most the first one's diagonal (sqrt 3), that of a diagonal rod is sqrt 3 longer than the rod, and
-Loop's scheme leaves of a tetrahedron, of which it leaves the least, 1 / 3.43 (7 / 24)."""
+Loop's scheme leaves of a tetrahedron, where it leaves the least, 1 / 3.43 (7 / 24)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import quaternion_from_matrix
 
-LEAST = 5  # points of which OpenCV's RANSAC makes an EPnP
+LEAST = 5  # points at least, from which OpenCV's RANSAC makes an EPnP
 AGREES = 0.01  # of the picture's width: how far a point may be off and still agree
 TRIES, CONFIDENCE = 1000, 0.9999
 SEED = 0  # so that the same points give the same pose

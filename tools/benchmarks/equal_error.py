@@ -126,7 +126,7 @@ def light_of(peer: Peer, scene: Scene, samples: int, seed: int) -> Light:
 
 
 def median_seconds(make: Callable[[], None], pid: int, rounds: int) -> float:
-    """Return the median processor seconds of the process `pid` over the rounds, in each of which it makes a picture; 0
+    """Return the median processor seconds of the process `pid` over the rounds, each with a picture of its own; 0
     for none."""
     return round(statistics.median([timed(make, pid)["cpu_s"] for _ in range(rounds)] or [0.0]), 3)
 

@@ -1,6 +1,6 @@
 """Shared libraries: each that a bundle's files ask for is in it, is the system's, or has a stand-in.
 
-Blender is linked to libraries of window systems and of other vendors' devices, none of which a render calls. Each that
+Blender is linked to libraries of window systems and of other vendors' devices that no render calls. Each that
 is not in the bundle gets a stand-in: a library of its name whose functions return 0, as XOpenDisplay does without a
 display. Python's own libraries are copied.
 """

@@ -24,7 +24,7 @@ def measurements(folder: Path) -> dict[str, Measurement]:
 
 
 def qualities(folder: Path) -> str:
-    """Return what the named qualities, so many plain samples, and `--error auto` come to on each stage."""
+    """Return what the named qualities, plain samples and `--error auto` come to on each stage."""
     named = {stage: dict(by_name(found)) for stage, found in measurements(folder).items()}
     asked = next(iter(named.values()))
     rows = [[f"`{name}`", *(_cell(of[name]) for of in named.values())] for name in asked if name != AUTOMATIC]

@@ -114,7 +114,7 @@ def _table(rows: Sequence[Row]) -> str:
 
 
 def _state(rows: Sequence[Row]) -> str:
-    """Return of which state of spin_usd the rows are. Ends the program for a table of several: what was rendered and
+    """Return the state of spin_usd that the rows are of. Ends the program for a table of several: what was rendered and
     learned by one is no more comparable with another's."""
     runs = [run for row in rows for run in row.runs]
     commits = {run.get("commit") for run in runs}

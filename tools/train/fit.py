@@ -1,4 +1,4 @@
-"""Training: so many steps from a seed, taken up where an earlier run was stopped, to the same weights."""
+"""Training: steps from a seed, taken up where an earlier run was stopped, to the same weights."""
 
 import os
 import time
@@ -17,12 +17,12 @@ from train.network import HeatmapNetwork
 from train.pictures import PictureSet
 
 CHECKPOINT = "checkpoint.pt"
-DROPS = (0.7, 0.9)  # of all steps, after each of which the rate is a tenth
+DROPS = (0.7, 0.9)  # of all steps; after each the rate is a tenth
 
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """steps of so many pictures (batch) · size: of a crop, pixels · layers, width, decoder: of the network · rate: of
+    """steps, each of pictures (batch) · size: of a crop, pixels · layers, width, decoder: of the network · rate: of
     Adam at the start · jitter: whether boxes are a little off · seed: of weights, batches and boxes."""
 
     steps: int = 1500

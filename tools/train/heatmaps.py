@@ -12,7 +12,7 @@ STRIDE = 4  # pixels of the crop in a pixel of a heatmap, as the network makes t
 SIGMA = 2.0  # pixels of a heatmap, as published
 SHIFT, ZOOM = 0.1, 0.25  # by which a detector's box is off, of its side, at most
 FLOOR = 1e-6  # below it a heatmap has no logarithm
-CERTAIN, FEWEST = 0.25, 6  # of the picture's highest peak: keypoints below are left out, as long as so many remain
+CERTAIN, FEWEST = 0.25, 6  # of the picture's highest peak: keypoints below are left out, as long as the fewest remain
 
 
 def taught(

@@ -84,7 +84,7 @@ def _stacked(samples: list[tuple[NDArray[Any], NDArray[Any]]]) -> tuple[NDArray[
 
 
 def rate(batches: Iterable[Batch], steps: int, learn: Callable[[Tensor, Tensor], float] | None) -> float:
-    """Return the pictures a second of so many batches, wall-clock; `learn` takes each."""
+    """Return the pictures a second of that many batches, wall-clock; `learn` takes each."""
     coming: Iterator[Batch] = iter(batches)
     pictures, begun = 0, 0.0
     for number, (crops, heatmaps) in enumerate(islice(coming, WARM + steps)):

@@ -66,7 +66,7 @@ class ExportOptions(Listening):
 
     @property
     def tag_names(self) -> tuple[str, ...]:
-        """The tags of which pictures have one; none for all pictures."""
+        """Tags: pictures have one of them at least; none for all pictures."""
         each = [self.tags] if isinstance(self.tags, str) else self.tags
         return tuple(name for given in each for name in names_in(given))
 

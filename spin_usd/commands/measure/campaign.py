@@ -20,7 +20,7 @@ PERCENT = 100
 
 
 class PercentDone:
-    """The share of the work that is done: pieces of work by key, each of which counts once."""
+    """The share of the work that is done: pieces of work by key; each counts once."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -59,7 +59,7 @@ class Campaign:
     """All that the parts of a measurement share.
 
     request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software · machine:
-    what it is measured on · processes(count): so many processes.
+    what it is measured on · processes(count): that number of processes.
     """
 
     request: MeasureOptions

@@ -99,7 +99,7 @@ class PictureTask:
         )
 
     def _rendered(self, processes: Processes, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
-        """Render these settings, and return those of which all renders are there."""
+        """Render these settings, and return those whose renders are all there."""
         reasons = self._campaign.make(processes, self._picture, list(wanted.values()))
         failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
         for setting, why in failed.items():

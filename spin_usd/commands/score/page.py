@@ -116,7 +116,7 @@ def _drawn(picture: Picture, truth: Truth, q: Float, t: Float) -> bytes:
 
 
 def _draw_box(image: NDArray[Any], pixels: Float, colour: Sequence[int]) -> None:
-    """Draw the edges of which the lens sees both ends."""
+    """Draw the edges whose two ends the lens sees."""
     import cv2
 
     limit = 8 * WIDTH  # OpenCV's lines end at 16 bits

@@ -38,7 +38,7 @@ from spin_usd.stage.composition.images import Decoded
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 
-MAX_LAYERS = 1000  # that are watched of a stage of which nobody can say what it is made of
+MAX_LAYERS = 1000  # that are watched where nobody can say what a stage is made of
 
 
 class Viewer:

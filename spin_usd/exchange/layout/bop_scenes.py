@@ -88,7 +88,7 @@ def _write_model(model: Model, path: Path) -> None:
 
 
 def camera_matrix(camera: Camera, *, first_centre: float) -> list[float]:
-    """Return K, row by row, in pixels of which the first has its centre at (first_centre, first_centre)."""
+    """Return K, row by row, in pixels whose first has its centre at (first_centre, first_centre)."""
     shift = first_centre - 0.5
     return [camera.fx, 0.0, camera.cx + shift, 0.0, camera.fy, camera.cy + shift, 0.0, 0.0, 1.0]
 

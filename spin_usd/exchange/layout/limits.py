@@ -43,7 +43,7 @@ def bodies_told_apart(survey: Survey) -> None:
 
 
 def has_keypoints(survey: Survey) -> None:
-    """Raise UnsupportedError where no target has keypoints, of which the format is made."""
+    """Raise UnsupportedError where no target has keypoints, for the format is made of them."""
     if not any(target.keypoints.names for target in survey.targets):
         do = "author the stage with --keypoints, and render again"
         raise UnsupportedError(f"no target has keypoints, which {survey.format} is asked for", do=do)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-DIGIT_BITS = 5  # a character holds so many bits of a number, lowest first
+DIGIT_BITS = 5  # of a number that a character holds, lowest first
 FIRST_CHARACTER = 48
 Corners = NDArray[np.int64]
 STEPS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])  # right, down, left, up: each a right turn after the one before
@@ -105,7 +105,7 @@ def _corner_rings(following: list[int], directions: NDArray[np.int64]) -> list[l
 
 
 def joined(rings: list[Corners]) -> Corners:
-    """Return one closed line (N, 2) through all outlines of a mask, of which there is at least one.
+    """Return one closed line (N, 2) through all outlines of a mask, one at least.
 
     It goes from one outline to the next and back over a bridge of no width, so that it encloses what they enclose,
     holes left out.

@@ -154,7 +154,7 @@ def _controlled(
 
 
 def _matrix(document: DaeDocument, node: Element) -> Float:
-    """Return (4, 4) of a node's transforms, the first of which is the outermost."""
+    """Return (4, 4) of a node's transforms; the first is the outermost."""
     found = np.eye(4)
     for each in node:
         step = np.eye(4)

@@ -163,7 +163,7 @@ def _signed(number: int) -> int:
 
 
 def _indices(data: bytes, count: int) -> list[int]:
-    """Return indices, each of which differs from one of two that were last met."""
+    """Return indices; each differs from one of two that were last met."""
     numbers = _Numbers(data, 1)
     return [numbers.moved(_signed(number >> 1), number & 1) for number in (numbers.number() for _ in range(count))]
 

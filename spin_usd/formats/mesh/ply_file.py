@@ -171,7 +171,7 @@ def _white(columns: Sequence[NDArray[Any]]) -> int:
 
 
 def _lists(element: PlyElement, names: tuple[str, ...]) -> NDArray[Any]:
-    """Return the lists (N,) of whichever of `names` the element has."""
+    """Return the lists (N,) of the first of `names` that the element has."""
     name = next(name for name in names if name in _names(element))
     return np.asarray(element[name])
 

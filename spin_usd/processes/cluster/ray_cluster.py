@@ -259,7 +259,7 @@ def _connect(address: str) -> bool:
 
 
 def _knock(address: str) -> None:
-    """Raise OSError where nobody listens at HOST:PORT, of which Ray itself makes sure for two minutes."""
+    """Raise OSError where nobody listens at HOST:PORT; Ray itself tries that for two minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
         socket.create_connection((host.strip("[]"), int(port)), timeout=KNOCK_S).close()
@@ -267,7 +267,7 @@ def _knock(address: str) -> None:
 
 @contextmanager
 def _own_signals() -> Iterator[None]:
-    """Keep this program's own handlers of signals, some of which Ray replaces."""
+    """Keep this program's own handlers of signals: Ray replaces some."""
     main = threading.current_thread() is threading.main_thread()
     before: dict[int, Any] = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
     try:

@@ -84,7 +84,7 @@ def cloud_map(clouds: Image) -> Map:
 
 @lru_cache(maxsize=4)
 def night_map(night: Image) -> Map:
-    """Return R, G, B of the lights, of which 1 is the brightest."""
+    """Return R, G, B of the lights; 1 is the brightest."""
     return Map.of(np.ascontiguousarray(np.moveaxis(night.pixels[..., :3], -1, 0)))
 
 

@@ -19,7 +19,7 @@ from spin_usd.renderers.background.planet_radiance import fine_radiance
 from spin_usd.scene.light import DistantLight
 
 Hidden = NDArray[np.bool_] | None
-"""The pixels (H, W) of which nothing behind the target is seen; None where that is not known."""
+"""The pixels (H, W) that show nothing behind the target; None where that is not known."""
 
 WIDE = 0.05  # radians between nodes, above which they are too far apart
 LIMB = 32.0  # pixels from the limb, from which on a point between nodes is off by an eighth of a pixel at most

@@ -119,7 +119,7 @@ class Denoiser:
 
 
 def _settings(quality: str, samples: int) -> tuple[str, str]:
-    """Return Blender's names of the network's size, and of what is done about guides of so many samples."""
+    """Return Blender's names of the network's size, and of what is done about guides of that many samples."""
     network, prefilter = QUALITIES[quality]
     return network, CLEAN if samples >= CLEAN_FROM else prefilter
 

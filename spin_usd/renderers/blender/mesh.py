@@ -24,7 +24,7 @@ from spin_usd.scene.shape import Shape
 KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
 Faces = NDArray[np.intp] | slice
 EVERY = slice(None)
-# Volumes are left, of which there are none here: an object that no kind of ray sees would be none to Cycles.
+# Volumes are left, and there are none here: an object that no kind of ray sees would be none to Cycles.
 UNSEEN = {f"visible_{rays}": False for rays in ("camera", "diffuse", "glossy", "transmission", "shadow")}
 
 

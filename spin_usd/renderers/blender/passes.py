@@ -67,7 +67,7 @@ def render(scene: Any, file: Path, *, write_still: bool) -> None:
 
 
 def read_picture(file: Path, shape: tuple[int, int], wanted: Mapping[str, int]) -> dict[str, Float32]:
-    """Return (*shape, channels) float32 of each pass that is `wanted`, with so many channels."""
+    """Return (*shape, channels) float32 of each pass that is `wanted`, with the channels given."""
     image = OpenImageIO.ImageInput.open(str(file))
     if image is None:
         raise RenderError(f"Blender's picture cannot be read: {OpenImageIO.geterror()}")

@@ -153,7 +153,7 @@ def _image_texels(
 
 
 def _tiled_texels(nodes: Nodes, images: ImageLibrary, tiles: Tiles, st: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-    """Return the sum of all tiles, each of which is 0 but on its own square."""
+    """Return the sum of all tiles; each is 0 but on its own square."""
     square = [nodes.add("ShaderNodeMath", [place], operation="FLOOR").outputs[0] for place in st]
     color: Value = (0.0, 0.0, 0.0)
     alpha: Value = 0.0

@@ -15,7 +15,7 @@ from spin_usd.stage.composition.copy_stage import Copies, copy_assets
 from spin_usd.stage.usd.layer_file import export
 
 SUFFIXES = (".usd", ".usda", ".usdc")
-BACK_PLATE = "back_plate"  # the environment of which pictures are the back plate's
+BACK_PLATE = "back_plate"  # the environment whose pictures are the back plate's
 PRIM = "Background"
 PHOTOGRAPHS = "photographs"
 

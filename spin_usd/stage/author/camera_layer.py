@@ -23,7 +23,7 @@ WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
 IN_PIXELS = ("psf_sigma", "glare_core")  # fields of scene.sensor.Optics
 EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
 PSF_SIGMA = 0.5  # pixels
-DETECTOR = {"full_well": 32_400.0, "gain": 7.9, "read_noise": 7.0}  # electrons; gain: so many a step of 12 bits
+DETECTOR = {"full_well": 32_400.0, "gain": 7.9, "read_noise": 7.0}  # electrons; gain: in a step of 12 bits
 REAL = """As noisy as a detector that was measured: 12 bits, a maximum signal to noise of 45.1 dB, which is that of
 32,400 electrons, and a dynamic range of 73 dB, which leaves 7 electrons in the dark (EMVA 1288; technical manual of
 Matrix Vision's mvBlueFOX3-2024a, whose Sony IMX249 has the pixel of the IMX174 behind SPEED, SPEED+ and SHIRT).

@@ -26,7 +26,7 @@ def cable(through: Sequence[Point], radius: float, material: str, *, sides: int 
 
 
 def ties(through: Sequence[Point], radius: float, every: float, material: str) -> Iterator[Shape]:
-    """Short sleeves around a cable, `every` so many metres: cable ties."""
+    """Short sleeves around a cable, one for `every` metres: cable ties."""
     path = smooth(through)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     for at in np.arange(every / 2, along[-1], every):
