@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
-from pages.markdown import cell
+from pages.markdown import cell, table
 
 from spin_usd.command_line import app
 from spin_usd.terminal.help_text import EXAMPLES
@@ -27,11 +27,8 @@ def _section(command: Any) -> Iterator[str]:
     context = command.make_context(command.name, [], resilient_parsing=True)
     usage = " ".join(command.collect_usage_pieces(context))
     yield f"## {command.name}\n\n{cell(command.help)}\n\n```text\nspin-usd {command.name} {usage}\n```\n"
-    yield "| argument or option | what it is |\n| --- | --- |"
-    for parameter in command.get_params(context):
-        record = parameter.get_help_record(context)
-        if record:
-            yield f"| `{record[0].strip()}` | {cell(record[1])} |"
+    records = filter(None, (parameter.get_help_record(context) for parameter in command.get_params(context)))
+    yield table(("argument or option", "what it is"), ((f"`{name.strip()}`", cell(text)) for name, text in records))
     if command.name in EXAMPLES:
         yield "\nFor example:\n\n```text\n" + "\n".join(EXAMPLES[command.name]) + "\n```"
     yield ""

@@ -1,6 +1,7 @@
 """Plain text in Markdown."""
 
 import re
+from collections.abc import Iterable, Sequence
 
 
 def cell(text: str) -> str:
@@ -10,6 +11,11 @@ def cell(text: str) -> str:
     return "".join(parts).replace("|", r"\|")
 
 
-def row(*cells: str) -> str:
-    """Return the row of a table."""
-    return f"| {' | '.join(cells)} |"
+def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of cells."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (headings, ["---"] * len(headings), *rows))
+
+
+def page_of_table(head: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a page that is a table below its head."""
+    return f"{head}\n{table(headings, rows)}\n"

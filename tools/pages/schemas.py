@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pages.markdown import cell, row
+from pages.markdown import cell, table
 from pxr import Sdf
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "schemas"
@@ -14,7 +14,8 @@ INTRODUCTION = """# Schemas
 JSON documents name their schema in `schema`, such as `record-1`. The number changes when a reader of the old form would
 misread the new one. A field's path has `[]` for each entry of a list and `*` for any name.
 """
-HEAD = "| field | type | meaning |\n| --- | --- | --- |"
+Row = tuple[str, str, str]
+HEAD = ("field", "type", "meaning")
 STAGE = """## The stage: USD
 
 API schemas that a stage's prims have; `python -m spin_usd.plugin_path` prints the folder that usdview needs to know
@@ -33,17 +34,13 @@ def _document(path: Path) -> Iterator[str]:
     yield f"## {path.name.removesuffix('.schema.json')}\n\n{cell(schema['title'])}.\n"
     if "description" in schema:
         yield f"{cell(schema['description'])}\n"
-    yield HEAD
-    yield from _fields("", schema)
-    yield ""
+    yield f"{table(HEAD, _fields('', schema))}\n"
     for name, shared in schema.get("$defs", {}).items():
         yield f"### {path.name.removesuffix('.schema.json')}: {name}\n\n{cell(shared.get('description', ''))}\n"
-        yield HEAD
-        yield from _rows("", shared, "")
-        yield ""
+        yield f"{table(HEAD, _rows('', shared, ''))}\n"
 
 
-def _fields(path: str, schema: dict[str, Any]) -> Iterator[str]:
+def _fields(path: str, schema: dict[str, Any]) -> Iterator[Row]:
     """Yield a row for each field below the schema, and below its fields."""
     needed = schema.get("required", ())
     for name, inner in schema.get("properties", {}).items():
@@ -54,10 +51,10 @@ def _fields(path: str, schema: dict[str, Any]) -> Iterator[str]:
         yield from _rows(f"{path}.*".lstrip("."), any_name, "")
 
 
-def _rows(path: str, schema: dict[str, Any], optional: str) -> Iterator[str]:
+def _rows(path: str, schema: dict[str, Any], optional: str) -> Iterator[Row]:
     """Yield the field's row, and those of what it holds."""
     kind = ", ".join(filter(None, (_type(schema), *_limits(schema), optional)))
-    yield row(f"`{path}`" if path else "", cell(kind), cell(schema.get("description", "")))
+    yield f"`{path}`" if path else "", cell(kind), cell(schema.get("description", ""))
     yield from _fields(path, schema)
     items = schema.get("items")
     if isinstance(items, dict) and ("properties" in items or "description" in items):
@@ -94,10 +91,10 @@ def _usd(path: Path) -> Iterator[str]:
     layer = Sdf.Layer.FindOrOpen(str(path))
     for prim in layer.rootPrims:
         yield f"### {prim.name}\n\n{cell(prim.documentation or '')}\n"
-        yield "| attribute | type, default | meaning |\n| --- | --- | --- |"
-        for attribute in prim.properties:
-            if isinstance(attribute, Sdf.AttributeSpec):
-                default = "" if attribute.default is None else f", {attribute.default}"
-                kind = cell(f"{attribute.typeName}{default}")
-                yield row(f"`{attribute.name}`", kind, cell(attribute.documentation or ""))
-        yield ""
+        attributes = (each for each in prim.properties if isinstance(each, Sdf.AttributeSpec))
+        yield f"{table(('attribute', 'type, default', 'meaning'), map(_attribute, attributes))}\n"
+
+
+def _attribute(attribute: Sdf.AttributeSpec) -> Row:
+    default = "" if attribute.default is None else f", {attribute.default}"
+    return f"`{attribute.name}`", cell(f"{attribute.typeName}{default}"), cell(attribute.documentation or "")

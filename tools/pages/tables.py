@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from pages.markdown import cell, row
+from pages.markdown import cell, page_of_table, table
 from pxr import Sdf
 
+from spin_usd.exchange.layout.layout import FormatOption
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.label import Label
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
@@ -24,11 +25,8 @@ BUNDLED = {
 def labels() -> str:
     """Return the page of labels."""
     head = "# Labels\n\nWhat `render --labels` takes. [Labels](dataset.md#labels) explains how they are meant.\n"
-    rows = (
-        row(f"`{name}`", cell(", ".join(_written(name))), cell(label.channels.meaning))
-        for name, label in LABELS.items()
-    )
-    return "\n".join((head, "| label | written | what it is |\n| --- | --- | --- |", *rows, ""))
+    rows = ((f"`{name}`", cell(", ".join(_written(name))), cell(LABELS[name].channels.meaning)) for name in LABELS)
+    return page_of_table(head, ("label", "written", "what it is"), rows)
 
 
 def _written(name: str) -> Iterator[str]:
@@ -45,8 +43,8 @@ def parameters() -> str:
     head = (
         "# Parameters of augmentations\n\nWhat a specification can sample; `spin-usd augment --list` says the same.\n"
     )
-    rows = (row(f"`{each.name}`", cell(each.kind), each.unit, cell(each.description)) for each in PARAMETERS.values())
-    return "\n".join((head, "| parameter | kind | unit | meaning |\n| --- | --- | --- | --- |", *rows, ""))
+    rows = ((f"`{each.name}`", cell(each.kind), each.unit, cell(each.description)) for each in PARAMETERS.values())
+    return page_of_table(head, ("parameter", "kind", "unit", "meaning"), rows)
 
 
 def formats() -> str:
@@ -54,24 +52,23 @@ def formats() -> str:
     lines = ["# Export formats\n\nWhat `export --to` takes, and its options: see [Export](../how-to/export.md).\n"]
     for each in EXPORT_FORMATS.values():
         lines.append(f"## {each.name}\n\nA dataset {cell(each.holds)}.\n")
-        conventions = each.layout_for(each.values({})).conventions
-        lines += (f"- {cell(sentence)}" for sentence in conventions)
+        lines += (f"- {cell(sentence)}" for sentence in each.layout_for(each.values({})).conventions)
         if each.options:
-            lines.append("\n| `--option` | default | meaning |\n| --- | --- | --- |")
-        for option in each.options:
-            meaning = f"{option.meaning}: {', '.join(option.choices)}" if option.choices else option.meaning
-            lines.append(row(f"`{option.name}`", f"`{option.default}`", cell(meaning)))
+            lines += ["", table(("`--option`", "default", "meaning"), map(_option, each.options))]
         lines.append("")
     return "\n".join(lines)
+
+
+def _option(option: FormatOption) -> tuple[str, str, str]:
+    meaning = f"{option.meaning}: {', '.join(option.choices)}" if option.choices else option.meaning
+    return f"`{option.name}`", f"`{option.default}`", cell(meaning)
 
 
 def bundled() -> str:
     """Return the page of what travels along."""
     lines = ["# What travels along\n\nNames that `author` takes, and what each says of itself.\n"]
     for title, pattern in BUNDLED.items():
-        lines.append(f"## {title}\n\n| name | what it is |\n| --- | --- |")
-        for path in sorted(STAGES.glob(pattern)):
-            if title != "Targets" or path.stem == path.parent.name:
-                lines.append(row(f"`{path.stem}`", cell(Sdf.Layer.FindOrOpen(str(path)).documentation)))
-        lines.append("")
+        paths = (p for p in sorted(STAGES.glob(pattern)) if title != "Targets" or p.stem == p.parent.name)
+        rows = ((f"`{path.stem}`", cell(Sdf.Layer.FindOrOpen(str(path)).documentation)) for path in paths)
+        lines += [f"## {title}\n", table(("name", "what it is"), rows), ""]
     return "\n".join(lines)

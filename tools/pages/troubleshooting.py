@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
-from pages.markdown import cell, row
+from pages.markdown import cell, table
 
 from spin_usd import errors
 from spin_usd.commands.check.rules import DATASET, RULES, STAGE
@@ -46,12 +46,10 @@ def page() -> str:
     """Return the page, in Markdown."""
     lines = [HEAD]
     for title, rules in (("Findings on a stage", STAGE), ("Findings on a dataset", DATASET)):
-        lines.append(f"## {title}\n\n| code | meaning | what to do |\n| --- | --- | --- |")
-        lines += (row(f"`{code}`", cell(rule.meaning), cell(rule.remedy)) for code, rule in rules.items())
-        lines.append("")
-    lines.append("## Messages\n\n| message | what to do |\n| --- | --- |")
-    lines += (row(cell(found), cell(do)) for found, do in messages())
-    return "\n".join([*lines, ""])
+        rows = ((f"`{code}`", cell(rule.meaning), cell(rule.remedy)) for code, rule in rules.items())
+        lines += [f"## {title}\n", table(("code", "meaning", "what to do"), rows), ""]
+    said = table(("message", "what to do"), ((cell(found), cell(do)) for found, do in messages()))
+    return "\n".join([*lines, "## Messages\n", said, ""])
 
 
 def messages() -> list[tuple[str, str]]:
