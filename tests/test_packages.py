@@ -60,6 +60,14 @@ def test_a_dataset_is_read_without_the_packages_that_render(rendered) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_predictions_are_scored_without_them_too(rendered) -> None:
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    code = "import sys, spin_usd\nprint(*spin_usd.score(sys.argv[1], truth=sys.argv[2], partial=True).notes, sep='\\n')"
+    done = run(sys.executable, "-c", BLOCK + code, ",".join(RENDER), poses, rendered)
+    assert done.returncode == 0, done.stderr
+    assert "ADD and BOP's recalls, which take the target's points, are left out: psutil is not installed" in done.stdout
+
+
 @pytest.mark.parametrize(("module", "package"), [("typer", "typer"), ("psutil", "psutil"), ("pxr", "usd-core")])
 def test_a_command_says_which_package_is_missing(module, package, small_stage) -> None:
     done = run(sys.executable, "-c", COMMAND_LINE, module, "plan", small_stage)

@@ -16,6 +16,7 @@ from spin_usd.commands.score.predictions import read_predictions
 from spin_usd.commands.score.report import ScoredErrors, ScoredGroup, ScoredModel, ScoredPicture, ScoreReport
 from spin_usd.commands.score.truth import Truth, read_truth
 from spin_usd.exchange.layout.models import diameter, read_models
+from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.options import names_in, takes
@@ -45,12 +46,11 @@ def score(options: ScoreOptions) -> ScoreReport:
     notes = [*found.notes]
     try:
         model = _model(truth, found)
-    except ModuleNotFoundError as missing:  # of the extra [render], or of no system but those that spin_usd renders on
+    except ModuleNotFoundError as missing:  # of the extra [render], or of Linux
+        if (lack := expected(missing)) is None:
+            raise
         model = UNSET
-        notes.append(
-            f"ADD and BOP's recalls are left out: the target's points are read by what needs {missing.name}, "
-            "which is not installed"
-        )
+        notes.append(f"ADD and BOP's recalls, which take the target's points, are left out: {lack}")
     errors = PoseErrors.of(q=found.q, t=found.t, true_q=truth.q[found.places], true_t=truth.t[found.places])
     report = ScoreReport(
         predictions=str(options.predictions),
