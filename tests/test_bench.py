@@ -17,6 +17,8 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import usable_cpus
 from tests.conftest import REPOSITORY
 
+pytestmark = pytest.mark.children
+
 MEASURED = ("device", "frames", "labels")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
