@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
@@ -12,6 +12,7 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
+from jsonschema.validators import extend
 
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
@@ -115,16 +116,20 @@ def _sentence(error: ValidationError) -> str:
         choices, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
         named = [*choices, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
         unknown = next(key for key in error.instance if key not in named)
+        listed = ", ".join(choices)
         if len(choices) <= FEW:
-            return f"there is no {unknown!r}; choose among {', '.join(choices)}"
+            return f"there is no {unknown!r}; choose among {listed}"
         near = get_close_matches(unknown, choices)
-        return f"there is no {unknown!r}; {f'is {near[0]} meant? ' if near else ''}spin-usd augment --list shows all"
+        hints = [f"is {near[0]} meant?"] if near else []
+        if patterns:
+            hints.append("spin-usd augment --list shows all")
+        return f"there is no {unknown!r}; {' '.join(hints) or f'choose among {listed}'}"
     if error.validator == "required":
         return str(error.message).replace(" is a required property", " is missing") + _choices_of_missing(error)
-    if error.validator == "type" and error.validator_value in IN_TOML:
+    if error.validator == "type" and str(error.validator_value) in IN_TOML:
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
         keys = ", ".join(schema.get("properties", schema.get("required", ())))
-        return f"{error.instance!r} is not {IN_TOML[error.validator_value]}{f' of {keys}' if keys else ''}"
+        return f"{error.instance!r} is not {IN_TOML[str(error.validator_value)]}{f' of {keys}' if keys else ''}"
     if error.validator in ("anyOf", "oneOf") and error.context:
         forms: dict[object, list[ValidationError]] = {}
         for each in error.context:
@@ -170,7 +175,22 @@ def _fixed(words: Mapping[str, Any], turn: int) -> dict[str, Any]:
     return {**rest, "distribution": "fixed", "value": words["values"][turn % len(words["values"])]}
 
 
+def _of_any(validator: Any, forms: Any, instance: Any, schema: Mapping[str, Any]) -> Iterator[ValidationError]:
+    """Yield what is wrong with what fits none of the forms; of those that a key names, with the named one alone."""
+    if "discriminator" not in schema or not isinstance(instance, dict):
+        yield from Draft202012Validator.VALIDATORS["anyOf"](validator, forms, instance, schema)
+        return
+    key, kinds = (schema["discriminator"][part] for part in ("propertyName", "mapping"))
+    if instance.get(key) in list(kinds):
+        yield from validator.descend(instance, {"$ref": kinds[instance[key]]})
+    elif key in instance:
+        yield ValidationError(f"{instance[key]!r} is not one of {', '.join(kinds)}", path=[key])
+
+
+_Validator = extend(Draft202012Validator, {"anyOf": _of_any})  # type: ignore[no-untyped-call]
+
+
 @cache
-def _validator(schema: str) -> Draft202012Validator:
+def _validator(schema: str) -> Any:
     text = (schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
-    return Draft202012Validator(json.loads(text))
+    return _Validator(json.loads(text))

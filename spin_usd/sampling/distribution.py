@@ -1,30 +1,39 @@
-"""Distributions of numbers, directions and choices; those of rotations are in `attitudes`.
+"""Distributions of numbers, directions and choices; those of rotations are in `sample`.
 
 Sampled numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
 same text everywhere, and a reader of a layer sees whole numbers.
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
-from typing import Protocol
+from typing import Annotated, Literal
 
 import numpy as np
+from msgspec import Meta, Struct
 
 from spin_usd.errors import InputError
 
 DIGITS = 9
 MIN_SHARE = 1e-3  # of a normal distribution, that is left of it where it is cut
 
-Value = float | str | tuple[float, ...]
+Degrees = Annotated[float, Meta(ge=0, le=180)]
+Vector = tuple[float, float, float]
+Numbers = Annotated[tuple[float, ...], Meta(min_length=1, max_length=4)]
+Value = bool | int | float | str | Numbers
 
 
-class Distribution(Protocol):
-    """The source of sampled values. Its fields are checked when it is made: a distribution without a possible value is
-    an InputError."""
+class Distribution(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="distribution"):
+    """The source of sampled values, as specifications write it. Its fields are checked when it is made: a distribution
+    without a possible value is an InputError."""
 
-    def sample(self, rng: np.random.Generator) -> Value: ...
+    unit: Annotated[
+        Literal["m", "px", "deg", "deg/s", "1"] | None,
+        Meta(description="Of the numbers, for readers: each has one unit."),
+    ] = None
+
+    def sample(self, rng: np.random.Generator) -> Value:
+        raise NotImplementedError
 
 
 def rounded(value: float) -> float:
@@ -32,22 +41,20 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}") + 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fixed:
+class Fixed(Distribution, frozen=True, kw_only=True, tag="fixed"):
     """Always the same value."""
 
-    value: Value
+    value: Annotated[Value, Meta(description="The value.")]
 
     def sample(self, rng: np.random.Generator) -> Value:
         return self.value
 
 
-@dataclass(frozen=True, kw_only=True)
-class Uniform:
+class Uniform(Distribution, frozen=True, kw_only=True, tag="uniform"):
     """Every number from `low` to `high` alike."""
 
-    low: float
-    high: float
+    low: Annotated[float, Meta(description="The least.")]
+    high: Annotated[float, Meta(description="The greatest.")]
 
     def __post_init__(self) -> None:
         _check_range(self.low, self.high)
@@ -56,12 +63,11 @@ class Uniform:
         return rounded(rng.uniform(self.low, self.high))
 
 
-@dataclass(frozen=True, kw_only=True)
-class LogUniform:
+class LogUniform(Distribution, frozen=True, kw_only=True, tag="log_uniform"):
     """Every ratio from `low` to `high` alike, both above zero."""
 
-    low: float
-    high: float
+    low: Annotated[float, Meta(description="The least.")]
+    high: Annotated[float, Meta(description="The greatest.")]
 
     def __post_init__(self) -> None:
         _check_range(self.low, self.high)
@@ -72,14 +78,13 @@ class LogUniform:
         return rounded(math.exp(rng.uniform(math.log(self.low), math.log(self.high))))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Normal:
+class Normal(Distribution, frozen=True, kw_only=True, tag="normal"):
     """A normal distribution, of whose values only those from `low` to `high` count."""
 
-    mean: float
-    sigma: float
-    low: float = -math.inf
-    high: float = math.inf
+    mean: Annotated[float, Meta(description="Its mean.")]
+    sigma: Annotated[float, Meta(gt=0, description="Its standard deviation.")]
+    low: Annotated[float, Meta(description="None is lower.")] = -math.inf
+    high: Annotated[float, Meta(description="None is higher.")] = math.inf
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mean) and 0 < self.sigma < math.inf):
@@ -106,12 +111,13 @@ class Normal:
                 return value
 
 
-@dataclass(frozen=True, kw_only=True)
-class Choice:
+class Choice(Distribution, frozen=True, kw_only=True, tag="choice"):
     """One of `values`, each as often as its weight says."""
 
-    values: tuple[Value, ...]
-    weights: tuple[float, ...] = ()
+    values: Annotated[tuple[Value, ...], Meta(description="What is chosen from.", extra_json_schema={"minItems": 1})]
+    weights: Annotated[
+        tuple[Annotated[float, Meta(ge=0)], ...], Meta(description="How often each value is chosen, as ratios.")
+    ] = ()
 
     def __post_init__(self) -> None:
         if not self.values:
@@ -127,13 +133,12 @@ class Choice:
         return self.values[int(np.searchsorted(shares, rng.random() * shares[-1], side="right"))]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Directions:
+class Directions(Distribution, frozen=True, kw_only=True, tag="directions"):
     """Unit vectors, every direction alike, at least `least` and at most `most` degrees from `axis`."""
 
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    least: float = 0.0
-    most: float = 180.0
+    axis: Annotated[Vector, Meta(description="The axis, camera axes; (0, 0, 1) is the boresight.")] = (0.0, 0.0, 1.0)
+    least: Annotated[Degrees, Meta(description="Least angle from the axis, degrees.")] = 0.0
+    most: Annotated[Degrees, Meta(description="Greatest angle from the axis, degrees.")] = 180.0
 
     def __post_init__(self) -> None:
         if not (0 <= self.least <= self.most <= 180 and 0 < np.linalg.norm(self.axis) < math.inf):

@@ -5,13 +5,14 @@ the linear equations; with an infinite period it is straight.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
+from msgspec import Meta, Struct, field
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float
+from spin_usd.sampling.distribution import Vector
 
 
 class RelativeMotion(Protocol):
@@ -22,49 +23,46 @@ class RelativeMotion(Protocol):
         ...
 
 
-@dataclass(frozen=True, kw_only=True)
-class RelativeOrbit:
-    """The elements of a relative orbit, metres and radians: at the time 0 the mean place is `forward` ahead and `up`
-    above, which makes it drift; the ellipse of the eccentricities has the semi-axes `eccentric` (up) and twice that
-    (forward), the oscillation across the orbit `inclined`; `phase` and `inclined_phase` are theirs at that time."""
+class RelativeOrbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Elements of a relative orbit, metres and degrees, at the time 0."""
 
-    forward: float
-    up: float = 0.0
-    eccentric: float = 0.0
-    phase: float = 0.0
-    inclined: float = 0.0
-    inclined_phase: float = 0.0
+    forward: Annotated[float, Meta(description="Mean place ahead at the start.")] = field(name="forward_m")
+    up: Annotated[float, Meta(description="Mean place above, which makes it drift.")] = field(name="up_m", default=0.0)
+    eccentric: Annotated[float, Meta(description="Semi-axis upwards of the ellipse; forward it is twice that.")] = (
+        field(name="eccentric_m", default=0.0)
+    )
+    phase_deg: Annotated[float, Meta(description="The ellipse's phase at the start.")] = 0.0
+    inclined: Annotated[float, Meta(description="Amplitude across the orbit.")] = field(name="inclined_m", default=0.0)
+    inclined_phase_deg: Annotated[float, Meta(description="The phase across the orbit at the start.")] = 0.0
 
     def state(self, mean_motion: float) -> Float:
         """Position and velocity (6,) at the time 0, orbit's axes."""
         n, e, i = mean_motion, self.eccentric, self.inclined
-        cosine, sine = math.cos(self.phase), math.sin(self.phase)
-        place = [self.up + e * cosine, self.forward - 2 * e * sine, i * math.cos(self.inclined_phase)]
-        velocity = [-n * e * sine, -1.5 * n * self.up - 2 * n * e * cosine, -n * i * math.sin(self.inclined_phase)]
+        phase, inclined_phase = math.radians(self.phase_deg), math.radians(self.inclined_phase_deg)
+        cosine, sine = math.cos(phase), math.sin(phase)
+        place = [self.up + e * cosine, self.forward - 2 * e * sine, i * math.cos(inclined_phase)]
+        velocity = [-n * e * sine, -1.5 * n * self.up - 2 * n * e * cosine, -n * i * math.sin(inclined_phase)]
         return np.array([*place, *velocity])
 
     def places(self, mean_motion: float, times: Float) -> Float:
         return free_fall(self.state(mean_motion), mean_motion, times)[:, :3]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FreeFall:
-    """Free fall from a place, metres, with a velocity, metres a second, at the time 0; orbit's axes."""
+class FreeFall(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Free fall from a state, orbit's axes."""
 
-    place: tuple[float, float, float]
-    velocity: tuple[float, float, float]
+    place: Annotated[Vector, Meta(description="At the start.")] = field(name="place_m")
+    velocity: Annotated[Vector, Meta(description="At the start.")] = field(name="velocity_m_s")
 
     def places(self, mean_motion: float, times: Float) -> Float:
         return free_fall(np.array([*self.place, *self.velocity]), mean_motion, times)[:, :3]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Approach:
-    """A straight way from `start` to `end`, metres, orbit's axes, at a steady speed and held there by thrust: along x
-    it is an R-bar approach, along y a V-bar approach; it ends with the last of the times."""
+class Approach(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Straight and steady, by thrust, orbit's axes: along up an R-bar approach, along forward a V-bar approach."""
 
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
+    start: Annotated[Vector, Meta(description="In the first picture.")] = field(name="start_m")
+    end: Annotated[Vector, Meta(description="In the last picture.")] = field(name="end_m")
 
     def places(self, mean_motion: float, times: Float) -> Float:
         start, end = np.array(self.start), np.array(self.end)

@@ -3,9 +3,11 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, get_args
 
 import numpy as np
+from msgspec import Meta, ValidationError, convert, structs
+from msgspec.structs import FieldInfo
 
 from spin_usd.arrays import Float, digest
 from spin_usd.errors import InputError
@@ -13,6 +15,7 @@ from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
 from spin_usd.sampling.distribution import (
     DIGITS,
     Choice,
+    Degrees,
     Directions,
     Distribution,
     Fixed,
@@ -20,6 +23,7 @@ from spin_usd.sampling.distribution import (
     Normal,
     Uniform,
     Value,
+    Vector,
     rounded,
 )
 
@@ -28,8 +32,7 @@ STEPS = 60  # of bisection: a double has 53 bits
 UnitQuaternion = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Attitudes:
+class Attitudes(Distribution, frozen=True, kw_only=True, tag="attitudes"):
     """Rotations, every one alike."""
 
     def sample(self, rng: np.random.Generator) -> UnitQuaternion:
@@ -38,12 +41,11 @@ class Attitudes:
         return _rounded(q / np.linalg.norm(q))
 
 
-@dataclass(frozen=True, kw_only=True)
-class AttitudesAround:
+class AttitudesAround(Distribution, frozen=True, kw_only=True, tag="attitudes_around"):
     """Rotations at most `most` degrees from the rotation `around`, every one alike."""
 
-    around: UnitQuaternion
-    most: float
+    around: Annotated[UnitQuaternion, Meta(description="The rotation, w, x, y, z, that the others are near.")]
+    most: Annotated[Degrees, Meta(description="Greatest angle from it, degrees.")]
 
     def __post_init__(self) -> None:
         if len(self.around) != 4 or not abs(np.linalg.norm(self.around) - 1) <= QUATERNION_NORM_ROUNDED:
@@ -60,15 +62,16 @@ class AttitudesAround:
         return _rounded(product(turn, np.array(self.around) / np.linalg.norm(self.around)))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Facing:
+class Facing(Distribution, frozen=True, kw_only=True, tag="facing"):
     """Rotations that bring `axis`, body frame, to a direction at least `least` and at most `most` degrees from
     `towards`, camera frame: all such directions alike, and every turn about them."""
 
-    axis: tuple[float, float, float]
-    towards: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    least: float = 0.0
-    most: float
+    axis: Annotated[Vector, Meta(description="The body's axis.")]
+    towards: Annotated[
+        Vector, Meta(description="Where the body's axis points, camera axes; behind it, if not given.")
+    ] = (0.0, 0.0, -1.0)
+    least: Annotated[Degrees, Meta(description="Least angle from towards, degrees.")] = 0.0
+    most: Annotated[Degrees, Meta(description="Greatest angle from towards, degrees.")]
 
     def __post_init__(self) -> None:
         Directions(axis=self.axis)
@@ -110,34 +113,10 @@ def _rounded(q: Float) -> UnitQuaternion:
     return w, x, y, z
 
 
-@dataclass(frozen=True, kw_only=True)
-class DistributionKind:
-    """A distribution as its words name it: `numbers` are in the parameter's unit, `required` must be there."""
-
-    make: type[Any]
-    required: tuple[str, ...] = ()
-    optional: tuple[str, ...] = ()
-    numbers: tuple[str, ...] = ()
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        return self.required + self.optional
-
-
-BOUNDS = ("low", "high")
-KINDS: Mapping[str, DistributionKind] = {
-    "fixed": DistributionKind(make=Fixed, required=("value",), numbers=("value",)),
-    "uniform": DistributionKind(make=Uniform, required=BOUNDS, numbers=BOUNDS),
-    "log_uniform": DistributionKind(make=LogUniform, required=BOUNDS, numbers=BOUNDS),
-    "normal": DistributionKind(
-        make=Normal, required=("mean", "sigma"), optional=BOUNDS, numbers=("mean", "sigma", *BOUNDS)
-    ),
-    "choice": DistributionKind(make=Choice, required=("values",), optional=("weights",), numbers=("values",)),
-    "directions": DistributionKind(make=Directions, optional=("axis", "least", "most")),
-    "attitudes": DistributionKind(make=Attitudes),
-    "attitudes_around": DistributionKind(make=AttitudesAround, required=("around", "most")),
-    "facing": DistributionKind(make=Facing, required=("axis", "most"), optional=("towards", "least")),
-}
+AnyDistribution = Fixed | Uniform | LogUniform | Normal | Choice | Directions | Attitudes | AttitudesAround | Facing
+KINDS: Mapping[str, type[Distribution]] = {str(each.__struct_config__.tag): each for each in get_args(AnyDistribution)}
+SCALED = ("value", "low", "high", "mean", "sigma", "values")
+"""Fields that are in the parameter's unit."""
 
 
 def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distribution:
@@ -146,23 +125,33 @@ def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distributi
     name = str(words.get("distribution"))
     if name not in KINDS:
         raise InputError(f"there is no distribution {name!r}", do=f"choose one of {', '.join(KINDS)}")
-    kind, given = KINDS[name], {key: value for key, value in words.items() if key != "distribution"}
-    for key in kind.required:
-        if key not in given:
-            raise InputError(f"distribution {name} lacks {key!r}", do=f"give it {' and '.join(kind.required)}")
-    for key in given:
-        if key not in kind.fields:
-            known = ", ".join(kind.fields) or "nothing else"
+    fields = fields_of(KINDS[name])
+    required = [each.name for each in fields if each.required]
+    for key in required:
+        if key not in words:
+            raise InputError(f"distribution {name} lacks {key!r}", do=f"give it {' and '.join(required)}")
+    for key in words:
+        if key not in ("distribution", *(each.name for each in fields)):
+            known = ", ".join(each.name for each in fields) or "nothing else"
             raise InputError(f"distribution {name} has no {key!r}", do=f"it takes {known}")
-    fields = {key: _plain(value, factor if key in kind.numbers else 1.0) for key, value in given.items()}
-    made: Distribution = kind.make(**fields)
-    return made
+    scaled = {key: _scaled(value, factor) if key in SCALED else value for key, value in words.items()}
+    try:
+        return convert(scaled, KINDS[name])
+    except ValidationError as error:
+        if isinstance(error.__cause__, InputError):
+            raise error.__cause__ from None
+        raise InputError(f"distribution {name}: {error}", do="correct it") from None
 
 
-def _plain(value: Any, factor: float) -> Any:
-    """`value` with lists as tuples and its numbers multiplied; truths and names stay."""
+def fields_of(kind: type[Distribution]) -> tuple[FieldInfo, ...]:
+    """Return what a distribution of this kind takes."""
+    return tuple(each for each in structs.fields(kind) if each.name != "unit")
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    """`value` with its numbers multiplied; truths and names stay."""
     if isinstance(value, list | tuple):
-        return tuple(_plain(each, factor) for each in value)
+        return tuple(_scaled(each, factor) for each in value)
     if isinstance(value, bool | str) or factor == 1.0:
         return value
     return value * factor

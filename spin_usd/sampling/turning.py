@@ -2,31 +2,34 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
+from msgspec import Meta, Struct, field
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float
+from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
-from spin_usd.sampling.distribution import Distribution
+from spin_usd.sampling.distribution import Distribution, Vector
 from spin_usd.sampling.poses import number
+from spin_usd.sampling.sample import AnyDistribution
 
 RELATIVE = 1e-12  # of the integrator, a step; energy then keeps to 1e-10 over a thousand radians
 STEADY = 1e-14  # relative: a body that turns about a principal axis turns steadily
 
 
-@dataclass(frozen=True, kw_only=True)
-class Spin:
-    """Torque-free rotation of a body of revolution, in the axes of the orbit: `degrees` a picture about `axis` (body
-    frame) at the start, with `symmetry` its axis and `inertia` the moment about that over the moment across. With 1 it
-    turns steadily."""
+class Spin(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Torque-free rotation of a body of revolution, in the axes of the orbit."""
 
-    degrees: Distribution
-    axis: Distribution
-    symmetry: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    inertia: float = 1.0
-    inertial = False
+    degrees: Annotated[AnyDistribution, Meta(description="From picture to picture, degrees.")]
+    axis: Annotated[AnyDistribution, Meta(description="About which axis of the body at the start.")]
+    symmetry: Annotated[Vector, Meta(description="The axis of a body of revolution, body frame.")] = (0.0, 0.0, 1.0)
+    inertia: Annotated[
+        float,
+        Meta(gt=0, le=2, description="The moment of inertia about that axis over the one across; 1 turns steadily."),
+    ] = 1.0
+    inertial: ClassVar = False
 
     def turns(self, rng: np.random.Generator, times: Float) -> Float:
         """Return R_start_body (N, 3, 3) at the times (N) of the pictures."""
@@ -34,20 +37,40 @@ class Spin:
         return torque_free(rate, self.symmetry, self.inertia, np.arange(len(times)))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Tumble:
-    """Torque-free rotation of a rigid body relative to the stars: `rate` degrees a second about `axis` (body frame) at
-    the start; `inertia`: its tensor (3 rows of 3) about the centre of mass, body axes."""
+class Tumble(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Torque-free rotation of a rigid body relative to the stars."""
 
-    rate: Distribution
-    axis: Distribution
-    inertia: tuple[tuple[float, float, float], ...]
-    inertial = True
+    rate: Annotated[AnyDistribution, Meta(description="At the start, degrees a second.")] = field(name="rate_deg_s")
+    axis: Annotated[AnyDistribution, Meta(description="About which axis of the body at the start.")]
+    inertia: Annotated[
+        tuple[float | Vector, float | Vector, float | Vector],
+        Meta(description="The tensor of inertia about the centre of mass, body axes, as three rows; or its diagonal."),
+    ] = field(name="inertia_kg_m2")
+    inertial: ClassVar = True
+
+    def __post_init__(self) -> None:
+        """Raise InputError for a tensor that no body has: each of its principal moments is positive, and at most the
+        sum of the other two."""
+        if len({isinstance(each, tuple) for each in self.inertia}) > 1:
+            raise InputError("inertia_kg_m2 mixes numbers and rows", do="give three rows of three, or the diagonal")
+        if not np.array_equal(self.tensor, self.tensor.T):
+            raise InputError("inertia_kg_m2 is not symmetric", do="give a tensor of inertia, or its diagonal")
+        moments = np.linalg.eigvalsh(self.tensor)
+        if not (moments[0] > 0 and moments[2] <= (moments[0] + moments[1]) * (1 + 1e-9)):
+            found = f"has the principal moments {', '.join(f'{moment:g}' for moment in moments)}, which no body has"
+            do = "make them positive, and none larger than the sum of the others"
+            raise InputError(f"inertia_kg_m2 {found}", do=do)
+
+    @property
+    def tensor(self) -> Float:
+        """Return the tensor of inertia (3, 3)."""
+        given = np.array(self.inertia, np.float64)
+        return np.diag(given) if given.ndim == 1 else given
 
     def turns(self, rng: np.random.Generator, times: Float) -> Float:
         """Return R_start_body (N, 3, 3) at the times (N), seconds."""
         rate = _rate(self.axis, self.rate, rng)
-        return matrices_from_quaternions(tumbled(rate, np.array(self.inertia), times))
+        return matrices_from_quaternions(tumbled(rate, self.tensor, times))
 
 
 def _rate(axis: Distribution, degrees: Distribution, rng: np.random.Generator) -> Float:

@@ -23,9 +23,11 @@ def read(tmp_path, text):
     return read_spec_file(tmp_path / "spec.toml")
 
 
-def test_the_schema_is_what_the_registry_says() -> None:
-    built = runpy.run_path(str(REPOSITORY / "tools" / "build_spec_schema"))["text"]()
-    assert built == (REPOSITORY / "schemas" / "augment-1.schema.json").read_text()
+def test_the_schemas_are_what_types_and_registry_say() -> None:
+    built = dict(runpy.run_path(str(REPOSITORY / "tools" / "build_spec_schema"))["texts"]())
+    assert sorted(built) == ["augment-1.schema.json", "sample-1.schema.json"]
+    for name, text in built.items():
+        assert text == (REPOSITORY / "schemas" / name).read_text()
 
 
 def test_every_parameter_has_a_description_and_its_units_there() -> None:

@@ -38,13 +38,13 @@ def test_a_transfer_arrives() -> None:
 
 
 def test_an_orbit_without_an_offset_upwards_closes() -> None:
-    state = RelativeOrbit(forward=7.6, eccentric=0.05, phase=0.4, inclined=0.04, inclined_phase=1).state(N)
+    state = RelativeOrbit(forward=7.6, eccentric=0.05, phase_deg=23, inclined=0.04, inclined_phase_deg=57).state(N)
     assert np.allclose(free_fall(state, N, [ORBIT])[0], state, rtol=0, atol=CLOSED * 7.6)
 
 
 def test_a_fly_around_is_the_known_ellipse() -> None:
     """Twice as long along the flight as it is high, about its middle."""
-    orbit = RelativeOrbit(forward=3.0, eccentric=8.0, phase=0.3, inclined=4.0)
+    orbit = RelativeOrbit(forward=3.0, eccentric=8.0, phase_deg=17, inclined=4.0)
     up, forward, across = orbit.places(N, np.linspace(0, 3 * ORBIT, 400)).T
     assert (up / 8) ** 2 + ((forward - 3) / 16) ** 2 == pytest.approx(np.ones(400), rel=CLOSED, abs=0)
     assert np.abs(across).max() == pytest.approx(4, rel=1e-3)

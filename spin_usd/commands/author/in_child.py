@@ -92,7 +92,8 @@ def author_sample(
     found = open_spec(sample, count)
     made = part_pictures(found, count)
     chosen = _chosen(made, frames)
-    own = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
+    own = {name: getattr(found.table, name) for name in ("target", "camera", "lights", "environment")}
+    own["preset"] = found.preset
     given = own | {name: value for name, value in choices.items() if value is not None}
     if missing := next((name for name in ("target", "camera") if given[name] is None), None):
         raise InputError(f"names no {missing}", where=found.source, do=f"give {missing} too")
@@ -103,7 +104,7 @@ def author_sample(
         return sample_poses(chosen, seed, camera, hull, found.source, progress)
 
     def light(stage: Any) -> SampledValues:
-        return sample_light(stage, chosen, seed, found.constraints)
+        return sample_light(stage, chosen, seed, found.table.constraints)
 
     wanted = Choices(
         seed=seed, sample=None if found.file else str(sample), **given, additions=read_additions(**additions)

@@ -14,18 +14,18 @@ from spin_usd.arrays import Float
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
-from spin_usd.commands.author.spec import inside_law, place_law, position_law
+from spin_usd.commands.author.spec import read_as
+from spin_usd.commands.author.spec_tables import BodyPoses, inside_law
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
-from spin_usd.formats.sampling_text import DISTANCE, BodyText
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.progress import Progress
 from spin_usd.sampling.poses import Balls, BesideLaw, PoseLaw, PositionLaw, ball_of
-from spin_usd.sampling.sample import Attitudes, distribution_of, stream
+from spin_usd.sampling.sample import Attitudes, stream
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.from_mesh_file import target_name
@@ -204,20 +204,19 @@ def _law(placed: _PlacedBody, usual: PoseLaw | TrajectoryLaw | None) -> PoseLaw:
     if isinstance(usual, TrajectoryLaw):
         do = "give it a pose list, MODEL:POSES, or move it with the target, MODEL:attached"
         raise InputError("poses along a trajectory are sampled for the target alone", where=placed.asset.name, do=do)
-    table, where = placed.body.said.poses, placed.body.said.text
-    inside = inside_law(table, where) if "inside" in table or usual is None else usual.inside
-    attitude = distribution_of(table["attitude"]) if "attitude" in table else Attitudes()
-    return PoseLaw(position=_position(placed.body.said, usual), attitude=attitude, inside=inside)
+    where = placed.body.said.text
+    said = read_as(BodyPoses, placed.body.said.poses, where)
+    inside = inside_law(said.inside, where) if said.inside is not None or usual is None else usual.inside
+    return PoseLaw(position=_position(said, where, usual), attitude=said.attitude or Attitudes(), inside=inside)
 
 
-def _position(said: BodyText, usual: PoseLaw | None) -> PositionLaw | BesideLaw:
-    table = said.poses
-    if DISTANCE in table:
-        return BesideLaw(range=distribution_of(table[DISTANCE]))
-    if "range" in table:
-        return position_law(table, None, said.text)
+def _position(said: BodyPoses, where: str, usual: PoseLaw | None) -> PositionLaw | BesideLaw:
+    if said.distance:
+        return BesideLaw(range=said.distance)
+    if said.range:
+        return PositionLaw(range=said.range, place=said.place(None, where))
     if usual is None:
-        raise InputError("says not how far a body is", where=said.text, do="add distance=1..5, metres from the target")
+        raise InputError("says not how far a body is", where=where, do="add distance=1..5, metres from the target")
     assert isinstance(usual.position, PositionLaw)
-    shares = "u_share" in table or "v_share" in table
-    return replace(usual.position, place=place_law(table, None, said.text)) if shares else usual.position
+    shares = said.u_share or said.v_share
+    return replace(usual.position, place=said.place(None, where)) if shares else usual.position

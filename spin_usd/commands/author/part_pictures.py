@@ -34,13 +34,13 @@ class PartPicture:
 
     @property
     def name(self) -> str:
-        part = self.part
+        part = self.part.table
         numbers = {"sequence": part.first_sequence + self.sequence, "picture": part.first_picture + self.picture}
         return part.names.format(**numbers)
 
     @property
     def sequence_name(self) -> str:
-        return f"{self.part.name}/{self.sequence}"
+        return f"{self.part.table.name}/{self.sequence}"
 
 
 def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPicture, ...]:
@@ -56,9 +56,10 @@ def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPic
     for part in spec.parts:
         before += part.count
         share = (count * before + spec.count // 2) // spec.count - len(found)
-        every = part.count // max(share, 1) if part.sequences == 1 and not isinstance(part.law, PoseLaw) else 1
+        each = part.table.pictures
+        every = part.count // max(share, 1) if part.table.sequences == 1 and not isinstance(part.law, PoseLaw) else 1
         numbers = range(0, every * share, every)
-        found += [PartPicture(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in numbers]
+        found += [PartPicture(part=part, sequence=i // each, picture=i % each) for i in numbers]
     _check_names([picture.name for picture in found], spec.source)
     return tuple(found)
 
@@ -90,7 +91,7 @@ def sample_poses(
         picture = PartPicture(part=part, sequence=number, picture=0)
         rng = stream(seed, "sequence", picture.sequence_name)
         assert not isinstance(part.law, PoseLaw)
-        return part.law.sample(rng, camera, hull, part.pictures)
+        return part.law.sample(rng, camera, hull, part.table.pictures)
 
     def pose(picture: PartPicture) -> tuple[Float, Float]:
         if isinstance(picture.part.law, PoseLaw):
@@ -134,7 +135,7 @@ def sample_light(
 def _inertial_suns(of_part: Sequence[PartPicture], seed: int) -> list[tuple[float, ...]] | None:
     """Return the direction to the Sun in each picture of one part, camera axes; None where its law fixes no Sun among
     the stars."""
-    law, pictures = of_part[0].part.law, of_part[0].part.pictures
+    law, pictures = of_part[0].part.law, of_part[0].part.table.pictures
     if isinstance(law, PoseLaw) or law.sun is None:
         return None
     rngs = {each.sequence: stream(seed, "sun", each.sequence_name) for each in of_part}
@@ -150,7 +151,7 @@ def _refuse_two_suns(part: SamplingPart, constraints: Mapping[str, float]) -> No
     others += [name for name in constraints if SUN[0] in CONSTRAINTS[name].bears_on]
     if others:
         found = f"has a Sun of its trajectory, which {others[0]} does not decide"
-        raise InputError(found, where=f"part {part.name!r}", do=f"leave out {others[0]}, or the trajectory's sun")
+        raise InputError(found, where=f"part {part.table.name!r}", do=f"leave out {others[0]}, or the trajectory's sun")
 
 
 def pictures_of(of_part: Sequence[PartPicture]) -> SampledPictures:

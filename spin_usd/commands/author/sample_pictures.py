@@ -6,6 +6,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
@@ -273,7 +274,7 @@ def cut(distribution: Distribution, limits: Range) -> Distribution:
     if not isinstance(distribution, Normal):
         return distribution
     low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)
-    return replace(distribution, low=low, high=high)
+    return structs.replace(distribution, low=low, high=high)
 
 
 def is_material_factor(name: str) -> bool:

@@ -40,8 +40,8 @@ EARTH_RADIUS = 6378137.0
 
 def sampled(name, count=None, seed=0, step=1):
     spec = open_spec(name)
-    camera = lens_of(open_camera_layer(bundled("camera", spec.camera)))
-    hull = hull_corners(describe(bundled("target", spec.target), spec.target))
+    camera = lens_of(open_camera_layer(bundled("camera", spec.table.camera)))
+    hull = hull_corners(describe(bundled("target", spec.table.target), spec.table.target))
     chosen = part_pictures(spec, count)[::step]
     return camera, chosen, sample_poses(chosen, seed, camera, hull, name)
 
@@ -167,7 +167,7 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) 
 
 def test_a_count_is_shared_out_among_the_parts() -> None:
     example = open_spec("swisscube")
-    assert Counter(shot.part.name for shot in part_pictures(example, 10)) == {
+    assert Counter(shot.part.table.name for shot in part_pictures(example, 10)) == {
         "training": 7,
         "validation": 1,
         "testing": 2,
@@ -183,7 +183,7 @@ def test_names_are_unique_and_counts_are_the_published_ones(name) -> None:
     assert all(FRAME_NAME.fullmatch(each) for each in names)
     assert len(names) == COUNTS.get(name, len(names))
     for part, count in SEQUENCES.get(name, {}).items():
-        assert len({shot.sequence for shot in chosen if shot.part.name == part}) == count
+        assert len({shot.sequence for shot in chosen if shot.part.table.name == part}) == count
 
 
 @pytest.mark.parametrize("name", sorted(RANGES))
@@ -215,7 +215,7 @@ def test_roe1_is_like_the_published_trajectory(shared) -> None:
     """In range, in way and turn from picture to picture, in attitudes and in where it is in the picture."""
     real = read_pose_list(shared / "data" / "shirt" / "roe1.json")
     _, chosen, made = sampled("shirt")
-    mine = np.array([shot.part.name == "roe1" for shot in chosen])
+    mine = np.array([shot.part.table.name == "roe1" for shot in chosen])
     t, q = made.t_cam_body[mine], made.q_cam_body[mine]
     assert len(t) == len(real) == 2371
     for of in (np.min, np.mean, np.max):
@@ -231,7 +231,7 @@ def test_roe1_is_like_the_published_trajectory(shared) -> None:
 
 def test_roe2_comes_as_near_as_the_published_approach() -> None:
     _, chosen, made = sampled("shirt")
-    t = made.t_cam_body[[shot.part.name == "roe2" for shot in chosen]]
+    t = made.t_cam_body[[shot.part.table.name == "roe2" for shot in chosen]]
     away = np.linalg.norm(t, axis=1)
     assert (away[0], away.min()) == (pytest.approx(7.88, abs=0.1), pytest.approx(2.89, abs=0.1))
     ways = 1000 * np.linalg.norm(np.diff(t, axis=0), axis=1)
@@ -300,7 +300,7 @@ def test_an_example_of_ones_own(tmp_path) -> None:
         ({"names": "img{picture.__class__}"}, "names"),
         ({"names": "img"}, "two pictures are named 'img'"),
         ({"names": ".{picture}"}, "cannot name a picture"),
-        ({"low": "5"}, "part 'a', range"),
+        ({"low": "5"}, "part[0].poses.range: no number"),
         ({"low": '"near"'}, "near"),
         ({"low": "1", "parts": 2}, "two parts named 'a'"),
         ({"more": SUN.format("moon.direction")}, "moon.direction"),

@@ -36,7 +36,7 @@ def entries(name, **words):
         ("optics.glare", {"distribution": "normal", "mean": 9, "sigma": 1}, "fewer than 0.001 of all values about 9"),
         ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "may be sampled as 0 to 8; choose numbers"),
         ("focus.distance", {"distribution": "uniform", "low": 0, "high": 8, "unit": "m"}, "choose numbers above 0"),
-        ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "does not take 0: it is a truth"),
+        ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "does not take 0.0: it is a truth"),
         ("sun.factor", {"distribution": "uniform", "low": -0.001, "high": 2}, "choose numbers from 0 to"),
         ("/World/Camera.exposure:time", {"distribution": "fixed", "value": 0}, "choose numbers from 1e-09 to 1e"),
         ("material.*.ior", {"distribution": "uniform", "low": 0.99, "high": 2}, "choose numbers from 1 to 1000"),

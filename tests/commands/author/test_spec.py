@@ -129,15 +129,19 @@ rate_deg_s = { distribution = "fixed", value = 1 }
 axis = { distribution = "directions" }
 inertia_kg_m2 = [12, 20, 26]
 """
+ORBIT = "[part.trajectory.orbit]\nforward_m = 3\n"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("[12, 20, 26]", "[12, 20, 40]", "inertia_kg_m2: has the principal moments 12, 20, 40"),
+        ("[12, 20, 26]", "[12, 20, 40]", "inertia_kg_m2 has the principal moments 12, 20, 40"),
         ("[12, 20, 26]", "[[12, 1, 0], [2, 20, 0], [0, 0, 26]]", "is not symmetric"),
         ("[12, 20, 26]", "[12, 20]", "inertia_kg_m2"),
-        ("[12, 20, 26]", "12", "inertia_kg_m2: fits none of its forms: 12 is not a list"),
+        ("[12, 20, 26]", "[[12, 0, 0], 20, 26]", "inertia_kg_m2 mixes numbers and rows"),
+        ("[part.trajectory.tumble]", f"{ORBIT}[part.trajectory.tumble]", "trajectory: has both orbit and chaser"),
+        ("[part.trajectory.chaser.approach]", f"{ORBIT}[part.trajectory.chase]", "is chaser meant?"),
+        ("[12, 20, 26]", "12", "inertia_kg_m2: 12 is not a list"),
         ("attitude = {", 'attitude = "any" # {', "attitude: 'any' is not a table"),
         ("step_s = 10", "", "step_s"),
         ("start_m = [0, -20, 0]", "", "start_m"),
@@ -182,9 +186,13 @@ def test_what_is_wrong_with_a_text_names_its_word(tmp_path, text, word) -> None:
         ('distribution = "uniform", low = -5, high = -1', "range.low"),
         ('distribution = "choice", values = [3, -3]', "range.values[1]"),
         ('distribution = "normal", mean = 3, sigma = 2', "'low' is missing"),
+        ('distribution = "uniform", low = 1', "range: 'high' is missing"),
+        ('distribution = "uniform", low = "near", high = 3', "range.low: 'near' is not of type 'number'"),
+        ('distribution = "up"', "range.distribution: 'up' is not one of fixed, uniform"),
+        ('distribution = "fixed", value = "far"', "range.value: 'far' is not of type"),
     ],
 )
-def test_a_file_has_ranges_above_0(tmp_path, words, key) -> None:
+def test_a_file_has_ranges_that_are_numbers_above_0(tmp_path, words, key) -> None:
     file = tmp_path / "mine.toml"
     part = '[[part]]\nname = "a"\nnames = "a{picture}"\npictures = 3\n'
     file.write_text(
