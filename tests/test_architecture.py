@@ -106,7 +106,7 @@ MAY_OPEN = {
     "formats/spec_file.py": OWN,
     "store/json_schema.py": OWN,
     "commands/author/command.py": OWN,
-    "commands/author/choices.py": "looks for the maps in a folder that the user names; `files` opens them",
+    "commands/author/sources.py": "looks for the maps in a folder that the user names; `files` opens them",
     "formats/array_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,

@@ -12,7 +12,6 @@ from typing import Any
 
 CALLS: Mapping[str, str] = {
     "author": "spin_usd.commands.author.in_child:author_stage",
-    "author_sample": "spin_usd.commands.author.in_child:author_sample",
     "confine": "spin_usd.processes.confine:confine",
     "convert_model": "spin_usd.renderers.blender.model_conversion:convert_model",
     "convert_step": "spin_usd.formats.mesh.step_file:convert_step",

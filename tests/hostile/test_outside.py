@@ -104,26 +104,11 @@ def test_a_target_takes_no_file_from_outside_its_folder(place, child, kind, path
             target=str(place.folder / "t.usda"),
             out=str(place.folder / "out"),
             root=str(place.folder),  # else the folder around it is the model's too
-            **NOTHING_ELSE,
+            units_per_metre=1.0,
+            any_size=True,
         )
     assert refused.value.exit_code == 2
     assert not (place.folder / "out").exists()
-
-
-NOTHING_ELSE: dict[str, object] = {
-    "units_per_metre": 1.0,
-    "prim": None,
-    "frames": None,
-    "seed": 0,
-    "preset": None,
-    "lights": None,
-    "environment": None,
-    "augment": None,
-    "additions": dict.fromkeys(("keypoints", "parts", "channels", "lidar", "sun_direction", "sun_from_target")),
-    "any_size": True,
-    "also": [],
-    "occluders": [],
-}
 
 
 @pytest.mark.parametrize(

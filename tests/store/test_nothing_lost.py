@@ -285,28 +285,22 @@ def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("options", "additions", "kept"),
+    ("options", "kept"),
     [
         (
-            {"seed": 2**62, "units_per_metre": 1.0},
-            {"sun_direction": (0.0, 0.0, -2.0), "channels": "rgb"},
+            {"seed": 2**62, "units_per_metre": 1.0, "sun_direction": (0.0, 0.0, -2.0), "channels": "rgb"},
             {"seed": 2**62, "units_per_metre": 1.0, "sun_direction": [0.0, 0.0, -1.0], "channels": "rgb"},
         ),
         (
-            {"prim": "/Craft"},
-            {"sun_from_target": (0.0, 3.0, 0.0)},
+            {"prim": "/Craft", "sun_from_target": (0.0, 3.0, 0.0)},
             {"seed": 0, "prim": "/Craft", "sun_from_target": [0.0, 1.0, 0.0]},
         ),
     ],
 )
-def test_every_option_that_decides_pictures_makes_another_stage(
-    authored, dataset, tmp_path, options, additions, kept
-) -> None:
+def test_every_option_that_decides_pictures_makes_another_stage(authored, dataset, tmp_path, options, kept) -> None:
     """And is in dataset.json as JSON."""
     (tmp_path / "craft.usda").write_text(CRAFT)
-    other = author(
-        authored.parent.parent, tmp_path / "other", target=tmp_path / "craft.usda", additions=additions, **options
-    )
+    other = author(authored.parent.parent, tmp_path / "other", target=tmp_path / "craft.usda", **options)
     with pytest.raises(InputError, match="another stage") as refused:
         make(other, dataset)
     changed = set(kept) if kept["seed"] else set(kept) - {"seed"}

@@ -1,6 +1,6 @@
 """Additions that a user makes to an authored stage: keypoints, names of parts, colour, a LiDAR, and the Sun's place."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ import numpy as np
 
 from spin_usd.commands.author.cameras import mounting
 from spin_usd.commands.author.model import USD_SUFFIXES
+from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
@@ -17,11 +18,13 @@ from spin_usd.resources import bundled
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.part_rule import PartRule
-from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
+from spin_usd.stage.augment.sampled_values import SampledValues, open_base, overlaid, sampled_values
+from spin_usd.stage.augment.sun_and_planet import write_sampled
 from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.added_layer import add_keypoints, add_lidar, add_range_finder
 from spin_usd.stage.author.camera_layer import layer_name, set_channels
 from spin_usd.stage.author.target_prim import keep_transparent
+from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.bodies.keypoints import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")
@@ -30,32 +33,28 @@ LIDAR_SUFFIXES = (".toml", ".json")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Additions:
-    """The additions to one stage. None and empty leave the stage as it is.
+    """The additions to one stage. None and empty leave the stage as it is."""
 
-    files: the files that were given, by what they hold · keypoints · parts: rules, in their order · channels: "mono" or
-    "rgb" · lidar, range_finder: what is mounted on the camera · sun_from_camera, sun_from_target: directions to the
-    Sun, in camera and in body axes, of which one at most is given · keep_transparent: label surfaces of opacity 0 too.
-    """
-
+    options: AuthorOptions
     files: Mapping[str, Path]
-    keypoints: Keypoints | None = None
-    parts: tuple[PartRule, ...] = ()
-    channels: str | None = None
-    lidar: Lidar | None = None
-    range_finder: RangeFinder | None = None
-    sun_from_camera: tuple[float, float, float] | None = None
-    sun_from_target: tuple[float, float, float] | None = None
-    keep_transparent: bool = False
+    """Those that were given, by what they hold."""
+    keypoints: Keypoints | None
+    parts: tuple[PartRule, ...]
+    """Rules, in their order."""
+    lidar: Lidar | None
+    range_finder: RangeFinder | None
+    sun: Mapping[str, tuple[float, float, float]]
+    """By the parameter for its axes, the direction to the Sun: one at most."""
 
     def write(self, root: Path, further: Sequence[str] = ()) -> tuple[str, ...]:
         """Write all but the Sun over the stage at `root`, whose `further` cameras have these names; returns notes on
         what was made. Raises InputError for rules that do not fit the model, OutputError."""
         notes: tuple[str, ...] = ()
-        if self.keep_transparent:
+        if self.options.keep_transparent:
             keep_transparent(root)
-        if self.channels is not None:
+        if self.options.channels is not None:
             for camera in ("", *further):
-                set_channels(root.parent / "layers" / layer_name(camera), self.channels)
+                set_channels(root.parent / "layers" / layer_name(camera), self.options.channels)
         if self.lidar is not None:
             add_lidar(root, self.lidar, f"The LiDAR in {self.files['lidar'].name}.")
         if self.range_finder is not None:
@@ -72,48 +71,40 @@ class Additions:
             notes += (f"parts made: {made}; {rest}",)
         return notes
 
-    @property
-    def turn_sun(self) -> bool:
-        """Return whether `sun` gives a direction."""
-        return self.sun_from_camera is not None or self.sun_from_target is not None
+    def write_light(self, root: Path, frames: int, light: Callable[[Any], SampledValues] | None) -> None:
+        """Write what is sampled of the light of the stage at `root`, which `light` gives for it opened, and over it
+        where the Sun was asked to stand. Raises InputError for a stage without a Sun."""
+        if light is None and not self.sun:
+            return
+        stage = open_stage(root)
+        sampled = light(stage) if light else None
+        sun = sampled_values(open_base(stage)[0], self.sun, {}) if self.sun else None
+        both = overlaid(sun, sampled) if sun and sampled else sun or sampled
+        if both is not None:
+            write_sampled(root, both, frames)
 
-    def sun(self, stage: Any) -> SampledValues | None:
-        """Return the values that turn the Sun of the opened `stage`; None where no direction was asked for. Raises
-        InputError for a stage without a Sun."""
-        given = {"sun.direction": self.sun_from_camera, "sun.from_target": self.sun_from_target}
-        asked = {name: direction for name, direction in given.items() if direction is not None}
-        return sampled_values(open_base(stage)[0], asked, {}) if asked else None
 
-
-def read_additions(
-    *,
-    keypoints: str | Path | None = None,
-    parts: str | Path | None = None,
-    channels: str | None = None,
-    lidar: str | Path | None = None,
-    range_finder: str | float | None = None,
-    sun_direction: Sequence[float] | None = None,
-    sun_from_target: Sequence[float] | None = None,
-    keep_transparent: bool = False,
-) -> Additions:
-    """Read the additions that these files and values describe. Raises InputError."""
-    if channels is not None and channels not in CHANNELS:
-        raise InputError(f"there are no channels {channels!r}", do=f"choose {' or '.join(CHANNELS)}")
-    if sun_direction is not None and sun_from_target is not None:
+def read_additions(options: AuthorOptions) -> Additions:
+    """Read the additions that the options describe. Raises InputError."""
+    if options.channels is not None and options.channels not in CHANNELS:
+        raise InputError(f"there are no channels {options.channels!r}", do=f"choose {' or '.join(CHANNELS)}")
+    if options.sun_direction is not None and options.sun_from_target is not None:
         do = "give one: camera axes, or body axes"
         raise InputError("sun_direction and sun_from_target are given together", do=do)
-    lidar_file = None if lidar is None else _lidar_file(str(lidar))
-    given = {"keypoints": keypoints, "parts": parts, "lidar": lidar_file}
+    lidar = None if options.lidar is None else _lidar_file(str(options.lidar))
+    files = {"keypoints": options.keypoints, "parts": options.parts, "lidar": lidar}
+    suns = {
+        "sun.direction": _direction(options.sun_direction),
+        "sun.from_target": _direction(options.sun_from_target),
+    }
     return Additions(
-        files={what: Path(path) for what, path in given.items() if path is not None},
-        keypoints=None if keypoints is None else _keypoints(Path(keypoints)),
-        parts=() if parts is None else read_parts_file(parts),
-        channels=channels,
-        lidar=None if lidar_file is None else read_lidar_file(lidar_file),
-        range_finder=None if range_finder is None else _range_finder(str(range_finder)),
-        sun_from_camera=_direction(sun_direction),
-        sun_from_target=_direction(sun_from_target),
-        keep_transparent=keep_transparent,
+        options=options,
+        files={what: Path(path) for what, path in files.items() if path is not None},
+        keypoints=None if options.keypoints is None else _keypoints(Path(options.keypoints)),
+        parts=() if options.parts is None else read_parts_file(options.parts),
+        lidar=None if lidar is None else read_lidar_file(lidar),
+        range_finder=None if options.range_finder is None else _range_finder(str(options.range_finder)),
+        sun={parameter: direction for parameter, direction in suns.items() if direction is not None},
     )
 
 
@@ -145,13 +136,14 @@ def _range_finder(given: str) -> RangeFinder:
         raise InputError(found, where=f"range_finder {given}", do=do) from None
 
 
-def _direction(given: Sequence[float] | None) -> tuple[float, float, float] | None:
+def _direction(given: str | Sequence[float] | None) -> tuple[float, float, float] | None:
     """Return the direction at unit length. Raises InputError where it has none."""
     if given is None:
         return None
-    length = float(np.linalg.norm(given))
-    if len(given) != 3 or not 0 < length < float("inf"):
-        found = f"{', '.join(f'{number:g}' for number in given)} is not a direction to the Sun"
+    numbers = [float(each) for each in given]
+    length = float(np.linalg.norm(numbers))
+    if len(numbers) != 3 or not 0 < length < float("inf"):
+        found = f"{', '.join(f'{number:g}' for number in numbers)} is not a direction to the Sun"
         raise InputError(found, do="give three numbers X,Y,Z, not all zero")
-    x, y, z = (float(number) / length for number in given)
+    x, y, z = (number / length for number in numbers)
     return x, y, z

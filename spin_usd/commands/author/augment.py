@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.commands.author.choices import images_in
 from spin_usd.commands.author.reports import AugmentReport
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file

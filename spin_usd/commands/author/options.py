@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from spin_usd.completions import bundled, named
+from spin_usd.errors import InputError
 from spin_usd.options import AnySize, Frames, Listening, Option, Prim, UnitsPerMetre
 
 NAME_OR_FILE = "NAME_OR_FILE"
@@ -193,3 +194,23 @@ class AuthorOptions(Listening):
             name_or_path=True,
         ),
     ] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("sun_direction", "sun_from_target"):
+            object.__setattr__(self, name, _numbers(name, getattr(self, name)))
+
+
+def listed(given: str | Path | Sequence[str | Path]) -> list[str]:
+    """Return the values of an option that may be given several times."""
+    return [str(given)] if isinstance(given, str | Path) else [str(each) for each in given]
+
+
+def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:
+    """Return the numbers, also those of "X,Y,Z". Raises InputError that names the option."""
+    if given is None:
+        return None
+    try:
+        return [float(each) for each in (given.split(",") if isinstance(given, str) else given)]
+    except ValueError:
+        raise InputError(f"{name} {given!r} is not X,Y,Z", do="write for example 0.5,-0.7,-0.5") from None

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
@@ -21,9 +22,7 @@ from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
-from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.progress import Progress
 from spin_usd.sampling.poses import Balls, BesideLaw, PoseLaw, PositionLaw, ball_of
 from spin_usd.sampling.sample import Attitudes, stream
 from spin_usd.sampling.trajectory import TrajectoryLaw
@@ -39,20 +38,6 @@ CAMERA_ITSELF = (np.zeros(3), 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AuthoredPictures:
-    """The pictures of a stage, which has the first target. poses: that target's · laws: those that its poses were
-    sampled from, one for each picture; None for a pose list · frames: the choice of the `whole` number of poses."""
-
-    target: TargetAsset
-    poses: PoseList
-    camera: Camera
-    laws: Sequence[PoseLaw | TrajectoryLaw] | None
-    frames: str | None
-    whole: int
-    seed: int
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class _PlacedBody:
     """A body with its poses: one for each picture, or one for all. None: not sampled yet, or in the camera's axes."""
 
@@ -61,51 +46,44 @@ class _PlacedBody:
     poses: PoseList | None
 
 
-def write_others(
-    bodies: Sequence[OtherBody],
-    folder: Path,
-    pictures: AuthoredPictures,
-    units_per_metre: float | None,
-    *,
-    any_size: bool,
-    progress: Progress,
-) -> tuple[str, ...]:
-    """Write the bodies over the stage in `folder`, and return notes on them. `units_per_metre` holds for models whose
-    files do not say their unit, and `any_size` for a size that no craft has. Raises InputError, OutputError."""
+def write_others(making: Authoring) -> None:
+    """Write the bodies beside the first target over the stage, and note what is to be known of them. --units-per-metre
+    holds for models whose files do not say their unit. Raises InputError, OutputError."""
+    folder, units_per_metre = making.folder, making.options.units_per_metre
     notes: dict[str, None] = {}  # each once, though there are several bodies of one model
-    names = UniqueNames(taken=[pictures.target.name])
+    names = UniqueNames(taken=[making.target.name])
 
     @cache
     def model(file: Path) -> tuple[TargetAsset, tuple[str, ...]]:
         return write_model(file, folder, _unit(file, units_per_metre), None)
 
     placed = []
-    for body in bodies:
+    for body in making.sources.others:
         asset, said = model(body.file)
-        own = _own_poses(body, pictures)
+        own = _own_poses(body, making)
         notes |= dict.fromkeys((*said, *(own.notes if own else ())))
         meant = "its poses are meant in these"
         if body.occluder and not own:
             meant = "they are the camera's, x right, y down, z forward"
-        elif not (own or _is_sampled(body, pictures)):
-            own, meant = pictures.poses, "they are those of the first target, with which it moves"
+        elif not (own or _is_sampled(body, making)):
+            own, meant = making.poses, "they are those of the first target, with which it moves"
         notes |= dict.fromkeys(axes_note(body.file, asset, meant, whose=f"{body.file.name}: its"))
         for _ in range(body.said.count):
             named = replace(asset, name=names.give(target_name(body.file.stem)))
             placed.append(_PlacedBody(body=body, asset=named, poses=own))
-        if _is_sampled(body, pictures):
-            if not any_size:
+        if _is_sampled(body, making):
+            if not making.options.any_size:
                 refuse_size(box_corners(asset), model_unit(body.file, asset, _unit(body.file, units_per_metre)))
             if not body.said.text:
                 found = f"{asset.name} is sampled as the target is, and apart from it"
                 notes[f"{found}; MODEL:attached moves it with the target instead"] = None
-    for each in _all_placed(placed, pictures, progress):
+    for each in _all_placed(placed, making):
         if each.body.occluder:
             add_occluder(folder / ROOT, each.asset, each.poses)
         else:
             assert each.poses is not None
             add_target(folder / ROOT, each.asset, each.poses)
-    return tuple(notes)
+    making.notes += notes
 
 
 def _unit(file: Path, units_per_metre: float | None) -> float | None:
@@ -113,13 +91,13 @@ def _unit(file: Path, units_per_metre: float | None) -> float | None:
     return None if file.suffix.lower() not in MESHES or says_unit(file) else units_per_metre
 
 
-def _is_sampled(body: OtherBody, pictures: AuthoredPictures) -> bool:
+def _is_sampled(body: OtherBody, making: Authoring) -> bool:
     if body.occluder or body.poses or body.attached:
         return False
-    return bool(body.said.text) or pictures.laws is not None
+    return bool(body.said.text) or making.pictures.laws is not None
 
 
-def _own_poses(body: OtherBody, pictures: AuthoredPictures) -> PoseList | None:
+def _own_poses(body: OtherBody, making: Authoring) -> PoseList | None:
     """Return the poses of the body's own list, None where it has none."""
     if body.poses is None:
         return None
@@ -127,35 +105,35 @@ def _own_poses(body: OtherBody, pictures: AuthoredPictures) -> PoseList | None:
         own = read_pose_list(body.poses)
     if len(own) == 1 and body.occluder:
         return own
-    if len(own) != pictures.whole:
-        _refuse_other_length(own, pictures)
-    return chosen_frames(own, pictures.frames)
+    if len(own) != making.pictures.whole:
+        _refuse_other_length(own, making)
+    return chosen_frames(own, making.options.frames)
 
 
-def _refuse_other_length(own: PoseList, pictures: AuthoredPictures) -> None:
+def _refuse_other_length(own: PoseList, making: Authoring) -> None:
     """Raise InputError for a list that has another number of poses than there are pictures to choose from."""
-    whole, frames = pictures.whole, pictures.frames
+    whole, frames = making.pictures.whole, making.options.frames
     count = f"{whole} picture{'s' * (whole > 1)}"
     wanted = count if frames is None else f"the {count} that frames {frames!r} chooses from"
     found = f"has {len(own)} pose{'s' * (len(own) > 1)} for {wanted}"
     raise InputError(found, where=own.source, do="give a pose for each picture, in their order")
 
 
-def _all_placed(placed: Sequence[_PlacedBody], pictures: AuthoredPictures, progress: Progress) -> Sequence[_PlacedBody]:
+def _all_placed(placed: Sequence[_PlacedBody], making: Authoring) -> Sequence[_PlacedBody]:
     """Return the bodies with the poses of those that are to be sampled, each apart from all that stand before it in the
     list, and from those that are not sampled: so one more at the end changes no other."""
-    sampled = [i for i, each in enumerate(placed) if _is_sampled(each.body, pictures)]
+    sampled = [i for i, each in enumerate(placed) if _is_sampled(each.body, making)]
     if not sampled:
         return placed
-    models = {asset.file: asset for asset in (pictures.target, *(each.asset for each in placed))}
+    models = {asset.file: asset for asset in (making.target, *(each.asset for each in placed))}
     hulls = {file: hull_corners(asset) for file, asset in models.items()}
     known = [placed[i] for i in range(len(placed)) if i not in sampled]
-    balls = [CAMERA_ITSELF, _balls(pictures.poses, hulls[pictures.target.file])]
+    balls = [CAMERA_ITSELF, _balls(making.poses, hulls[making.target.file])]
     balls += [_balls(each.poses, hulls[each.asset.file]) for each in known]
     found = list(placed)
     for i in sampled:
         hull = hulls[placed[i].asset.file]
-        poses = _sampled_poses(placed[i], pictures, hull, balls, progress)
+        poses = _sampled_poses(placed[i], making, hull, balls)
         balls.append(_balls(poses, hull))
         found[i] = replace(placed[i], poses=poses)
     return found
@@ -170,28 +148,26 @@ def _balls(poses: PoseList | None, hull: Float) -> tuple[Float, float]:
 
 
 def _sampled_poses(
-    placed: _PlacedBody,
-    pictures: AuthoredPictures,
-    hull: Float,
-    balls: Sequence[tuple[Float, float]],
-    progress: Progress,
+    placed: _PlacedBody, making: Authoring, hull: Float, balls: Sequence[tuple[Float, float]]
 ) -> PoseList:
     """Sample the poses of a body with the corners `hull`, apart from the `balls`, each from the seed, the body's name
     and the picture's alone. Raises InputError that names the body and the picture."""
-    names, name = pictures.poses.names, placed.asset.name
+    names, name = making.poses.names, placed.asset.name
     middles = np.stack([np.broadcast_to(each, (len(names), 3)) for each, _ in balls], axis=1)
     radii = np.array([radius for _, radius in balls])
     law_of = cache(lambda usual: _law(placed, usual))
     found = []
     for i, picture in enumerate(names):
-        progress(f"sampling: pose of {name}", i, len(names))
-        law = law_of(pictures.laws[i] if pictures.laws else None)
+        making.progress(f"sampling: pose of {name}", i, len(names))
+        law = law_of(making.pictures.laws[i] if making.pictures.laws else None)
         try:
             if isinstance(law.position, BesideLaw):
-                x, y, z = pictures.poses.t_cam_body[i].tolist()
+                x, y, z = making.poses.t_cam_body[i].tolist()
                 law = replace(law, position=replace(law.position, other=(x, y, z)))
             others = Balls(middles=middles[i], radii=radii)
-            found.append(law.sample(stream(pictures.seed, "pose", name, picture), pictures.camera, hull, others))
+            found.append(
+                law.sample(stream(making.options.seed, "pose", name, picture), making.sources.lens, hull, others)
+            )
         except InputError as error:
             raise InputError(error.found, where=f"{name}, picture {picture}", do=error.do) from None
     q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))

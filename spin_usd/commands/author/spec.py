@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from msgspec import ValidationError, convert
+from msgspec import ValidationError, convert, structs
 
 from spin_usd.commands.author.spec_tables import Frame, PartTable, SamplingTables
 from spin_usd.errors import InputError
@@ -51,12 +51,6 @@ class SamplingSpec:
     def count(self) -> int:
         return sum(part.count for part in self.parts)
 
-    @property
-    def preset(self) -> str | None:
-        """Return a preset's name as it is; that of a layer as its path beside the specification's file."""
-        preset = self.table.preset
-        return str(self.file.parent / preset) if preset and self.file and Path(preset).suffix else preset
-
 
 def open_spec(given: str | Path, count: int | None = None) -> SamplingSpec:
     """Open the specification of that name, in that file, or of which `given` is the text; `count` pictures of a text
@@ -75,6 +69,8 @@ def _spec(tables: Mapping[str, Any], file: Path | None, source: str) -> Sampling
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"has two parts named {twice!r}", where=source, do="give each its own name")
     frame = _frame(table.camera)
+    if table.preset and file and Path(table.preset).suffix:  # a layer beside the file
+        table = structs.replace(table, preset=str(file.parent / table.preset))
     parts = tuple(_part(part, table.sample, frame, f"{source}, part {part.name!r}") for part in table.part)
     return SamplingSpec(file=file, source=source, table=table, parts=parts)
 

@@ -6,7 +6,9 @@ T_world_body = T_world_cam @ T_cam_body.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
@@ -39,31 +41,36 @@ SETTINGS = Sdf.Path("/Render/Settings")
 PRODUCTS, VARIABLES = Sdf.Path("/Render/Products"), Sdf.Path("/Render/Vars")
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StageSources:
+    """What a stage is written of beside its poses and its target."""
+
+    camera: Sdf.Layer
+    """As `author.camera_layer` makes it; it is changed."""
+    camera_name: str = ""
+    """What the camera is called, if not as its prim."""
+    further: Sequence[FurtherCamera] = ()
+    """Cameras mounted on the first, whose layers are changed too."""
+    preset: Preset | None = None
+    surroundings: Mapping[str, Sdf.Layer] = MappingProxyType({})
+    """Layers by their kind, instead of the preset's and the usual ones."""
+    origin: Origin
+    seed: int
+
+
 def write_stage(
-    folder: Path,
-    *,
-    poses: PoseList,
-    target: TargetAsset,
-    camera: Sdf.Layer,
-    origin: Origin,
-    seed: int,
-    outputs: Mapping[str, str],
-    preset: Preset | None = None,
-    surroundings: Mapping[str, Sdf.Layer] | None = None,
-    camera_name: str = "",
-    further: Sequence[FurtherCamera] = (),
+    folder: Path, sources: StageSources, *, poses: PoseList, target: TargetAsset, outputs: Mapping[str, str]
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `camera` is a layer as `author.camera_layer` makes it; it is changed. `outputs`: the files of a picture, each with
-    the USD type of its pixels. `surroundings`: layers by their kind, instead of the preset's and the usual ones.
-    `camera_name`: what the camera is called, if not as its prim · `further`: cameras mounted on it, whose layers are
-    changed too. Raises OutputError, InputError for a file that one of them names and that is not there.
+    `outputs`: the files of a picture, each with the USD type of its pixels. Raises OutputError, InputError for a file
+    that one of the sources names and that is not there.
     """
+    preset = sources.preset
     if preset:
-        for layer in (camera, *(each.layer for each in further)):
+        for layer in (sources.camera, *(each.layer for each in sources.further)):
             preset.set_camera(layer)
-    own = _write_layers(folder / "layers", poses, camera, outputs, preset, surroundings or {}, further)
+    own = _write_layers(folder / "layers", sources, poses, outputs)
     write_variant_sets(folder / "layers", own, target.variants, find_diffuse_overrides(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
@@ -71,41 +78,35 @@ def write_stage(
     root.subLayerPaths = [f"./layers/{VARIANT_SETS_LAYER}", "./layers/poses.usdc"]
     stage = stage_on(root)
     stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
-    _author_world(stage, origin, seed)
+    _author_world(stage, sources.origin, sources.seed)
     for name in ("camera", "lights", "environment"):
         prim = stage.DefinePrim(WORLD.AppendChild(name.capitalize()))
         prim.GetReferences().AddReference(f"./layers/{name}.usda")
     _author_target(stage, target, folder, preset.chosen(target.variants) if preset else {})
     stage.DefinePrim("/Render").GetReferences().AddReference("./layers/render.usda")
     UsdRender.Settings(stage.OverridePrim(SETTINGS)).CreateCameraRel().SetTargets([CAMERA])
-    if camera_name:
-        stage.GetPrimAtPath(CAMERA).SetDisplayName(camera_name)
-    for each in further:
+    if sources.camera_name:
+        stage.GetPrimAtPath(CAMERA).SetDisplayName(sources.camera_name)
+    for each in sources.further:
         _author_further(stage, each, outputs)
     export(root, folder / ROOT)
     return folder / ROOT
 
 
 def _write_layers(
-    folder: Path,
-    poses: PoseList,
-    camera: Sdf.Layer,
-    outputs: Mapping[str, str],
-    preset: Preset | None,
-    surroundings: Mapping[str, Sdf.Layer],
-    further: Sequence[FurtherCamera],
+    folder: Path, sources: StageSources, poses: PoseList, outputs: Mapping[str, str]
 ) -> dict[Sdf.Path, Sdf.Layer]:
     """Write the layers that the root layer references. Returns those of lights and environment, by the prims' paths."""
-    lens = _place_camera(camera, T_WORLD_CAM @ T_CAM_USDCAM)
-    lenses = {each.name: _place_camera(each.layer, _below_first(each.T_first_cam)) for each in further}
+    lens = _place_camera(sources.camera, T_WORLD_CAM @ T_CAM_USDCAM)
+    lenses = {each.name: _place_camera(each.layer, _below_first(each.T_first_cam)) for each in sources.further}
     export(poses_layer(poses), folder / "poses.usdc")
-    export(camera, folder / layer_name(""))
-    for each in further:
+    export(sources.camera, folder / layer_name(""))
+    for each in sources.further:
         export(each.layer, folder / layer_name(each.name))
     export(render_layer(lens, outputs, lenses), folder / "render.usda")
     chosen: dict[Sdf.Path, Sdf.Layer] = {}
     for kind, place in KINDS.items():
-        own = surroundings.get(kind) or (preset.layer(place) if preset else None)
+        own = sources.surroundings.get(kind) or (sources.preset.layer(place) if sources.preset else None)
         if own:
             copy_assets(own, folder / kind)
         chosen[place] = own or open_layer(bundled(kind, USUAL[kind]))

@@ -102,7 +102,7 @@ def test_surfaces_of_one_part_are_one_part_and_all_others_keep_their_own(
     before = named(scenes(plain.root)[0])
     assert set(before) == set(BOXES)
     parts = rules(tmp_path, ("right", "tail"), ("cells", "panel", "solar"), ("f?il", "panel"))
-    made = author_stage(**inputs, additions={"parts": parts})
+    made = author_stage(**inputs, parts=parts)
     assert named(scenes(made.root)[0]) == {
         "panel": ("solar", 24), "tail": ("spacecraft", 12), "boom": ("spacecraft", 12),
     }  # fmt: skip
@@ -117,7 +117,7 @@ def test_a_pattern_matches_all_that_lies_below_a_node_of_its_name(inputs: dict[s
         craft.graph.transforms.remove_node(name)
         craft.graph.update(frame_from="Array", frame_to=name, matrix=matrix, geometry=name)
     craft.export(inputs["target"])
-    made = author_stage(**inputs, additions={"parts": rules(tmp_path, ("array", "wing"))})
+    made = author_stage(**inputs, parts=rules(tmp_path, ("array", "wing")))
     assert {name: faces for name, (_, faces) in named(scenes(made.root)[0]).items()} == {
         "wing": 24, **dict.fromkeys(list(BOXES)[2:], 12),
     }  # fmt: skip
@@ -130,7 +130,7 @@ def test_keypoints_of_another_unit_are_reported(
 ) -> None:
     given = {name: [scale * x for x in point] for name, point in KEYPOINTS.items()}
     (tmp_path / "keypoints.json").write_text(json.dumps(given))
-    notes = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"}).notes
+    notes = author_stage(**inputs, keypoints=tmp_path / "keypoints.json").notes
     assert sum("keypoints far off the target: 2 of 2" in note for note in notes) == count
 
 
@@ -155,7 +155,7 @@ def test_a_rule_that_names_nothing_is_refused_with_what_there_is(
     inputs: dict[str, Any], tmp_path: Path, rows: list[tuple[str, ...]], sentence: str
 ) -> None:
     with pytest.raises(InputError, match=sentence):
-        author_stage(**inputs, additions={"parts": rules(tmp_path, *rows)})
+        author_stage(**inputs, parts=rules(tmp_path, *rows))
     assert not inputs["out"].exists()
 
 
@@ -225,7 +225,7 @@ def test_usd_targets_are_named_by_material_group_and_path_through_instances(
 ) -> None:
     (tmp_path / "craft.usda").write_text(USD)
     parts = rules(tmp_path, ("cells", "panel", "solar"), ("Wing_1", "wing", "solar"), ("Wing_2/*", "wing"))
-    made = author_stage(**inputs | {"target": tmp_path / "craft.usda"}, additions={"parts": parts})
+    made = author_stage(**inputs | {"target": tmp_path / "craft.usda"}, parts=parts)
     assert named(scenes(made.root)[0]) == {
         "panel": ("solar", 1), "Body": ("body", 1), "wing": ("solar", 24), "Plate": ("unknown", 12),
     }  # fmt: skip
@@ -235,7 +235,7 @@ def test_one_part_of_two_classes_is_refused(inputs: dict[str, Any], tmp_path: Pa
     (tmp_path / "craft.usda").write_text(USD)
     parts = rules(tmp_path, ("Body", "all"), ("Plate", "all"))
     with pytest.raises(InputError, match="the part 'all' would be of the classes"):
-        author_stage(**inputs | {"target": tmp_path / "craft.usda"}, additions={"parts": parts})
+        author_stage(**inputs | {"target": tmp_path / "craft.usda"}, parts=parts)
     made = author_stage(**inputs | {"target": tmp_path / "craft.usda"})
     stage = Usd.Stage.Open(made.root)
     stage.GetPrimAtPath("/World/Target").GetAttribute("spin:target:mergedParts").Set(["all"])
@@ -250,7 +250,7 @@ def test_one_part_of_two_classes_is_refused(inputs: dict[str, Any], tmp_path: Pa
 
 
 def test_keypoints_that_were_edited_without_their_points_are_refused(inputs: dict[str, Any], tmp_path: Path) -> None:
-    made = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"})
+    made = author_stage(**inputs, keypoints=tmp_path / "keypoints.json")
     assert np.array_equal(scenes(made.root)[0].bodies[0].target.keypoints, list(KEYPOINTS.values()))
     stage = Usd.Stage.Open(made.root)
     stage.GetPrimAtPath("/World/Target/Keypoints").GetAttribute("points").Set([(0, 0, 1.2), (0.3, -0.6, 0.12345679)])
@@ -260,13 +260,13 @@ def test_keypoints_that_were_edited_without_their_points_are_refused(inputs: dic
 
 
 def test_given_keypoints_stand_in_place_of_the_targets(inputs: dict[str, Any], tmp_path: Path) -> None:
-    made = author_stage(**inputs | {"target": "cubesat"}, additions={"keypoints": tmp_path / "keypoints.json"})
+    made = author_stage(**inputs | {"target": "cubesat"}, keypoints=tmp_path / "keypoints.json")
     assert scenes(made.root)[0].bodies[0].target.keypoint_names == tuple(KEYPOINTS)
     assert {finding.code for finding in check_stage(made.root)} <= {"target-small"}
 
 
 def test_the_sun_stands_where_it_is_asked_to_in_camera_axes(inputs: dict[str, Any]) -> None:
-    made = author_stage(**inputs, additions={"sun_direction": (2, -1, -2)})
+    made = author_stage(**inputs, sun_direction=(2, -1, -2))
     for scene in scenes(made.root):
         np.testing.assert_allclose(scene.lights[0].direction_cam, -np.array([2, -1, -2]) / 3, atol=ROUNDED)
     sky = read_sky(open_base(Usd.Stage.Open(made.root))[0])  # what constraints on draws are held against
@@ -319,5 +319,5 @@ def test_all_that_stands_in_the_layers_of_light_is_read(
 )
 def test_what_cannot_be_is_refused(inputs: dict[str, Any], additions: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        author_stage(**inputs, additions=additions)
+        author_stage(**inputs, **additions)
     assert not inputs["out"].exists()

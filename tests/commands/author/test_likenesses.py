@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import ks_2samp
 
-from spin_usd.commands.author.in_child import author_sample
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
 from spin_usd.commands.author.spec import open_spec
 from spin_usd.errors import InputError
@@ -83,7 +83,7 @@ def test_an_example_names_its_schema_for_editors(name) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LIKENESSES)
 def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
-    report = author_sample(sample=name, out=tmp_path / "stage", count=3)
+    report = author_stage(sample=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
     reader, caster = StageReader(report.root), EmbreeCaster()
     chosen = part_pictures(open_spec(name), 3)
@@ -99,7 +99,7 @@ LIT = {"shirt": 70, "speed": 90, "speedplus": 90}  # degrees of the Sun from beh
 def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
     """The Sun is in its cone and above the limb, the Earth's surface behind the target, in pictures spread over all."""
     step = open_spec(name).count // 24
-    report = author_sample(sample=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
+    report = author_stage(sample=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
     suns = []
     for scene, sun, planet in lit(report.root):
         suns.append(sun)
@@ -114,7 +114,7 @@ def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
 
 
 def test_a_sequence_has_one_sun(tmp_path) -> None:
-    report = author_sample(sample="swisscube", out=tmp_path / "stage", frames="60:240:20")
+    report = author_stage(sample="swisscube", out=tmp_path / "stage", frames="60:240:20")
     suns = np.array([sun for _, sun, _ in lit(report.root)])
     same = np.isclose(suns[:, None], suns[None], atol=1e-8).all(2)
     sequence = np.arange(60, 240, 20) // 100
@@ -128,7 +128,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
     for most, suffix in ((4096, "usda"), (5, "usdc")):
         monkeypatch.setattr(sun_and_planet, "MAX_FRAMES_IN_TEXT", most)
         out = tmp_path / suffix
-        report = author_sample(sample="speedplus", out=out, count=6)
+        report = author_stage(sample="speedplus", out=out, count=6)
         assert [file.name for file in (out / "layers").glob("sampled.*")] == [f"sampled.{suffix}"]
         assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
         found.append([(sun.tolist(), planet is None) for _, sun, planet in lit(report.root)])
@@ -137,7 +137,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path) -> None:
     for folder, seed in (("a", 4), ("b", 4), ("c", 5)):
-        author_sample(sample="spark", out=tmp_path / folder, count=2, seed=seed)
+        author_stage(sample="spark", out=tmp_path / folder, count=2, seed=seed)
     assert tree(tmp_path / "a") == tree(tmp_path / "b")
     for layer in ("poses.usdc", "sampled.usda"):
         assert tree(tmp_path / "a")[f"layers/{layer}"] != tree(tmp_path / "c")[f"layers/{layer}"]
@@ -157,7 +157,7 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) 
     """Not even where it was sampled again for a constraint."""
     found = []
     for count in (4, 12):
-        report = author_sample(sample=name, out=tmp_path / str(count), count=count)
+        report = author_stage(sample=name, out=tmp_path / str(count), count=count)
         names = [frame.name for frame in StageReader(report.root).frames]
         skies = [np.vstack([s, *([p.T_cam_planet.matrix[:3, :3]] if p else [])]) for _, s, p in lit(report.root)]
         found.append(dict(zip(names, skies, strict=True)))
@@ -205,7 +205,7 @@ def test_speedplus_has_the_distributions_of_the_published_poses(shared) -> None:
 
 
 def test_speedplus_has_the_earth_behind_its_second_half(tmp_path) -> None:
-    report = author_sample(sample="speedplus", out=tmp_path / "stage", frames="::2500")
+    report = author_stage(sample="speedplus", out=tmp_path / "stage", frames="::2500")
     visible = [planet is not None for _, _, planet in lit(report.root)]
     names = [frame.name for frame in StageReader(report.root).frames]
     assert visible == [int(name[3:]) >= 30000 for name in names]
@@ -252,12 +252,12 @@ def test_sequences_move_and_turn_steadily(name) -> None:
 
 
 def test_another_target_stands_instead(tmp_path) -> None:
-    report = author_sample(sample="speedplus", out=tmp_path / "stage", count=1, target="cubesat", camera="speed")
+    report = author_stage(sample="speedplus", out=tmp_path / "stage", count=1, target="cubesat", camera="speed")
     assert (report.target, report.camera) == ("cubesat", "speed.usda")
 
 
 def test_frames_are_chosen_among_the_pictures(tmp_path) -> None:
-    report = author_sample(sample="swisscube", out=tmp_path / "stage", frames="50::25000")
+    report = author_stage(sample="swisscube", out=tmp_path / "stage", frames="50::25000")
     assert [frame.name for frame in StageReader(report.root).frames] == ["training_0000_000050", "training_0250_000050"]
 
 
@@ -286,7 +286,7 @@ def example_file(folder, names="img{picture}", low="1", more="", root=ROOT, part
 
 
 def test_an_example_of_ones_own(tmp_path) -> None:
-    report = author_sample(sample=example_file(tmp_path), out=tmp_path / "stage")
+    report = author_stage(sample=example_file(tmp_path), out=tmp_path / "stage")
     assert (report.frames, report.target) == (4, "cubesat")
 
 
@@ -312,7 +312,7 @@ def test_an_example_of_ones_own(tmp_path) -> None:
 )
 def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word) -> None:
     with pytest.raises(InputError) as raised:
-        author_sample(sample=example_file(tmp_path, **changes), out=tmp_path / "stage")
+        author_stage(sample=example_file(tmp_path, **changes), out=tmp_path / "stage")
     assert word in str(raised.value)
     assert not (tmp_path / "stage").exists()
 
@@ -322,7 +322,7 @@ def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word) -> None:
 )
 def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, word) -> None:
     with pytest.raises(InputError, match=word):
-        author_sample(sample=name, out=tmp_path / "stage", count=count)
+        author_stage(sample=name, out=tmp_path / "stage", count=count)
 
 
 @pytest.mark.parametrize(
@@ -355,8 +355,8 @@ def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
     small = {"Nu": lens.width // 3, "Nv": lens.height // 3, "cameraMatrix": matrix, "distCoeffs": lens.distortion}
     file = tmp_path / "third.json"
     file.write_text(json.dumps(small))
-    own = author_sample(sample="speedplus", out=tmp_path / "own", count=100)
-    third = author_sample(sample="speedplus", out=tmp_path / "third", count=100, camera=file)
+    own = author_stage(sample="speedplus", out=tmp_path / "own", count=100)
+    third = author_stage(sample="speedplus", out=tmp_path / "third", count=100, camera=file)
     assert own.views.of["cut_off"] == third.views.of["cut_off"]
 
 

@@ -34,7 +34,7 @@ def notes_of(folder: Path, material: str, **additions: bool) -> tuple[str, ...]:
     target = folder / "model.obj"
     target.write_text("mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     poses, out = folder / "poses.json", folder / "stage"
-    given = {"target": target, "camera": "speedplus", "units_per_metre": 1, "additions": additions}
+    given = {"target": target, "camera": "speedplus", "units_per_metre": 1, **additions}
     notes = author_stage(poses=poses, out=out, **given).notes
     return tuple(note for note in notes if not note.startswith("body axes are"))
 

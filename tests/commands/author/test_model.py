@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.commands.author.choices import images_in
 from spin_usd.commands.author.model import HEADS, USD_SUFFIXES, model_file
+from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.scene.part_rule import PartRule

@@ -89,7 +89,7 @@ def test_an_occluder_is_a_layer_below_the_camera(inputs, tmp_path) -> None:
 def test_an_occluder_stands_where_its_poses_say(inputs, tmp_path, count) -> None:
     given = [([0.6, 0, 0, 0.8], (0.3, -0.1, 1.5 + i)) for i in range(count)]
     arm = f"{tmp_path / 'arm.stl'}:{pose_list(tmp_path, 'arm', given)}"
-    for number, scene in enumerate(scenes(author_stage(**inputs, occluders=[arm]))):
+    for number, scene in enumerate(scenes(author_stage(**inputs, occluder=[arm]))):
         (body,) = scene.bodies[1:]
         q, t = given[number % count]
         centre = body.T_cam_body.points(body.target.mesh.centre)
@@ -121,7 +121,7 @@ def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
     ):
         author_stage(**inputs, also=["cubesat:nowhere.json"])
     with pytest.raises(InputError, match="voyager"):
-        author_stage(**inputs, occluders=["voyager"])
+        author_stage(**inputs, occluder=["voyager"])
     assert not (tmp_path / "stage").exists()
 
 
@@ -132,7 +132,7 @@ def test_the_axes_of_each_model_are_said(inputs, tmp_path) -> None:
     beside.write_bytes(arm.read_bytes())
     placed = f"{arm}:{pose_list(tmp_path, 'arm', [(Q[0], (0, 0, 2))])}"
     also = [str(beside), f"{beside}:{pose_list(tmp_path, 'other', [(Q[0], (0, 0, 30))] * 4)}", "cubesat"]
-    notes = author_stage(**inputs, also=also, occluders=[str(arm), placed]).notes
+    notes = author_stage(**inputs, also=also, occluder=[str(arm), placed]).notes
     assert [note for note in notes if "axes are" in note] == [
         f"body {own}: poses are meant in these",
         f"other.stl: its {own}: they are those of the first target, with which it moves",

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from pxr import Sdf
 
-from spin_usd.commands.author.in_child import author_sample, author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
 from spin_usd.geometry.framing import Framing, framings
 from spin_usd.geometry.rotation import matrix_from_quaternion
@@ -40,7 +40,7 @@ def scenes_of(report):
 def sampled(given, folder, *also, count=2, sample=SAMPLE, **options):
     """Author into the `folder`, and read, a stage with debris and the like, of which the models lie beside the box."""
     bodies = [str(given["target"].parent / each) if each.startswith("debris") else each for each in also]
-    return scenes_of(author_sample(**given, sample=sample, count=count, out=folder / "stage", also=bodies, **options))
+    return scenes_of(author_stage(**given, sample=sample, count=count, out=folder / "stage", also=bodies, **options))
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from spin_usd.commands.author.in_child import author_stage, check_written
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.reports import AuthorReport
+from spin_usd.commands.author.written_target import check_written
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target_asset import describe
 from spin_usd.stage.read.stage_reader import StageReader

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, loguniform, uniform
 
-from spin_usd.commands.author.in_child import author_sample
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
 from spin_usd.commands.author.spec import open_spec
 from spin_usd.errors import InputError
@@ -39,7 +39,7 @@ def sampled(text, hull, count=None, seed=0):
 
 
 def authored(folder, sample, **choices):
-    report = author_sample(sample=sample, out=folder, **{"target": "tango", "camera": "speedplus"} | choices)
+    report = author_stage(sample=sample, out=folder, **{"target": "tango", "camera": "speedplus"} | choices)
     return report, StageReader(report.root)
 
 
@@ -203,6 +203,6 @@ def test_a_file_has_ranges_that_are_numbers_above_0(tmp_path, words, key) -> Non
 
 
 def test_a_text_needs_a_target_and_a_camera(tmp_path) -> None:
-    for name in ("target", "camera"):
+    for name, nothing in (("target", None), ("camera", ())):
         with pytest.raises(InputError, match=f"names no {name}"):
-            authored(tmp_path / "stage", "range=3 count=1", **{name: None})
+            authored(tmp_path / "stage", "range=3 count=1", **{name: nothing})

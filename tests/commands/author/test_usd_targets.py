@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from pxr import Sdf, Usd, UsdUtils
 
-from spin_usd.commands.author.in_child import author_sample, author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Texture
@@ -381,7 +381,7 @@ def test_a_variant_that_is_not_there_is_refused(authored: Any, shared: Path, giv
 def test_a_variant_that_the_preset_replaces_is_said(tmp_path: Path, given: str, said: int) -> None:
     """What is shown is the preset's."""
     options = {"target": "tango", "preset": "spin_lightbox", "variant": [given], "camera": "speedplus"}
-    report = author_sample(sample="range=8 count=1", out=tmp_path / "stage", **options)
+    report = author_stage(sample="range=8 count=1", out=tmp_path / "stage", **options)
     stage = Usd.Stage.Open(str(report.root))
     look = stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look")
     assert look.GetVariantSelection() == "reflective"

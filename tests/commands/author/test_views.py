@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from msgspec import to_builtins
 
-from spin_usd.commands.author.in_child import author_sample, author_stage
+from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.views import ViewKind
@@ -100,7 +100,7 @@ def test_no_picture_of_the_target_is_an_error(craft: Path) -> None:
 
 
 def test_pictures_of_the_dark_side_are_reported(craft: Path, tmp_path: Path) -> None:
-    report = author(craft, (0, 0, 5), additions={"sun_direction": [0, 0, 1]})
+    report = author(craft, (0, 0, 5), sun_direction=[0, 0, 1])
     assert [note for note in report.notes if "faces away from the Sun (p0)" in note]
     assert [finding.code for finding in findings(report)] == ["target-unlit"]
 
@@ -122,7 +122,7 @@ def test_a_size_that_no_craft_has_is_refused_with_the_likely_unit(craft: Path, u
     with pytest.raises(InputError, match=rf"the target is {size} m.*did you mean --units-per-metre 100 \(1.1 x 0.8"):
         author(craft, (0, 0, 5), (0, 0, 8), (2000, 0, 100), units=units)
     with pytest.raises(InputError, match=rf"the target is {size} m.*did you mean --units-per-metre"):
-        author_sample(sample="urso", out=craft.parent / "s", count=2, target=craft, units_per_metre=units)
+        author_stage(sample="urso", out=craft.parent / "s", count=2, target=craft, units_per_metre=units)
 
 
 def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_what_a_camera_file_lacks_is_told(tmp_path: Path) -> None:
     ):
         assert said in report.notes
     assert "lens-aside" in {finding.code for finding in check_stage(report.root)}
-    more = {"camera": tmp_path / "camera.json", "additions": {"channels": "rgb"}, "out": tmp_path / "rgb"}
+    more = {"camera": tmp_path / "camera.json", "channels": "rgb", "out": tmp_path / "rgb"}
     listed = poses(tmp_path, (0, 0, 5))
     coloured = author_stage(poses=listed, target=tmp_path / "craft.ply", units_per_metre=1, **more)
     assert not [note for note in coloured.notes if "nothing of colour" in note]

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from spin_usd.commands.author.additions import read_additions
+from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.keypoints.in_child import save_target
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.run import open_session, pick_keypoints
@@ -53,7 +54,7 @@ def click(session, origin=ABOVE, direction=DOWN):
 
 
 def saved(request):
-    return read_additions(keypoints=request.out).keypoints
+    return read_additions(AuthorOptions(out="stage", keypoints=request.out)).keypoints
 
 
 @pytest.mark.parametrize(

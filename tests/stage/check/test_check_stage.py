@@ -21,7 +21,7 @@ from spin_usd.stage.author.from_mesh_file import write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import describe
 from spin_usd.stage.author.target_root import Origin
-from spin_usd.stage.author.write_stage import write_stage
+from spin_usd.stage.author.write_stage import StageSources, write_stage
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -46,9 +46,8 @@ TETRAHEDRON = MeshPart(
 def author(folder: Path) -> Path:
     file = write_mesh_target(MeshAsset(name="box", parts=(TETRAHEDRON,)), folder / "targets" / "box", "box")
     camera = open_camera_layer(bundled("camera", "speedplus"))
-    return write_stage(
-        folder, poses=POSES, target=describe(file, "box"), camera=camera, origin=ORIGIN, seed=7, outputs=OUTPUTS
-    )
+    sources = StageSources(camera=camera, origin=ORIGIN, seed=7)
+    return write_stage(folder, sources, poses=POSES, target=describe(file, "box"), outputs=OUTPUTS)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +81,9 @@ def test_the_built_in_target_has_no_findings(tmp_path: Path) -> None:
     camera = camera_layer_of(
         Camera(width=64, height=40, fx=100.0, fy=99.0, cx=31.0, cy=21.0), pixel_pitch=1e-5, documentation=""
     )
-    root = write_stage(tmp_path, poses=POSES, target=asset, camera=camera, origin=ORIGIN, seed=0, outputs=OUTPUTS)
+    root = write_stage(
+        tmp_path, StageSources(camera=camera, origin=ORIGIN, seed=0), poses=POSES, target=asset, outputs=OUTPUTS
+    )
     assert check_stage(root) == ()
     stage = Usd.Stage.Open(str(root))
     keypoints = stage.GetPrimAtPath("/World/Target").GetRelationship("spin:target:keypoints").GetTargets()

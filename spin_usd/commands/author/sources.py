@@ -1,19 +1,23 @@
-"""The choices that a user makes for a new stage, and the files that it is made of."""
+"""The files that a new stage is made of, opened."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.arrays import digest
-from spin_usd.commands.author.additions import Additions
-from spin_usd.commands.author.cameras import ChosenCameras, open_cameras
+from spin_usd.commands.author.additions import Additions, read_additions
+from spin_usd.commands.author.cameras import open_cameras
 from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, other_body
+from spin_usd.commands.author.options import AuthorOptions, listed
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
+from spin_usd.formats.sampling_text import is_sampling_text
+from spin_usd.geometry.camera import Camera
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
+from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.lights_and_environment import (
     PICTURES,
     open_surroundings,
@@ -23,7 +27,7 @@ from spin_usd.stage.author.lights_and_environment import (
 )
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.target_root import Option, Origin
-from spin_usd.stage.usd.layer_file import Layer
+from spin_usd.stage.author.write_stage import StageSources
 
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
 BACK_PLATE = "back_plate"  # that for a user's own backgrounds
@@ -32,46 +36,6 @@ KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights
 """What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
 
 Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Choices:
-    """The choices that a user makes for a new stage, beside its pictures.
-
-    target, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and the
-    environment replace the preset's · camera: one name or file, or several, each after the first with its pose ·
-    resolution: the cameras' pixels, "W" or "WxH", instead of their own · earth: a
-    map of the Earth, or a folder of them, for the environment's planet, or that of `earth` where no environment is
-    chosen · background: a picture behind everything, or a folder of them, likewise for its back plate · augment: a
-    specification to write over the stage · prim: the path of the prim that is taken of a USD target · model_time: the
-    seconds after the beginning of the target's animations at which it is taken · variant: SET=NAME, of each a variant
-    of the target's root to select
-    · sample: the text of a sampling specification that is in no file · additions: what is written over the stage before
-    that · any_size: take a target of a size that no craft has, and one inside which the camera is · also, occluders:
-    further targets, and what is fixed to the camera, each as `other_body` reads it · root: the folder below which
-    models may name files; that around each one's own where it is None.
-    """
-
-    target: str | Path
-    camera: str | Path | Sequence[str]
-    resolution: str | int | None = None
-    units_per_metre: float | None = None
-    prim: str | None = None
-    model_time: float | None = None
-    variant: Sequence[str] = ()
-    seed: int = 0
-    sample: str | None = None
-    preset: str | Path | None = None
-    lights: str | Path | None = None
-    environment: str | Path | None = None
-    earth: str | Path | None = None
-    background: str | Path | None = None
-    augment: str | None = None
-    additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
-    any_size: bool = False
-    also: Sequence[str] = ()
-    occluders: Sequence[str] = ()
-    root: str | Path | None = None
 
 
 def selections(variant: Sequence[str]) -> dict[str, str]:
@@ -87,39 +51,49 @@ def selections(variant: Sequence[str]) -> dict[str, str]:
     return found
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Sources:
-    """The files that a stage is made of, opened: its cameras, its target and preset, its surroundings
-    with notes on the maps of their planet, and its other bodies."""
+    """What a stage is made of beside its pictures."""
 
-    cameras: ChosenCameras
-    map_notes: tuple[str, ...]
+    stage: StageSources
     target_file: Path
-    preset: Preset | None
-    surroundings: Mapping[str, Layer]
+    variants: Mapping[str, str]
+    """Those of the target to select, by their sets."""
     others: tuple[OtherBody, ...]
-    origin: Origin
+    additions: Additions
+    lens: Camera
+    """That of the first camera."""
+    camera_file: Path
+    camera_notes: tuple[str, ...]
+    map_notes: tuple[str, ...]
+
+    @property
+    def models(self) -> tuple[Path, ...]:
+        """Return the files of all bodies, the target's first."""
+        return (self.target_file, *(body.file for body in self.others))
 
 
-def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
-    """Open what the choices name; `pictures`: the files that the poses come from. Raises InputError."""
-    if not -(2**63) <= choices.seed < 2**63:
-        raise InputError(f"seed {choices.seed} does not fit 64 bits")
-    given = [str(choices.camera)] if isinstance(choices.camera, str | Path) else choices.camera
-    cameras = open_cameras(given, None if choices.resolution is None else str(choices.resolution))
-    target_file = model_file(str(choices.target))
-    preset = _preset(str(choices.preset)) if choices.preset is not None else None
-    maps = earth_maps(choices.earth) if choices.earth is not None else {}
-    behind = images_in(Path(choices.background), "picture") if choices.background is not None else []
-    layers = _layer_files(choices, maps)
+def open_sources(options: AuthorOptions, pictures: Mapping[str, Path]) -> Sources:
+    """Open what the options name; `pictures`: the files that the poses come from. Raises InputError."""
+    additions = read_additions(options)
+    if not -(2**63) <= options.seed < 2**63:
+        raise InputError(f"seed {options.seed} does not fit 64 bits")
+    cameras = open_cameras(listed(options.camera), None if options.resolution is None else str(options.resolution))
+    target_file = model_file(str(options.target))
+    preset = _preset(str(options.preset)) if options.preset is not None else None
+    maps = earth_maps(options.earth) if options.earth is not None else {}
+    behind = images_in(Path(options.background), "picture") if options.background is not None else []
+    layers = _layer_files(options, maps)
     others = (
-        *(other_body(each, occluder=False) for each in choices.also),
-        *(other_body(each, occluder=True) for each in choices.occluders),
+        *(other_body(each, occluder=False) for each in listed(options.also)),
+        *(other_body(each, occluder=True) for each in listed(options.occluder)),
     )
-    surroundings = _surroundings(layers, maps)
+    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
+    if maps:
+        set_planet_maps(surroundings["environment"], maps)
     if behind:
         refuse_damaged(behind)
-        set_back_plate(surroundings["environment"], behind, always=choices.environment is None)
+        set_back_plate(surroundings["environment"], behind, always=options.environment is None)
     files = {
         **pictures,
         "target": target_file,
@@ -128,36 +102,38 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         **{f"earth_{kind}": file for kind, file in maps.items()},
         **{f"background_{number}": file for number, file in enumerate(behind, 1)},
         **layers,
-        **choices.additions.files,
+        **additions.files,
         **_files_of(others),
     }
     inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
     return Sources(
-        cameras=cameras,
-        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
+        stage=StageSources(
+            camera=cameras.layer,
+            camera_name=cameras.name,
+            further=cameras.further,
+            preset=preset,
+            surroundings=surroundings,
+            origin=Origin(inputs=inputs, options=_recorded(options, additions, others)),
+            seed=options.seed,
+        ),
         target_file=target_file,
-        preset=preset,
-        surroundings=surroundings,
+        variants=selections(listed(options.variant)),
         others=others,
-        origin=Origin(inputs=inputs, options=_options(choices, others)),
+        additions=additions,
+        lens=lens_of(cameras.layer),
+        camera_file=cameras.files["camera"],
+        camera_notes=cameras.notes,
+        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
     )
 
 
-def _layer_files(choices: Choices, maps: Mapping[str, Path]) -> dict[str, Path]:
+def _layer_files(options: AuthorOptions, maps: Mapping[str, Path]) -> dict[str, Path]:
     """Return the files of the lights and the environment that are chosen, by kind; with `maps` there is a
     planet, with a background a back plate."""
-    usual = EARTH if maps else BACK_PLATE if choices.background is not None else None
-    environment = usual if choices.environment is None else choices.environment
-    given = {"lights": choices.lights, "environment": environment}
+    usual = EARTH if maps else BACK_PLATE if options.background is not None else None
+    environment = usual if options.environment is None else options.environment
+    given = {"lights": options.lights, "environment": environment}
     return {kind: _surroundings_file(str(each), kind) for kind, each in given.items() if each is not None}
-
-
-def _surroundings(layers: Mapping[str, Path], maps: Mapping[str, Path]) -> dict[str, Layer]:
-    """Open the layers of the lights and the environment, whose planet shows the `maps`."""
-    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
-    if maps:
-        set_planet_maps(surroundings["environment"], maps)
-    return surroundings
 
 
 def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
@@ -171,24 +147,26 @@ def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
     return files
 
 
-def _options(choices: Choices, others: Sequence[OtherBody]) -> dict[str, Option]:
+def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[OtherBody]) -> dict[str, Option]:
     """Return what was given that decides pictures beside the files, by the names of `author`'s options and the roles of
     the `others`, of which targets come first."""
-    options = {
-        "seed": choices.seed,
-        "sample": choices.sample,
-        "units_per_metre": choices.units_per_metre,
-        "prim": choices.prim,
-        "model_time": choices.model_time,
-        "variant": " ".join(choices.variant) or None,
-        "resolution": None if choices.resolution is None else str(choices.resolution),
-        "channels": choices.additions.channels,
-        "sun_direction": choices.additions.sun_from_camera,
-        "sun_from_target": choices.additions.sun_from_target,
-        "keep_transparent": choices.additions.keep_transparent or None,
+    sample = "" if options.sample is None else str(options.sample)
+    resolution = None if options.resolution is None else str(options.resolution)
+    recorded = {
+        "seed": options.seed,
+        "sample": sample if is_sampling_text(sample) else None,
+        "units_per_metre": None if options.units_per_metre is None else float(options.units_per_metre),
+        "prim": options.prim,
+        "model_time": options.model_time,
+        "variant": " ".join(listed(options.variant)) or None,
+        "resolution": resolution,
+        "channels": options.channels,
+        "sun_direction": additions.sun.get("sun.direction"),
+        "sun_from_target": additions.sun.get("sun.from_target"),
+        "keep_transparent": options.keep_transparent or None,
         **{f"also_{number}_poses": body.said.text or None for number, body in enumerate(others, 1)},
     }
-    return {name: value for name, value in options.items() if value is not None}
+    return {name: value for name, value in recorded.items() if value is not None}
 
 
 def _digest(file: Path) -> str:

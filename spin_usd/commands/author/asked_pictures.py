@@ -1,0 +1,80 @@
+"""The pictures that a stage is asked for: those of a pose list, or sampled ones."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
+from spin_usd.commands.author.spec import open_spec
+from spin_usd.errors import InputError
+from spin_usd.exchange.read_pose_list import read_pose_list
+from spin_usd.faults import reading
+from spin_usd.formats.chosen_frames import chosen_frames, slice_of
+from spin_usd.geometry.camera import Camera
+from spin_usd.progress import Progress
+from spin_usd.sampling.poses import PoseLaw
+from spin_usd.sampling.trajectory import TrajectoryLaw
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.augment.sampled_values import SampledValues
+from spin_usd.stage.author.source_bounds import box_corners, hull_corners
+from spin_usd.stage.author.target_asset import TargetAsset
+
+OF_SPEC = ("target", "camera", "preset", "lights", "environment")
+"""The options in whose place a specification may have names of its own."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AskedPictures:
+    """The pictures that a stage is asked for, before there is a camera and a target to sample them for."""
+
+    files: Mapping[str, Path]
+    """Those that they come from, by their roles."""
+    whole: int
+    """How many there were to choose from."""
+    poses: Callable[[Camera, TargetAsset], PoseList]
+    light: Callable[[Any], SampledValues] | None = None
+    """Gives what is sampled for the opened stage; None for a pose list."""
+    laws: Sequence[PoseLaw | TrajectoryLaw] | None = None
+    """Those that each of the poses is sampled from; None for a pose list."""
+
+
+def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
+    """Return the pictures that the options ask for, and the options with what a specification says of others. Raises
+    InputError."""
+    return _listed(options) if options.sample is None else _sampled(options, progress)
+
+
+def _listed(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:
+    assert options.poses is not None
+    with reading(options.poses):
+        listed = read_pose_list(options.poses)
+    chosen = chosen_frames(listed, options.frames)
+    files = {"poses": Path(options.poses)}
+    return options, AskedPictures(files=files, whole=len(listed), poses=lambda camera, asset: chosen)
+
+
+def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
+    assert options.sample is not None
+    spec = open_spec(options.sample, options.count)
+    made = part_pictures(spec, options.count)
+    chosen = made if options.frames is None else made[slice_of(options.frames)]
+    if not chosen:
+        raise InputError(f"frames {options.frames!r} chooses none of {len(made)} pictures")
+    own = {name: getattr(options, name) or getattr(spec.table, name) for name in OF_SPEC}
+    if missing := next((name for name in ("target", "camera") if not own[name]), None):
+        raise InputError(f"names no {missing}", where=spec.source, do=f"give {missing} too")
+    laws = [picture.part.law for picture in chosen]
+
+    def poses(camera: Camera, asset: TargetAsset) -> PoseList:
+        framed = any(law.inside for law in laws)  # nothing else asks for the hull
+        hull = hull_corners(asset) if framed else box_corners(asset)
+        return sample_poses(chosen, options.seed, camera, hull, spec.source, progress)
+
+    def light(stage: Any) -> SampledValues:
+        return sample_light(stage, chosen, options.seed, spec.table.constraints)
+
+    files = {"sample": spec.file} if spec.file else {}
+    asked = AskedPictures(files=files, whole=len(made), poses=poses, light=light, laws=laws)
+    return replace(options, **own), asked

@@ -1,0 +1,33 @@
+"""A stage that is being authored."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from spin_usd.commands.author.asked_pictures import AskedPictures
+from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.commands.author.plausible_target import ModelUnit
+from spin_usd.commands.author.sources import Sources
+from spin_usd.commands.author.views import ComposedTarget
+from spin_usd.progress import Progress
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.author.target_asset import TargetAsset
+
+
+@dataclass(kw_only=True, eq=False)
+class Authoring:
+    """A stage that is being authored: what it is made of, and what the steps have made of it so far."""
+
+    options: AuthorOptions
+    pictures: AskedPictures
+    sources: Sources
+    folder: Path
+    """Where the stage is written until it is whole."""
+    progress: Progress
+    target: TargetAsset = field(init=False)
+    unit: ModelUnit = field(init=False)
+    """That of the target's model."""
+    poses: PoseList = field(init=False)
+    composed: ComposedTarget = field(init=False)
+    """The target as the written stage composes it."""
+    notes: list[str] = field(default_factory=list)
+    """Sentences on what a user should know, in their order."""
