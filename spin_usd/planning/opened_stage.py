@@ -1,10 +1,13 @@
 """What the child that opens a stage to plan it answers, before it plans any picture."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
 from spin_usd.records.descriptions import PartEntry, StageOrigin, TargetEntry
+from spin_usd.scene.body import Body
+from spin_usd.scene.target import Part
 
 
 class StageContent(Struct, frozen=True, kw_only=True):
@@ -42,3 +45,25 @@ class OpenedStage(Struct, frozen=True, kw_only=True):
     content: StageContent
     trial_s: float | None
     """Seconds of a trial of this machine, where that was asked."""
+
+
+def described_target(body: Body) -> TargetEntry:
+    """Return what dataset.json says of a target."""
+    target = body.target
+    return TargetEntry(
+        id=body.id,
+        name=target.name,
+        path=target.path,
+        size=target.mesh.size.tolist(),
+        box=target.mesh.box.tolist(),
+        keypoints={name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)},
+    )
+
+
+def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterator[tuple[str, PartEntry]]:
+    """Yield the parts of all bodies by their ids in labels. `bodies`: of each its id, the number of parts before its
+    own, and its parts."""
+    for target, before, parts in bodies:
+        for part in parts:
+            entry = PartEntry(path=part.path, class_=part.class_name, name=part.name, target=target)
+            yield str(before + part.id), entry

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from spin_usd.commands.plan.report import measured_renders
 from spin_usd.picture.kinds import BEAUTY_PASS, DEVICE_PASS, LABEL_PASS
 from spin_usd.planning.cost import expected_work
-from spin_usd.planning.in_child import Extents
 from spin_usd.planning.make_plan import SHARED_FROM, make_plan
+from spin_usd.planning.picture_columns import Extents
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.wall_time import DEVICE_ALONE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.planning.work import CommonWork, Task

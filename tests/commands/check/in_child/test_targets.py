@@ -16,7 +16,7 @@ from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.picture.target_facts import target_facts
-from spin_usd.planning.in_child import described_parts, described_target
+from spin_usd.planning.opened_stage import described_parts, described_target
 from spin_usd.records.descriptions import DatasetDescription, StageEntry
 from spin_usd.records.record import RecordedCamera
 from spin_usd.renderers.embree.caster import EmbreeCaster

@@ -1,0 +1,126 @@
+"""The pictures of a variant as columns: each with its keys, its extent and what costs time in it."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.identity_memo import IdentityMemo
+from spin_usd.labels.table import other_views, own_keys
+from spin_usd.planning.columns import COLUMNS
+from spin_usd.planning.skipped_work import SkippedWorkCounter
+from spin_usd.planning.target_coverage import Coverage
+from spin_usd.planning.work import features
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
+from spin_usd.scene.derived.light_groups import LightGroups
+from spin_usd.scene.derived.views import ViewCollector
+from spin_usd.scene.model import Scene
+from spin_usd.scene.sensor import Sensor
+from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.usd import schema
+
+PROGRESS_EVERY = 500
+
+
+class Features:
+    """The features of pictures that cost time, and how many groups their lights make."""
+
+    def __init__(self) -> None:
+        self._last = IdentityMemo[tuple[list[str], int]]()
+
+    def of(self, scene: Scene) -> tuple[list[str], int]:
+        """Return the names of work.features, and the number of light groups."""
+        shapes = (body.target for body in scene.bodies)
+        of = (scene.lights, scene.environment, scene.optics, scene.sensor, *shapes)
+        return self._last.of(of, lambda: (features(scene), LightGroups.of(scene).count))
+
+
+class Extents:
+    """The extents that each picture's target covers; variants with the same geometry and sharpness share them."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, list[int]] = {}
+        self._coverage = Coverage()
+
+    def of(self, scene: Scene, geometry: str) -> list[int]:
+        """Return columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how
+        many of its pixels show the target."""
+        if not scene.blurred and geometry in self._known:
+            return self._known[geometry]
+        region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
+        found = [region.x0, region.y0, region.x1, region.y1, target]
+        if not scene.blurred:
+            self._known[geometry] = found
+        return found
+
+
+class PicturePlanner:
+    """Plans the pictures of one variant after the other; what is the same in several is worked out once."""
+
+    def __init__(
+        self,
+        settings: RenderSettings,
+        image_suffix: str | None,
+        labels: Sequence[str],
+        counter: SkippedWorkCounter | None,
+        *,
+        renders: bool,
+        keep_poses: bool,
+    ) -> None:
+        self._lit = renders or counter is not None  # what costs time where light is rendered
+        self._settings, self._image_suffix, self._labels, self._counter = settings, image_suffix, labels, counter
+        self._keys = KeyMaker(settings, keep_poses=keep_poses)
+        self._extents, self._features = Extents(), Features()
+        self._checked: Sensor | None = None
+
+    def columns(
+        self, reader: StageReader, chosen: Sequence[int], views: ViewCollector, progress: Callable[[int], None]
+    ) -> dict[str, list[Any]]:
+        """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
+        views_taken = other_views(self._labels)
+        columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+        for done, frame in enumerate((reader.frames[place] for place in chosen), 1):
+            scene = reader.scene(frame, views=views_taken)
+            if self._image_suffix and scene.sensor is not self._checked:
+                self._checked = scene.sensor
+                _check_bit_depth(reader, scene, self._image_suffix)
+            views.add(scene)
+            for name, value in zip(COLUMNS, self._row(scene), strict=True):
+                columns[name].append(value)
+            if done % PROGRESS_EVERY == 0:
+                progress(done)
+        progress(len(chosen))
+        return columns
+
+    def _row(self, scene: Scene) -> tuple[Any, ...]:
+        """Return the picture of `scene`, in the order of COLUMNS."""
+        frame, keys = scene.frame, self._keys.keys(scene)
+        extent = self._extents.of(scene, keys.geometry)
+        has, groups = self._features.of(scene) if self._lit else ([], 0)
+        if self._counter:
+            self._counter.add(scene, keys.radiance, has)
+        seed = render_seed(scene, self._settings) if scene.lidar else 0
+        return (
+            frame.index,
+            frame.name,
+            frame.time_code,
+            keys.geometry,
+            keys.radiance,
+            keys.exposure,
+            keys.targets,
+            extent,
+            groups,
+            has,
+            frame.source_file,
+            own_keys(self._labels, scene, keys.geometry, seed),
+        )
+
+
+def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
+    """Raise UnsupportedError where image files of that kind cannot hold the sensor's numbers."""
+    from spin_usd.formats.image_file import KINDS  # not above: it loads Pillow, which a plan of labels does not need
+
+    bits = scene.sensor.bit_depth
+    if f"uint{bits}" not in KINDS[image_suffix]:
+        found = f"is {bits}, which {image_suffix} files cannot hold (picture {reader.variant}/{scene.frame.name})"
+        do = "choose --image-format png, or make it 8"
+        raise UnsupportedError(found, where=f"{reader.camera_path}.{schema.SENSOR['bit_depth']}", do=do)
