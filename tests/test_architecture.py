@@ -91,7 +91,7 @@ FILE_METHODS = {
 }
 # fmt: on
 PARSED_FROM_US = {
-    "formats/spec_file.py",
+    "formats/checked_document.py",
     "store/json_schema.py",
     "processes/child_main.py",
     "processes/child.py",
@@ -103,7 +103,7 @@ WORK = "keeps what is not yet whole in a folder that this run made under a rando
 PROC = "asks the kernel"
 MAY_OPEN = {
     "resources.py": OWN,
-    "formats/spec_file.py": OWN,
+    "formats/checked_document.py": OWN,
     "store/json_schema.py": OWN,
     "commands/author/command.py": OWN,
     "commands/author/sources.py": "looks for the maps in a folder that the user names; `files` opens them",

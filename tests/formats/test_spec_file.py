@@ -56,6 +56,7 @@ def test_the_ablation_has_its_eight_cells() -> None:
 
 def test_a_count_numbers_the_names(tmp_path) -> None:
     assert [a.name for a in read(tmp_path, GOOD + "count = 3").augmentations] == ["a_1", "a_2", "a_3"]
+    assert [a.name for a in read(tmp_path, GOOD + "count = 1.0").augmentations] == ["a_1"]
     assert [a.name for a in read(tmp_path, GOOD).augmentations] == ["a"]
 
 
@@ -80,6 +81,10 @@ def test_words_unit_and_per_are_reported_apart(tmp_path) -> None:
         (GOOD.replace('"a"', '"all"'), "'all' is the name of every variant"),
         (GOOD.replace('"a"', f'"{"a" * 300}"'), "name has 300 characters: aaaaaaaaaaaaaaaaaaaa...; take 100"),
         (GOOD + "constraints = { sun_far_deg = 3 }", "constraints: there is no 'sun_far_deg'"),
+        (
+            GOOD + 'sample = { "sun.factor" = { distribution = "fixed", value = {} } }',
+            r"sample.sun.factor.value: fits none of its forms: {} is not of type 'boolean', 'number', 'string'",
+        ),
         (
             GOOD + 'sample = { "sun.colour" = { distribution = "fixed", value = 1 } }',
             r"sample: there is no 'sun.colour'; is sun.factor meant\? spin-usd augment --list shows all",

@@ -15,11 +15,11 @@ from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
-from spin_usd.commands.author.spec import read_as
 from spin_usd.commands.author.spec_tables import BodyPoses, inside_law
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
+from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
 from spin_usd.geometry.rotation import matrices_from_quaternions

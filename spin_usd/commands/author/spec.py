@@ -3,14 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from msgspec import ValidationError, convert, structs
+from msgspec import structs
 
 from spin_usd.commands.author.spec_tables import Frame, PartTable, SamplingTables
 from spin_usd.errors import InputError
+from spin_usd.formats.checked_document import check_document, read_as
 from spin_usd.formats.sampling_text import is_sampling_text, read_sampling_file, sampling_document
-from spin_usd.formats.spec_file import SampleEntry, check_document, samples_of
+from spin_usd.formats.spec_file import SampleEntry, samples_of
 from spin_usd.resources import bundled
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
@@ -18,7 +19,6 @@ from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 
 SCHEMA = "sample-1"
 SEQUENCE = "sequence"
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,19 +73,6 @@ def _spec(tables: Mapping[str, Any], file: Path | None, source: str) -> Sampling
         table = structs.replace(table, preset=str(file.parent / table.preset))
     parts = tuple(_part(part, table.sample, frame, f"{source}, part {part.name!r}") for part in table.part)
     return SamplingSpec(file=file, source=source, table=table, parts=parts)
-
-
-def read_as(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
-    """Return the tables of the `source` as of that type. Raises InputError that names the key that is wrong."""
-    try:
-        return convert(tables, kind, strict=False)  # so that 4.0 is a whole number
-    except ValidationError as error:
-        found, _, path = str(error).rpartition(" - at `$.")
-        key, cause = path.rstrip("`"), error.__cause__
-        do = cause.do if isinstance(cause, InputError) else None
-        raise InputError(
-            f"{key}: {cause.found if isinstance(cause, InputError) else found}", where=source, do=do
-        ) from None
 
 
 def _frame(camera: str | None) -> Frame | None:

@@ -1,0 +1,100 @@
+"""What is wrong with a document that a user wrote, in a sentence that names its key; and the document as its type."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, TypeVar
+
+import msgspec
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError, best_match
+from jsonschema.validators import extend
+
+from spin_usd.errors import InputError
+from spin_usd.resources import schemas
+
+T = TypeVar("T")
+FEW = 8  # names that a sentence can list
+
+IN_TOML = {"object": "a table { ... }", "array": "a list [ ... ]"}
+"""What TOML's users call JSON's types."""
+
+
+def check_document(document: Any, schema: str, where: object) -> None:
+    """Raise InputError, in a sentence that names the key, where `document` breaks the schema of that name."""
+    error = best_match(_validator(schema).iter_errors(document))
+    if error is not None:
+        key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path).lstrip(".")
+        raise InputError(f"{key}: {_sentence(error)}" if key else _sentence(error), where=where)
+
+
+def read_as(kind: type[T], tables: Mapping[str, Any], where: object) -> T:
+    """Return the tables as of that type. Raises InputError that names the key that is wrong."""
+    try:
+        return msgspec.convert(tables, kind, strict=False)  # so that 4.0 is a whole number
+    except msgspec.ValidationError as error:
+        found, _, path = str(error).rpartition(" - at `$.")
+        cause = error.__cause__ if isinstance(error.__cause__, InputError) else InputError(found)
+        raise InputError(f"{path.rstrip('`')}: {cause.found}", where=where, do=cause.do) from None
+
+
+def _sentence(error: ValidationError) -> str:
+    """Return the finding of jsonschema, shorter where it prints whole tables."""
+    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
+        schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
+        choices, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
+        named = [*choices, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
+        unknown = next(key for key in error.instance if key not in named)
+        listed = ", ".join(choices)
+        if len(choices) <= FEW:
+            return f"there is no {unknown!r}; choose among {listed}"
+        near = get_close_matches(unknown, choices)
+        hints = [f"is {near[0]} meant?"] if near else []
+        if patterns:
+            hints.append("spin-usd augment --list shows all")
+        return f"there is no {unknown!r}; {' '.join(hints) or f'choose among {listed}'}"
+    if error.validator == "required":
+        return str(error.message).replace(" is a required property", " is missing") + _choices_of_missing(error)
+    if error.validator == "type" and str(error.validator_value) in IN_TOML:
+        schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
+        keys = ", ".join(schema.get("properties", schema.get("required", ())))
+        return f"{error.instance!r} is not {IN_TOML[str(error.validator_value)]}{f' of {keys}' if keys else ''}"
+    if error.validator in ("anyOf", "oneOf") and error.context:
+        forms: dict[object, list[ValidationError]] = {}
+        for each in error.context:
+            forms.setdefault(each.schema_path[0], []).append(each)
+        nearest = [_sentence(best_match(errors)) for errors in forms.values()]
+        return f"fits none of its forms: {'; or '.join(dict.fromkeys(nearest))}"
+    return str(error.message)
+
+
+def _choices_of_missing(error: ValidationError) -> str:
+    """Return a hint on what to add for the missing key, "" where the schema does not list its values."""
+    schema: Any = error.schema
+    document: Any = error.instance
+    missing = next(key for key in schema["required"] if key not in document)
+    choices = schema.get("properties", {}).get(missing, {}).get("enum", ())
+    return f": add {missing} = {' or '.join(map(json.dumps, choices))}" if choices else ""
+
+
+def _of_any(validator: Any, forms: Any, instance: Any, schema: Mapping[str, Any]) -> Iterator[ValidationError]:
+    """Yield what is wrong with what fits none of the forms; of those that a key names, with the named one alone."""
+    if "discriminator" not in schema or not isinstance(instance, dict):
+        yield from Draft202012Validator.VALIDATORS["anyOf"](validator, forms, instance, schema)
+        return
+    key, kinds = (schema["discriminator"][part] for part in ("propertyName", "mapping"))
+    if instance.get(key) in list(kinds):
+        yield from validator.descend(instance, {"$ref": kinds[instance[key]]})
+    elif key in instance:
+        yield ValidationError(f"{instance[key]!r} is not one of {', '.join(kinds)}", path=[key])
+
+
+_Validator = extend(Draft202012Validator, {"anyOf": _of_any})  # type: ignore[no-untyped-call]
+
+
+@cache
+def _validator(schema: str) -> Any:
+    text = (schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
+    return _Validator(json.loads(text))
