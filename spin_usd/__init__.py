@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from spin_usd.commands.score.run import score
     from spin_usd.commands.show.run import show
     from spin_usd.errors import SpinError
-    from spin_usd.store.dataset import Dataset
-    from spin_usd.store.picture import Picture
+    from spin_usd.reading.dataset import Dataset
+    from spin_usd.reading.picture import Picture
 
 __version__ = "0.1.0"
 
@@ -48,8 +48,8 @@ __all__ = [
 ]
 
 _MODULES = {
-    "Dataset": "spin_usd.store.dataset",
-    "Picture": "spin_usd.store.picture",
+    "Dataset": "spin_usd.reading.dataset",
+    "Picture": "spin_usd.reading.picture",
     "SpinError": "spin_usd.errors",
 }
 """Where those lie that are no commands."""

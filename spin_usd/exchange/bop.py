@@ -42,9 +42,9 @@ from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.bounds import in_front
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.pluralise import pluralise
+from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.model import augmentation_and_camera
-from spin_usd.store.pictured_target import PicturedTarget
 
 DEPTH = "depth"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}

@@ -25,8 +25,8 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.record_poses import pose_of_record
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.store.description import DescribedTarget
-from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.reading.description import DescribedTarget
+from spin_usd.reading.pictured_target import PicturedTarget
 
 IMAGES, ANNOTATIONS = "images", "annotations"
 HALF_PIXEL = 0.5  # a keypoint's pixel has its centre at whole numbers, unlike boxes and masks, whose (0, 0) is a corner

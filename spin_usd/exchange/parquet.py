@@ -28,7 +28,7 @@ from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.image_file import encoded_image
-from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.reading.pictured_target import PicturedTarget
 
 if TYPE_CHECKING:
     import pyarrow

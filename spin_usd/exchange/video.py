@@ -19,7 +19,7 @@ from spin_usd.exchange.layout.images import eight_bits
 from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout, MadeFile, Output, from_one
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.reading.pictured_target import PicturedTarget
 
 CODEC = "mp4v"
 MAX_SIDE = 8190  # pixels, even

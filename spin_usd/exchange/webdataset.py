@@ -31,8 +31,8 @@ from spin_usd.files.size_limits import MAX_RECORD, MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.tar_file import Member, write_tar
 from spin_usd.nesting import parsed_json
+from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.store.names import record_of
-from spin_usd.store.pictured_target import PicturedTarget
 
 SHARDS = "shardlist"
 DOT = "%2E"  # "%" is in no name, so no two names become one

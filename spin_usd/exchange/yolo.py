@@ -18,7 +18,7 @@ from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOpti
 from spin_usd.exchange.layout.limits import bodies_told_apart, has_keypoints
 from spin_usd.exchange.layout.masks import joined, outlines
 from spin_usd.exchange.speedplus import pose_row
-from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.reading.pictured_target import PicturedTarget
 
 DETECT, SEGMENT, POSE = "detect", "segment", "pose"
 POSES = "poses.json"

@@ -19,7 +19,7 @@ from spin_usd.records.record import Record
 from spin_usd.store.atomic import write_atomically
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import CACHE
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_record
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)

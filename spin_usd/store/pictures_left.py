@@ -21,7 +21,7 @@ from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
-from spin_usd.store.read_record import read_record, recorded_files
+from spin_usd.store.read_documents import read_record, recorded_files
 
 
 @dataclass(frozen=True, kw_only=True)

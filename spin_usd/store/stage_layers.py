@@ -10,7 +10,7 @@ from spin_usd.files.node import NodeType
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import SUMS, changed, unlisted
 from spin_usd.store.names import STAGE
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_record
 
 STAGE_SUMS = f"{STAGE}/{SUMS}"
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from spin_usd.records.record import RECORDED_KEYS, Record
 from spin_usd.store.json_schema import valid
-from spin_usd.store.read_record import decoded_record
+from spin_usd.store.read_documents import decoded_record
 
 EFFORT = {"samples": 1, "adaptive": 0, "denoiser": "none", "bounces": 0, "clamp": 0, "light_tree": True, "reduction": 1}
 PROVENANCE = {

@@ -12,7 +12,7 @@ from spin_usd.exchange.bop import depth_scale
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.exchange.layout.rectified_picture import resampling
 from spin_usd.formats.image_file import read_image
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import PLAIN, clone, write_export
 
 HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])

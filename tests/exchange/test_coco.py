@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spin_usd.exchange.coco import annotation, keypoint_numbers
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import write_export
 from tests.exchange.layout.test_masks import lengths_in
 

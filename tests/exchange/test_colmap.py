@@ -12,7 +12,7 @@ from spin_usd.exchange.colmap import camera_line
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import PLAIN, blank, clone, write_export
 
 FAR = 1.0  # footprints of a pixel: what a point can be off, and yet be seen as far as pixels tell

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.formats.image_file import read_image
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import PLAIN, clone, write_export
 
 FLOAT32_PIXELS = 1e-3  # of a surface point in float32, seen from some metres

@@ -12,7 +12,7 @@ import pytest
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import clone, contents, write_export
 
 ASKED = {"split": "train=0.7,validation=0.3", "options": {"pictures": "3"}}

@@ -10,8 +10,8 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.reading.dataset import Dataset
 from spin_usd.stage.read.stage_reader import StageReader
-from spin_usd.store.dataset import Dataset
 from tests.exchange.conftest import PLAIN, clone, write_export
 
 EXACT = 1e-9

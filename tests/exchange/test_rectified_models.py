@@ -8,7 +8,7 @@ import pytest
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.read_camera import read_camera
 from spin_usd.formats.image_file import read_image
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import clone, write_export
 
 EXACT_PX = 1e-9

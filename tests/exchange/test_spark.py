@@ -75,7 +75,7 @@ def test_boxes_of_2021_have_rows_first(turned, tmp_path) -> None:
 def test_depth_of_2021_is_in_millimetres(turned, tmp_path) -> None:
     write_export(turned, "spark", tmp_path / "out", options={"layout": "2021"})
     depth = np.asarray(Image.open(tmp_path / "out" / "train_depth" / "tango" / "a_depth.png"))
-    from spin_usd.store.dataset import Dataset
+    from spin_usd.reading.dataset import Dataset
 
     metres = Dataset(turned).picture("a").depth
     assert depth.dtype == np.uint16
@@ -99,7 +99,7 @@ def test_boxes_of_2024_have_columns_first_and_masks_are_red_and_blue(turned, tmp
     assert list(row) == ["Class", "Image name", "Mask name", "Bounding box"]
     assert (tmp_path / "out" / "images" / "tango" / "train" / row["Image name"]).is_file()
     mask = np.asarray(Image.open(tmp_path / "out" / "mask" / "tango" / "train" / row["Mask name"])).astype(int)
-    from spin_usd.store.dataset import Dataset
+    from spin_usd.reading.dataset import Dataset
 
     picture = Dataset(turned).picture("a")
     panels = [number for number, part in picture.parts.items() if part.class_name == "solar_panel"]

@@ -8,7 +8,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.video import AXIS_COLOURS, BOX_COLOUR, frame_of
 from spin_usd.formats.image_file import write_image
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import clone, contents, write_export
 
 LOSSY = 3.0  # levels of 255, on average, that the code loses

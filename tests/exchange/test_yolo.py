@@ -9,7 +9,7 @@ import pytest
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.yolo import box_numbers, keypoint_numbers, line_of
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import clone, write_export
 
 SIZE = np.array([200.0, 100.0])

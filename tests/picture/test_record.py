@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.transform import Transform
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.measures import values_of
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.measures import values_of
 from tests.cases.records import record_at
 
 

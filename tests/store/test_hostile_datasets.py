@@ -10,9 +10,9 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_record
 from tests.cases.records import record_files
 
 RECORD = "records/nominal/a.json"

@@ -40,7 +40,7 @@ def test_a_crop_shows_what_its_places_say(x, y, side) -> None:
 def test_the_peak_of_a_gaussian_is_found(x, y) -> None:
     from train.heatmaps import peaks
 
-    from spin_usd.store.picture import heatmaps_of
+    from spin_usd.reading.picture import heatmaps_of
 
     maps = heatmaps_of(np.array([[x, y]]), (32, 32), size=(32, 32), sigma=1.0)
     assert peaks(maps)[0] == pytest.approx(np.array([[x, y]]), abs=CELLS)

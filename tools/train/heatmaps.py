@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.reading.picture import heatmaps_of
 from spin_usd.scoring.keypoint_pose import pose_from_keypoints
-from spin_usd.store.picture import heatmaps_of
 from train.pictures import PosedPicture, crop_of, keypoint_pixels
 
 STRIDE = 4  # pixels of the crop in a pixel of a heatmap, as the network makes them

@@ -25,10 +25,9 @@ from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import has_list, unlisted
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many

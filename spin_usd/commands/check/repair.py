@@ -31,10 +31,9 @@ from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
 from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error
-from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import has_list, sums, unlisted
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, picture_of, record_of
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"

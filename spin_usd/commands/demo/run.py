@@ -15,8 +15,8 @@ from spin_usd.processes.child_ahead import hand_on, next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.progress import Note, Progress, no_note
-from spin_usd.store.contact_sheet import write_contact_sheet
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.contact_sheet import write_contact_sheet
+from spin_usd.reading.dataset import Dataset
 
 POSES = "tango_speedplus_poses.json"
 

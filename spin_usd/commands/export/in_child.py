@@ -31,9 +31,9 @@ from spin_usd.exchange.layout.rectified_picture import as_rectified
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera
 from spin_usd.progress import Progress
+from spin_usd.reading.contact_sheet import draw_contact_sheet, spread
 from spin_usd.records.descriptions import ExportDescription
 from spin_usd.store.atomic import write_json
-from spin_usd.store.contact_sheet import draw_contact_sheet, spread
 from spin_usd.store.dataset_folder import Lease, Store, refuse_dataset
 from spin_usd.store.json_schema import read_json
 

@@ -25,9 +25,9 @@ from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import no_progress
+from spin_usd.reading.dataset import Dataset
 from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json
-from spin_usd.store.dataset import Dataset
 
 LIST = "pictures.csv"
 """Lists the pictures of every export: what they are called there, and which they are of the dataset."""

@@ -21,11 +21,11 @@ from spin_usd.exchange.table import format_named
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.options import names_in
 from spin_usd.progress import Progress
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
 from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.scene.target import MAX_PARTS
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
 from spin_usd.store.tags import TAGS, tagged
 
 WRITE = "write for example train=0.8,validation=0.2"

@@ -18,6 +18,7 @@ from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
+from spin_usd.reading.dataset import Dataset
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.material import Material
 from spin_usd.scene.target import Target
@@ -25,7 +26,6 @@ from spin_usd.scene.texture import Color, Texture
 from spin_usd.stage.author.added_layer import keypoints_layer
 from spin_usd.stage.author.target_prim import composed_target
 from spin_usd.stage.read.bodies.keypoints import holds_keypoints_alone, read_keypoints_layer
-from spin_usd.store.dataset import Dataset
 
 PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners

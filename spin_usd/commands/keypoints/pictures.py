@@ -14,12 +14,12 @@ from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.picture import Picture
 from spin_usd.scene.body import Body
 from spin_usd.scene.keypoints import Keypoints, KeypointState
 from spin_usd.scene.model import FrameId, OneBody
 from spin_usd.scene.sensor import Sensor
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.picture import Picture
 
 KEPT = 64  # images that are kept: some megabytes
 MARGIN = 0.15  # of the target's box in the picture, shown around it

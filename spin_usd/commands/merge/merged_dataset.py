@@ -10,9 +10,9 @@ from spin_usd.commands.merge.file_transfer import repair_of
 from spin_usd.errors import InputError
 from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import same_files
 from spin_usd.store.names import DESCRIPTION
+from spin_usd.store.read_documents import read_dataset_json
 from spin_usd.store.stage_layers import refuse_changed_stage
 
 COMMON = {

@@ -27,7 +27,7 @@ from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.names import DESCRIPTION, STAGE, picture_of, record_of
-from spin_usd.store.read_record import read_record, recorded_files
+from spin_usd.store.read_documents import read_record, recorded_files
 from spin_usd.store.tags import SCHEMA, TAGS, joined
 
 CHECKING, MERGING = "checking: record", "merging: picture"

@@ -51,10 +51,10 @@ from spin_usd.stop_signals import postponed
 from spin_usd.store.atomic import force_folder, write_json
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Lease, Store
-from spin_usd.store.description import read_dataset_json
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.store.names import DESCRIPTION, STAGE, record_of
 from spin_usd.store.pictures_left import WantedFiles, kinds_left
+from spin_usd.store.read_documents import read_dataset_json
 from spin_usd.store.stage_layers import refuse_changed_stage
 
 MEANINGS = {

@@ -9,7 +9,7 @@ from spin_usd.planning.make_plan import Plan
 from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import picture_of
-from spin_usd.store.read_record import read_record, recorded_files
+from spin_usd.store.read_documents import read_record, recorded_files
 
 SHOWN = 3
 

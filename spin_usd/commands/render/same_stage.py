@@ -16,8 +16,8 @@ from spin_usd.options import flag_of
 from spin_usd.planning.make_plan import Plan
 from spin_usd.records.descriptions import DatasetDescription, StageOrigin
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.description import read_dataset_json
 from spin_usd.store.names import DESCRIPTION, picture_of
+from spin_usd.store.read_documents import read_dataset_json
 
 ROOT = "root"  # of a stage that `author` did not make
 IDS = "ids"  # of targets and parts

@@ -42,7 +42,7 @@ from spin_usd.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
-from spin_usd.store.read_record import read_record, recorded_files
+from spin_usd.store.read_documents import read_record, recorded_files
 
 RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock

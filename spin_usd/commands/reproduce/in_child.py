@@ -13,7 +13,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.records.record import RecordedFile
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_record
 
 
 def make_again(*, dataset: str, record: str, folder: str, device: str) -> Reproduction:

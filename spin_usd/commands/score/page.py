@@ -22,10 +22,10 @@ from spin_usd.commands.score.report import ScoredErrors, ScoreReport
 from spin_usd.commands.score.truth import Truth
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrix_from_quaternion
+from spin_usd.reading.picture import Picture
 from spin_usd.scoring.pose_errors import PoseErrors
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
-from spin_usd.store.picture import Picture
 
 WIDTH = 480  # of a picture on the page
 TRUE, PREDICTED = (0, 200, 0), (0, 0, 255)  # as OpenCV has colours: B, G, R

@@ -15,9 +15,9 @@ from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.progress import Progress
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.picture import Picture
 from spin_usd.store.names import DESCRIPTION
-from spin_usd.store.picture import Picture
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 NONE = float("nan")

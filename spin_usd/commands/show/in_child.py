@@ -19,10 +19,10 @@ from spin_usd.formats.image_file import encoded_image
 from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS
+from spin_usd.reading.description import Description, read_description
+from spin_usd.reading.picture import INSTANCE, Picture, read_picture
 from spin_usd.store.atomic import link_atomically, write_atomically
-from spin_usd.store.description import Description, read_description
 from spin_usd.store.names import record_of
-from spin_usd.store.picture import INSTANCE, Picture, read_picture
 
 THUMBNAIL_PX, SMALL_PX = 256, 960
 ROOM = 1.25  # of a thumbnail of the targets, to their boxes

@@ -10,8 +10,8 @@ from msgspec import to_builtins
 from spin_usd.commands.show.data_file import file_key
 from spin_usd.commands.show.gallery_folder import DATA, IMAGES, OF_TARGET, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
+from spin_usd.reading.picture import Picture
 from spin_usd.records.record import Record
-from spin_usd.store.picture import Picture
 
 FILES_VERSION = "picture-files-2"
 """Goes up when the same picture gets other files."""

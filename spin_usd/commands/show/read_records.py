@@ -8,11 +8,11 @@ from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.measures import measured
+from spin_usd.reading.picture import Picture
 from spin_usd.scene.poses import FRAME_NAME
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.measures import measured
 from spin_usd.store.names import record_of
-from spin_usd.store.picture import Picture
 
 NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the last two itself
 

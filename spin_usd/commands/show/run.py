@@ -24,10 +24,10 @@ from spin_usd.options import takes
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
 from spin_usd.progress import Progress
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.measures import described
+from spin_usd.reading.picture import Picture
 from spin_usd.store.dataset_folder import Store, refuse_dataset
-from spin_usd.store.measures import described
-from spin_usd.store.picture import Picture
 from spin_usd.store.tags import TAGS, read_tags
 
 PER_FILE = 64  # half a megabyte of JSON, a tenth of it packed: they are much alike

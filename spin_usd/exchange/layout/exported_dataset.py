@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.description import DescribedPart
-from spin_usd.store.picture import Picture
-from spin_usd.store.pictured_target import PicturedTarget
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.description import DescribedPart
+from spin_usd.reading.picture import Picture
+from spin_usd.reading.pictured_target import PicturedTarget
 
 AMODAL = "mask_amodal"
 

@@ -16,9 +16,9 @@ from spin_usd.arrays import Float, frozen
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.layout import FormatOption
 from spin_usd.geometry.camera import Camera
+from spin_usd.reading.description import DescribedTarget
+from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.mesh import BOX
-from spin_usd.store.description import DescribedTarget
-from spin_usd.store.pictured_target import PicturedTarget
 
 OUTSIDE = "outside"
 RECTIFY, YES, NO = "rectify", "yes", "no"

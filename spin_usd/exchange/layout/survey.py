@@ -11,7 +11,7 @@ from spin_usd.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
-from spin_usd.store.description import DescribedTarget
+from spin_usd.reading.description import DescribedTarget
 
 NONE = float("nan")
 

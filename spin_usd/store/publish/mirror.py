@@ -25,7 +25,7 @@ from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.names import DESCRIPTION, RECORDS, STAGE
 from spin_usd.store.publish.dataset_url import MARKER, DatasetUrl, below
-from spin_usd.store.read_record import decoded_record, read_record, recorded_files
+from spin_usd.store.read_documents import decoded_record, read_record, recorded_files
 
 Snapshot = dict[str, tuple[int, int]]
 """The size and the time of change of files, by name."""

@@ -6,8 +6,8 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.fisheye import Fisheye
+from spin_usd.reading.dataset import Dataset
 from spin_usd.stage.author.camera_layer import camera_layer_of
-from spin_usd.store.dataset import Dataset
 
 CENTRE_PX, KEYPOINT_PX = 1e-3, 1e-3  # of what OpenCV, which computes with float32 corners, finds
 SIZE = (500, 400)

@@ -15,8 +15,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.progress import no_progress
 from spin_usd.store.cache import uses
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.description import read_dataset_json
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS, refuse_changed_stage
 from tests.cases.records import record_files
 

@@ -39,7 +39,7 @@ def test_counts_and_statistics(rendered, tmp_path) -> None:
 def test_the_sun_s_angle_and_the_visible_fraction_are_those_of_the_records(rendered, tmp_path) -> None:
     write_export(rendered, "speedplus", tmp_path / "out")
     card = (tmp_path / "out" / "README.md").read_text()
-    from spin_usd.store.dataset import Dataset
+    from spin_usd.reading.dataset import Dataset
 
     pictures = list(Dataset(rendered))
     angles = []

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from spin_usd.commands.export.plan import named_splits, read_split
 from spin_usd.errors import InputError
-from spin_usd.store.splits import poses_of, split_of_each
+from spin_usd.reading.splits import poses_of, split_of_each
 
 FRAMES = [f"img{number:06}" for number in range(100)]
 

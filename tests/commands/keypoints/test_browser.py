@@ -15,7 +15,7 @@ from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.commands.keypoints.target_view import CLOSE, FOV, TargetView
 from spin_usd.geometry.snapping import Snap
 from spin_usd.geometry.triangles import unit_vectors
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 from tests.conftest import REPOSITORY
 
 VIEW = {"width": 720, "height": 400}

@@ -15,7 +15,7 @@ from spin_usd.commands.keypoints.pictures import Pictures
 from spin_usd.commands.keypoints.run import open_session
 from spin_usd.errors import InputError
 from spin_usd.processes.lasting_child import LastingChild
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 
 CAMERA = {
     "Nu": 96,

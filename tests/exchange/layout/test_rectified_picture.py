@@ -5,8 +5,8 @@ import pytest
 
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.layout.rectified_picture import RectifiedPicture
+from spin_usd.reading.dataset import Dataset
 from spin_usd.scene.mesh import BOX
-from spin_usd.store.dataset import Dataset
 from tests.exchange.conftest import clone
 
 

@@ -31,7 +31,7 @@ from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
-from spin_usd.store.read_record import read_record
+from spin_usd.store.read_documents import read_record
 
 COMPARED = ("segmentation", "depth", "dense_pose")
 MAX_LOOKED = 4096  # pixels at which coincident parts are looked for: more that differ are a fault whatever they show

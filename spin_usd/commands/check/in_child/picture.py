@@ -24,14 +24,15 @@ from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.picture.brightness import tone_findings
 from spin_usd.picture.target_facts import corners_of_box
+from spin_usd.reading.description import Named
+from spin_usd.reading.picture_file import read_picture_file
 from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.finding import Finding
 from spin_usd.store.cache import uses
-from spin_usd.store.description import Named, read_dataset_json
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import picture_of
-from spin_usd.store.picture_file import read_picture_file
+from spin_usd.store.read_documents import read_dataset_json
 
 CENTRE_PX = 0.5  # a pixel shows what its centre does
 ROUNDING_PX = 1e-3

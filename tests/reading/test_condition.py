@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from typing import Self
 import numpy as np
 
 from spin_usd.arrays import Float, frozen
+from spin_usd.reading.window import Window
 from spin_usd.records.record import RecordedTarget
-from spin_usd.store.window import Window
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,13 +15,13 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import refuse_unless_path
 from spin_usd.pluralise import pluralise
+from spin_usd.reading.description import DescribedPart, DescribedTarget, Targets, read_description
+from spin_usd.reading.measures import values_of
+from spin_usd.reading.picture import Picture, read_picture
+from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
+from spin_usd.reading.window import margin_of, size_of
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.store.description import DescribedPart, DescribedTarget, Targets, read_description
-from spin_usd.store.measures import values_of
 from spin_usd.store.names import RECORDS, is_record, picture_of, record_of
-from spin_usd.store.picture import Picture, read_picture
-from spin_usd.store.splits import pose_bytes, poses_of, split_of_each
-from spin_usd.store.window import margin_of, size_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -178,7 +178,7 @@ class Dataset(Sequence[Picture]):
         a target that is not the first one NAME.range. What a picture lacks is NaN: no comparison holds for it. Every
         record is read, some 4,000 a second. Raises InputError for what is no condition.
         """
-        from spin_usd.store.condition import EXAMPLE, Condition  # not above: a dataset opens without it
+        from spin_usd.reading.condition import EXAMPLE, Condition  # not above: a dataset opens without it
 
         if not (isinstance(condition, str) or callable(condition)):
             raise InputError(f"{condition!r} is no condition", do=f"{EXAMPLE}, or give a function of a Picture")

@@ -11,9 +11,9 @@ from math import nan
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.store.description import Description
-from spin_usd.store.measures import MEASURES, OF_PICTURE
-from spin_usd.store.picture import Picture
+from spin_usd.reading.description import Description
+from spin_usd.reading.measures import MEASURES, OF_PICTURE
+from spin_usd.reading.picture import Picture
 
 Value = Callable[[Picture], Any]
 """What a part of an expression is in a picture."""

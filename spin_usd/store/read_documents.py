@@ -1,17 +1,19 @@
-"""The one door by which the records of pictures come in."""
+"""The doors by which the records of pictures and dataset.json come in."""
 
 from contextlib import suppress
 from pathlib import Path
 
-from msgspec import DecodeError, Struct
+from msgspec import DecodeError, Struct, convert
 from msgspec.json import Decoder, decode
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.picture.kinds import KINDS
+from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.records.record import Record
-from spin_usd.store.json_schema import valid
+from spin_usd.store.json_schema import read_json, valid
+from spin_usd.store.names import DESCRIPTION
 
 CHECK = "run spin-usd check on the dataset"
 SCHEMA = "record-1"
@@ -20,6 +22,11 @@ _DECODER = Decoder(Record)
 
 class _Named(Struct):
     schema: str
+
+
+def read_dataset_json(folder: Folder) -> DatasetDescription:
+    """Read the dataset.json in the folder of a dataset. Raises InputError, which says what is wrong with it."""
+    return convert(read_json(folder, DESCRIPTION, "dataset-1"), DatasetDescription)
 
 
 def read_record(folder: Folder, name: str) -> Record:

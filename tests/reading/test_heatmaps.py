@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.picture import heatmaps_of
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.picture import heatmaps_of
 
 FLOAT32_PX = 1e-3  # a parabola through logarithms of float32, of a Gaussian of 2 px
 

@@ -12,10 +12,10 @@ from spin_usd.files.folder import Folder
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
+from spin_usd.reading.picture import Picture
 from spin_usd.records.record import Record
 from spin_usd.store.atomic import fill_atomically
 from spin_usd.store.hidden_folder import hidden_folder
-from spin_usd.store.picture import Picture
 
 MARGIN = 1.2  # of the box shown to the box that the target covers
 

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from msgspec import UNSET
 
+from spin_usd.reading.picture import Picture
+from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.derived.sunlight import phase_angle
-from spin_usd.store.picture import Picture
-from spin_usd.store.pictured_target import PicturedTarget
 
 MAX_TARGETS = 8  # whose measures the page shows; those of others are found among the values of the record
 

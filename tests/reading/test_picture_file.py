@@ -5,8 +5,8 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.array_file import encoded_array
 from spin_usd.labels.table import LABELS
+from spin_usd.reading.picture_file import read_picture_file
 from spin_usd.scene.channels import Channels
-from spin_usd.store.picture_file import read_picture_file
 
 FLOATS = Channels(meaning="", dtype="float32", holds={"Y": "z"})
 POINTS = LABELS["lidar"].channels

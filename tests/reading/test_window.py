@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.store.dataset import Dataset
-from spin_usd.store.window import Window
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.window import Window
 
 SIZES = [64, (96, 64), (31, 77)]
 

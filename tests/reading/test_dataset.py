@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.commands.reproduce.run import reproduce_picture
 from spin_usd.errors import InputError
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import spin_usd
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.scene.effort import CPU
-from spin_usd.store.read_record import decoded_record, read_record, recorded_files
+from spin_usd.store.read_documents import decoded_record, read_record, recorded_files
 
 
 @pytest.fixture(scope="module")

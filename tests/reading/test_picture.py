@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import InputError
-from spin_usd.store.dataset import Dataset
+from spin_usd.reading.dataset import Dataset
 
 HALF_PIXEL_TOLERANCE = 1e-3  # pixels: float32 body points at SPEED+'s distances are off by less
 SHAPE = (150, 240)

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
 import numpy as np
-from msgspec import convert
 
 from spin_usd.arrays import Float, finite
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.records.descriptions import DatasetDescription, PartEntry, TargetEntry
+from spin_usd.records.descriptions import PartEntry, TargetEntry
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import DESCRIPTION
+from spin_usd.store.read_documents import read_dataset_json
 
 
 class Named(Protocol):
@@ -116,11 +115,6 @@ def read_description(root: Path) -> Description:
     found = read_dataset_json(folder)
     parts = (_part(int(number), part) for number, part in found.parts.items())
     return Description(targets=Targets(map(_target, found.targets)), parts={part.id: part for part in parts})
-
-
-def read_dataset_json(folder: Folder) -> DatasetDescription:
-    """Read the dataset.json in the folder of a dataset. Raises InputError, which says what is wrong with it."""
-    return convert(read_json(folder, DESCRIPTION, "dataset-1"), DatasetDescription)
 
 
 def _part(number: int, found: PartEntry) -> DescribedPart:

@@ -18,15 +18,15 @@ from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
+from spin_usd.reading.description import DescribedPart, Description, Named, Targets
+from spin_usd.reading.picture_file import read_picture_file
+from spin_usd.reading.pictured_target import PicturedTarget
+from spin_usd.reading.window import Window, margin_of, size_of
 from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.model import augmentation_and_camera, variant_of
-from spin_usd.store.description import DescribedPart, Description, Named, Targets
 from spin_usd.store.names import record_of
-from spin_usd.store.picture_file import read_picture_file
-from spin_usd.store.pictured_target import PicturedTarget
-from spin_usd.store.read_record import CHECK, decoded_record
-from spin_usd.store.window import Window, margin_of, size_of
+from spin_usd.store.read_documents import CHECK, decoded_record
 
 INSTANCE = "instance"
 

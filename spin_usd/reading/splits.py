@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
-from spin_usd.store.picture import Picture
+from spin_usd.reading.picture import Picture
 
 
 def split_of_each(groups: Sequence[str], shares: Mapping[str, float], *, seed: int) -> dict[str, str]:
