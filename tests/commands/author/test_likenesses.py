@@ -106,7 +106,7 @@ def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
         assert degrees(sun, (0, 0, -1)) <= LIT.get(name, 80) + ROUNDED
         if planet is not None:
             centre = np.array(planet.T_cam_planet.translation)
-            assert np.linalg.norm(centre) > EARTH_RADIUS + np.linalg.norm(scene.T_cam_body.translation)
+            assert np.linalg.norm(centre) > EARTH_RADIUS + np.linalg.norm(scene.bodies[0].T_cam_body.translation)
             if name not in LIT:
                 disc = np.degrees(np.arcsin(EARTH_RADIUS / np.linalg.norm(centre)))
                 assert degrees(sun, centre) >= disc + 5 - ROUNDED

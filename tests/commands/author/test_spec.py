@@ -82,9 +82,9 @@ def test_the_sun_is_where_the_text_has_it_relative_to_the_target(tmp_path) -> No
     for frame in reader.frames:
         scene = reader.scene(frame)
         towards = sun_of(scene)
-        own = scene.T_cam_body.rotation.T @ towards
+        own = scene.bodies[0].T_cam_body.rotation.T @ towards
         assert np.degrees(np.arccos(own[2])) <= 20 + ROUNDED
-        camera = -scene.T_cam_body.points(scene.target.mesh.centre)
+        camera = -scene.bodies[0].T_cam_body.points(scene.bodies[0].target.mesh.centre)
         assert np.degrees(np.arccos(towards @ camera / np.linalg.norm(camera))) <= 80 + ROUNDED
 
 
@@ -96,8 +96,8 @@ def test_a_fly_around_has_its_sun_in_each_picture(tmp_path) -> None:
     for frame, sun in zip(reader.frames, suns, strict=True):
         scene = reader.scene(frame)
         assert sun_of(scene) == pytest.approx(sun, abs=ROUNDED)
-        assert np.abs(scene.T_cam_body.translation[:2]).max() < ROUNDED
-        assert 8 - ROUNDED <= scene.T_cam_body.translation[2] <= 16.5
+        assert np.abs(scene.bodies[0].T_cam_body.translation[:2]).max() < ROUNDED
+        assert 8 - ROUNDED <= scene.bodies[0].T_cam_body.translation[2] <= 16.5
 
 
 def test_the_text_is_in_the_stages_provenance(tmp_path) -> None:

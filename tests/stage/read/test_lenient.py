@@ -102,7 +102,7 @@ def test_a_missing_image_without_a_folder_before_its_name_has_its_fallback(read,
     """USD looks for such a name in the working folder too, and says that it should be there."""
     monkeypatch.chdir("/")
     scene, notes, _ = read(material("color3f inputs:diffuseColor.connect = </World/Target/Paint/Image.outputs:rgb>"))
-    assert scene.target.materials[0].diffuse_color == pytest.approx((0.1, 0.2, 0.3))
+    assert scene.bodies[0].target.materials[0].diffuse_color == pytest.approx((0.1, 0.2, 0.3))
     assert notes == {("image-missing", "/World/Target/Paint/Image")}
 
 
