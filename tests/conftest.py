@@ -20,6 +20,7 @@ from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.processors import hold_to, share_of
 from spin_usd.stop_signals import STOP_SIGNALS
 from spin_usd.store.json_schema import valid
+from tests.library import library_of
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True)
@@ -27,6 +28,7 @@ hypothesis.settings.load_profile("steady")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SHARED = REPOSITORY.parent / "shared"
+EXAMPLE_POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
 REPORTS = {"check", "diff", "doctor", "plan", "render", "score"}
 """Commands whose --json has a schema."""
 
@@ -162,19 +164,40 @@ def speedplus_camera(divide=1):
 
 
 @pytest.fixture(scope="session")
-def small_stage(tmp_path_factory, spin_usd):
-    """A stage of eight pictures of Tango at 240 x 150 with SPEED+'s lens: the path of its root layer."""
-    folder = tmp_path_factory.mktemp("small")
-    (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
-    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
-    out = folder / "stage"
-    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", folder / "camera.json", "--out", out)
-    return out / "dataset.usda"
+def library(request, tmp_path_factory):
+    """Small stages and datasets, each made once a run: see tests/library.py."""
+    return library_of(tmp_path_factory, shared=hasattr(request.config, "workerinput"))
 
 
 @pytest.fixture(scope="session")
-def rendered(small_stage, tmp_path_factory, spin_usd):
+def small_stage(library, spin_usd):
+    """A stage of eight pictures of Tango at 240 x 150 with SPEED+'s lens: the path of its root layer."""
+
+    def make(folder):
+        (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
+        spin_usd("author", "--poses", EXAMPLE_POSES, "--target", "tango", "--camera", folder / "camera.json",
+                 "--out", folder / "stage")  # fmt: skip
+
+    return library.folder("small", make) / "stage" / "dataset.usda"
+
+
+@pytest.fixture(scope="session")
+def cubesat_stage(library, spin_usd):
+    """A stage of three pictures of the CubeSat by SPEED+'s camera: the path of its root layer."""
+
+    def make(folder):
+        spin_usd("author", "--poses", EXAMPLE_POSES, "--target", "cubesat", "--camera", "speedplus",
+                 "--frames", "0:3", "--out", folder / "stage")  # fmt: skip
+
+    return library.folder("cubesat", make) / "stage" / "dataset.usda"
+
+
+@pytest.fixture(scope="session")
+def rendered(library, small_stage, spin_usd):
     """The folder of a dataset of three pictures at 240 x 150, with radiance."""
-    out = tmp_path_factory.mktemp("read") / "dataset"
-    spin_usd("render", small_stage, "--out", out, "--renderer", "raycast", "--frames", "0:3", "--radiance")
-    return out
+
+    def make(folder):
+        spin_usd("render", small_stage, "--out", folder / "dataset", "--renderer", "raycast", "--frames", "0:3",
+                 "--radiance")  # fmt: skip
+
+    return library.folder("rendered", make) / "dataset"

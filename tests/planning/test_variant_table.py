@@ -1,6 +1,7 @@
 """Plans: keys are those of freshly read scenes, the table counts each pass once, and measured costs scale the next."""
 
 import json
+import shutil
 
 import pytest
 
@@ -80,9 +81,9 @@ over "World" (
 @pytest.fixture
 def augmented(small_stage, tmp_path):
     """The small stage, under a root layer with variants that change light, light's direction over time, and sensor."""
-    root = small_stage.parent / "augmented.usda"
+    root = shutil.copytree(small_stage.parent, tmp_path / "stage") / "augmented.usda"
     text = small_stage.read_text().replace("@./layers/poses.usdc@", "@./plan.usda@, @./layers/poses.usdc@", 1)
-    (small_stage.parent / "plan.usda").write_text(AUGMENTATIONS)
+    root.with_name("plan.usda").write_text(AUGMENTATIONS)
     root.write_text(text)
     return root
 
@@ -226,9 +227,9 @@ def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeyp
     assert "light tree" not in {each.what for each in asked(augmented, explain=True).skipped}  # the preview has none
 
 
-def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage) -> None:
-    root = small_stage.parent / "looks.usda"
-    (small_stage.parent / "look.usda").write_text(MATT_LOOK)
+def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage, tmp_path) -> None:
+    root = shutil.copytree(small_stage.parent, tmp_path / "stage") / "looks.usda"
+    root.with_name("look.usda").write_text(MATT_LOOK)
     root.write_text(small_stage.read_text().replace("@./layers/poses.usdc@", "@./look.usda@, @./layers/poses.usdc@", 1))
     command = ["plan", root, "--variants", "all", "--frames", "0:2", "--explain"]
     told = json.loads(spin_usd(*command, "--json").stdout)["skipped"]

@@ -20,10 +20,8 @@ OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
 
 
 @pytest.fixture(scope="module")
-def dataset(small_stage, tmp_path_factory, spin_usd):
-    out = tmp_path_factory.mktemp("exports") / "dataset"
-    spin_usd("render", small_stage, "--out", out, "--renderer", "raycast", "--frames", f"0:{PICTURES}")
-    return out
+def dataset(rendered):
+    return rendered
 
 
 @pytest.fixture

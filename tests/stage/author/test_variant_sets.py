@@ -1,5 +1,6 @@
 """The variant sets camera, environment and materials: all their combinations, on every kind of stage."""
 
+import shutil
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -36,8 +37,8 @@ DIGITS = 1e-4  # relative: the layers give irradiances with five digits
 
 
 @pytest.fixture(scope="module")
-def authored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return author(tmp_path_factory.mktemp("cubesat") / "stage")
+def authored(cubesat_stage: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Path(shutil.copytree(cubesat_stage.parent, tmp_path_factory.mktemp("cubesat") / "stage")) / "dataset.usda"
 
 
 def author(out: Path, target: str | Path = "cubesat", **options: str | Path | None) -> Path:

@@ -1,15 +1,13 @@
 """Rules on variants: each finding has a stage that shows it, and what is right has none."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
-from spin_usd.commands.author.in_child import author_stage
-from spin_usd.resources import stages
 from spin_usd.stage.check.check_stage import check_stage
 from tests.cases.root_layers import over_stage
 
-POSES = stages() / "examples" / "tango_speedplus_poses.json"
 FRAMES = 3
 VALUES = """#usda 1.0
 (
@@ -27,9 +25,8 @@ DIM = 'over "Lights"\n{\nover "Sun"\n{\nfloat inputs:intensity = 700\n}\n}'
 
 
 @pytest.fixture(scope="module")
-def authored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("variants") / "stage"
-    return Path(author_stage(poses=POSES, target="cubesat", camera="speedplus", out=out, frames=f"0:{FRAMES}").root)
+def authored(cubesat_stage: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Path(shutil.copytree(cubesat_stage.parent, tmp_path_factory.mktemp("variants") / "stage")) / "dataset.usda"
 
 
 class Edited:
