@@ -16,7 +16,9 @@ MAX_SENTENCES = 3  # sentences by one rule
 class Finding:
     """What is wrong with a stage or a dataset, and where."""
 
-    code: Annotated[str, Meta(pattern="^[a-z0-9-]+$", description="The rule.")]
+    code: Annotated[
+        str, Meta(pattern="^[A-Za-z0-9:.-]+$", description="The rule; of USD's own validators their identifier.")
+    ]
     where: Annotated[str, Meta(description="A prim's path or a file.")]
     message: Annotated[str, Meta(description="What is wrong there, and after a semicolon what to do about it.")]
     severity: Annotated[str, one_of(ERROR, WARNING), Meta(description="A warning fails nothing.")] = ERROR
