@@ -13,8 +13,11 @@ INTERNAL = 3
 class SpinError(Exception):
     """Base of all expected failures.
 
-    found: what is wrong · where: the file, prim or setting that has it, None for an argument · do: what to do next,
-    None where that is plain · exit_code: the command line's for it.
+    Attributes:
+        found: What is wrong.
+        where: The file, prim or setting that has it; None for an argument.
+        do: What to do next; None where that is plain.
+        exit_code: The command line's for it.
     """
 
     exit_code = BAD_INPUT

@@ -12,15 +12,14 @@ HEAD = 1000  # characters of a layer in which its default prim stands
 
 @dataclass(frozen=True, kw_only=True)
 class BundledKind:
-    """A kind of files that travel with spin_usd.
-
-    pattern: their paths below `stages` · instead: what a user may give in place of a name · default_prim: distinguishes
-    layers of this kind from others in their folder, "" where all are of this kind.
-    """
+    """A kind of files that travel with spin_usd."""
 
     pattern: str
+    """Their paths below `stages`."""
     instead: str
+    """What a user may give in place of a name."""
     default_prim: str = ""
+    """Distinguishes layers of this kind from others in their folder; "" where all are of this kind."""
 
 
 BUNDLED: Mapping[str, BundledKind] = {

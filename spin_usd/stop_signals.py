@@ -49,9 +49,10 @@ class _Stop:
 
 @dataclass(kw_only=True)
 class StopRequest:
-    """What was asked for meanwhile. number: that of the first signal; None before one came."""
+    """What was asked for meanwhile."""
 
     number: int | None = None
+    """That of the first signal; None before one came."""
 
 
 @contextmanager

@@ -7,13 +7,14 @@ from dataclasses import InitVar, dataclass, field
 
 @dataclass
 class UniqueNames:
-    """Gives names that it did not give before. first: the number that the first repeat of a name gets · cased: whether
-    names that differ by capitals alone are different ones, as they are not to every file system · taken: names that are
-    somebody else's."""
+    """Gives names that it did not give before."""
 
     first: int = 2
+    """The number that the first repeat of a name gets."""
     cased: bool = False
+    """Whether names that differ by capitals alone are different ones, as they are not to every file system."""
     taken: InitVar[Iterable[str]] = ()
+    """Names that are somebody else's."""
     _next: dict[str, int] = field(default_factory=dict, init=False)
 
     def __post_init__(self, taken: Iterable[str]) -> None:

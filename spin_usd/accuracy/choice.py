@@ -21,16 +21,15 @@ WORTH_SAYING = 0.01  # of the target's light
 
 @dataclass(frozen=True, kw_only=True)
 class SettingChoice:
-    """A setting, and why it was chosen.
-
-    outcome: what was measured of it · bound: the most that its error by the criterion may be in each picture ·
-    cheaper: the next cheaper on the front, not good enough; None where there is none.
-    """
+    """A setting, and why it was chosen."""
 
     outcome: Outcome
+    """What was measured of it."""
     bound: float
+    """The most that its error by the criterion may be in each picture."""
     criterion: Criterion
     cheaper: Outcome | None
+    """The next cheaper on the front, not good enough; None where there is none."""
 
     @property
     def setting(self) -> Configuration:

@@ -24,14 +24,13 @@ class Error(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """A setting on all pictures of a measurement, one or more.
-
-    figures: of each picture, in their order · noise_dn: the detector's own noise in each, digital numbers.
-    """
+    """A setting on all pictures of a measurement, one or more."""
 
     setting: Configuration
     figures: tuple[Figures, ...]
+    """Of each picture, in their order."""
     noise_dn: tuple[float, ...]
+    """The detector's own noise in each, digital numbers."""
 
     @property
     def cpu_s(self) -> float:

@@ -15,25 +15,31 @@ CENTRE, CORNER = 0.0, 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """size: width and height, pixels · projection: fx, fy, cx, cy in the file's pixels · pixel_pitch, metres · notes:
-    sentences, each of which goes on after the file's name."""
+    """The camera of a file, before it is one of ours."""
 
     size: tuple[int, int]
+    """Width and height, pixels."""
     projection: tuple[float, float, float, float]
+    """fx, fy, cx, cy in the file's pixels."""
     distortion: tuple[float, ...]
     pixel_pitch: float = DEFAULT_PITCH
+    """Metres."""
     notes: tuple[str, ...] = ()
+    """Sentences, each of which goes on after the file's name."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraFormat:
-    """name: for messages · first_centre: CENTRE or CORNER · recognises: whether a file is of it, from its path and its
-    first characters · read: its camera; raises InputError."""
+    """A format of calibrations."""
 
     name: str
+    """For messages."""
     first_centre: float
+    """CENTRE or CORNER."""
     recognises: Callable[[Path, str], bool]
+    """Whether a file is of it, from its path and its first characters."""
     read: Callable[[Path], Calibration]
+    """Gives the file's camera; raises InputError."""
 
 
 def named(said: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:

@@ -27,20 +27,19 @@ SCALAR_FIRST, SCALAR_LAST = (
 
 @dataclass(frozen=True, kw_only=True)
 class PoseFormat:
-    """A format of pose lists.
-
-    name: for messages · recognises: whether a file is of it, from its path and its first characters · read: the file's
-    entries in order, and between them, as text, what a user should know of how it is read; raises InputError that names
-    the file and the entry · lists: the files in the folder of a data set
-    that may be its lists, in order; they are those that the format recognises · rotation: what the file's own numbers
-    of a rotation must be, in words.
-    """
+    """A format of pose lists."""
 
     name: str
+    """For messages."""
     recognises: Callable[[Path, str], bool]
+    """Whether a file is of it, from its path and its first characters."""
     read: Callable[[Path], Iterator[PoseEntry | str]]
+    """Gives the file's entries in order, and between them, as text, what a user should know of how it is read. Raises
+    InputError that names the file and the entry."""
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
+    """The files in a data set's folder that may be its lists, in order; those that the format recognises are."""
     rotation: str = SCALAR_FIRST
+    """What the file's own numbers of a rotation must be, in words."""
 
 
 def files_like(*patterns: str) -> Callable[[Path], Sequence[Path]]:

@@ -172,9 +172,10 @@ class FileIn(NamedTuple):
 
 @dataclass(frozen=True)
 class Holder:
-    """An open folder, closed by `with`. at: its descriptor; its path where the system opens nothing relative to one."""
+    """An open folder, closed by `with`."""
 
     at: int | Path
+    """Its descriptor; its path where the system opens nothing relative to one."""
 
     @classmethod
     def of(cls, root: Path, folders: Sequence[str]) -> "Holder":

@@ -24,13 +24,15 @@ PITCH_RANGE = (1e-7, 1e-3)  # metres; outside it the number is in another unit
 
 @dataclass(frozen=True, kw_only=True)
 class CameraFile:
-    """camera · pixel_pitch is the width of a pixel in metres · source is the file · notes are sentences on what a user
-    should know of how it was read."""
+    """A camera as a file gives it."""
 
     camera: Camera
     pixel_pitch: float
+    """The width of a pixel, metres."""
     source: str
+    """The file."""
     notes: tuple[str, ...] = ()
+    """Sentences on what a user should know of how it was read."""
 
 
 def read_camera_file(path: str | Path) -> CameraFile:

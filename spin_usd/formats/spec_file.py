@@ -92,12 +92,15 @@ class AugmentationTables(Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 @dataclass(frozen=True, kw_only=True)
 class Specification:
-    """`name`: the file's stem · `sha256`: of its bytes · augmentations: each entry as often as its count says."""
+    """A specification that was read."""
 
     name: str
+    """The file's stem."""
     sha256: str
+    """That of the file's bytes."""
     seed: int
     augmentations: tuple[AugmentationEntry, ...]
+    """Each entry as often as its count says."""
 
 
 def read_spec_file(path: str | Path) -> Specification:

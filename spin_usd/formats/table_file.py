@@ -43,11 +43,13 @@ PARTS = Table(key="pattern", required=("part",), optional=("class",))
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """`where` it stands, for messages · `name` · `values` by column: those of a CSV file are text."""
+    """A row of a table."""
 
     where: str
+    """Where it stands, for messages."""
     name: str
     values: Mapping[str, Any]
+    """By column; those of a CSV file are text."""
 
 
 def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:

@@ -12,10 +12,12 @@ from spin_usd.files.folder import FileIn
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """A file in a tar file. name: its path there · source: the file that it is a copy of, or its bytes."""
+    """A file in a tar file."""
 
     name: str
+    """Its path there."""
     source: FileIn | bytes
+    """The file that it is a copy of, or its bytes."""
 
 
 def write_tar(path: Path, members: Iterable[Member]) -> None:

@@ -18,9 +18,10 @@ STRAIGHT = 1e-9  # 1 less the cosine between two edges that make one
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Facet:
-    """corners (F, 3, 3): of its triangles."""
+    """A part of a surface in one plane."""
 
     corners: Float
+    """(F, 3, 3): those of its triangles."""
 
     @classmethod
     def around(cls, points: Float, faces: NDArray[np.integer], face: int) -> "Facet":

@@ -20,26 +20,24 @@ from spin_usd.scene.model import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class LabelFile(ABC):
-    """What there is to know of the files of a label, whatever it is made of.
-
-    name: in `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"
-    channels: what its numbers are; `channels.meaning` is what dataset.json says of it
-    suffix: of its files
-    file_bytes: what a pixel of the target takes in the file, compressed; `plan` expects that much
-    preview: the label in colours for people, (H, W, 3) uint8 RGB
-    faults: what `check` finds wrong with it in a picture that has it
-    target_s: seconds of one core that a pixel of the target takes to make, beyond what labels share; for `plan`
-    default: whether `render` writes it when no labels are named
-    """
+    """What there is to know of the files of a label, whatever it is made of."""
 
     name: str
+    """In `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"."""
     channels: Channels
+    """What its numbers are; `channels.meaning` is what dataset.json says of it."""
     suffix: str
+    """That of its files."""
     file_bytes: float
+    """What a pixel of the target takes in the file, compressed; `plan` expects that much."""
     preview: Callable[[NDArray[Any]], NDArray[np.uint8]]
+    """The label in colours for people, (H, W, 3) uint8 RGB."""
     faults: Callable[[LabelledPicture], Iterator[LabelFault]]
+    """What `check` finds wrong with it in a picture that has it."""
     target_s: float = 0.0
+    """Seconds of one core that a pixel of the target takes to make, beyond what labels share; for `plan`."""
     default: bool = False
+    """Whether `render` writes it when no labels are named."""
 
     @abstractmethod
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
@@ -51,25 +49,23 @@ class LabelFile(ABC):
 class Label(LabelFile):
     """A label of every pixel. All that describes it stands here, and in LabelFile.
 
-    make: the label (H, W), or (H, W, C) where it has several channels, of a scene and its visible surface
-    suffix: ".exr" for float32, ".png" for uint8 and uint16
-    usd_type: of a pixel in USD; authored stages list the default labels as UsdRender variables
-    decided_by: what decides it beyond what the geometry key covers, which decides all others
-    takes: another view that `make` and `decided_by` take: scene.next_frame or scene.paired, by its name
-    max_targets: how many targets it can hold; any number if not given
-    of_several: whether `render` writes it beside any other label where a stage has several bodies: without it nobody
-    could tell which of them another label is of
-
-    Channels are called Y, or R, G and B, whatever they hold: OpenCV's EXR reader reads no other names and silently
-    gives zeros for them.
+    The suffix is ".exr" for float32, ".png" for uint8 and uint16. Channels are called Y, or R, G and B, whatever they
+    hold: OpenCV's EXR reader reads no other names and silently gives zeros for them.
     """
 
     make: Callable[[Scene, Surface], NDArray[Any]]
+    """The label (H, W), or (H, W, C) where it has several channels, of a scene and its visible surface."""
     usd_type: str
+    """That of a pixel in USD; authored stages list the default labels as UsdRender variables."""
     decided_by: Callable[[Scene], Any] | None = None
+    """What decides it beyond what the geometry key covers, which decides all others."""
     takes: Literal["next_frame", "paired"] | None = None
+    """Another view that `make` and `decided_by` take: scene.next_frame or scene.paired, by its name."""
     max_targets: int | None = None
+    """How many targets it can hold; any number if not given."""
     of_several: bool = False
+    """Whether `render` writes it beside any other label where a stage has several bodies: without it nobody could tell
+    which of them another label is of."""
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
         if self.takes == "paired" and scene.paired is None:
@@ -81,14 +77,12 @@ class Label(LabelFile):
 class CloudLabel(LabelFile):
     """A label of every point that the scene's LiDAR measures; only stages with a LiDAR have it.
 
-    make: the points (N,), an array with named columns, of a scene, what its beams meet, and chance
-    suffix: ".npz" or ".ply"
-
-    Its key covers the LiDAR, the bodies and where they are, and the seed where chance decides some of the points; not
-    the camera, nor what renders.
+    The suffix is ".npz" or ".ply". Its key covers the LiDAR, the bodies and where they are, and the seed where chance
+    decides some of the points; not the camera, nor what renders.
     """
 
     make: Callable[[Scene, Echoes, np.random.Generator], NDArray[np.void]]
+    """The points (N,), an array with named columns, of a scene, what its beams meet, and chance."""
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
         if scene.lidar is None:

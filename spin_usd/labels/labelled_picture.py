@@ -32,26 +32,29 @@ class OtherView:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LabelledPicture:
-    """The labels of one picture, and what its record says of camera, poses and parts.
-
-    camera: its intrinsics · poses: T_cam_body of each target, by id · target_of_part (P + 1,): the target of each part
-    that the dataset lists, 0 of occluders and of the part 0, which is nothing · arrays: each label that the picture
-    has, by name, (H, W) or (H, W, C), or (N,) of a LiDAR's points · class_of_part (P + 1,): class ids likewise ·
-    boxes: of each target (2, 3), body axes, metres · towards_sun (3,): unit, camera axes, None where the record says
-    nothing of a Sun · next_frame, paired: these views, None where the record says nothing of them · lidar: the LiDAR,
-    where the picture has its points.
-    """
+    """The labels of one picture, and what its record says of camera, poses and parts."""
 
     camera: Camera
+    """Its intrinsics."""
     poses: Mapping[int, Transform]
+    """T_cam_body of each target, by id."""
     target_of_part: NDArray[np.uint16]
+    """(P + 1,): the target of each part that the dataset lists. It is 0 for those of occluders, and for the part 0,
+    which is nothing."""
     arrays: Mapping[str, NDArray[Any]]
+    """Each label that the picture has, by name: (H, W) or (H, W, C), or (N,) of a LiDAR's points."""
     class_of_part: NDArray[np.uint16]
+    """(P + 1,): class ids likewise."""
     boxes: Mapping[int, Float]
+    """(2, 3) of each target, body axes, metres."""
     towards_sun: Float | None = None
+    """(3,): unit, camera axes; None where the record says nothing of a Sun."""
     next_frame: OtherView | None = None
+    """The view of it; None where the record says nothing of one."""
     paired: OtherView | None = None
+    """The view of the paired camera, likewise."""
     lidar: Lidar | None = None
+    """The LiDAR, where the picture has its points."""
 
     @property
     def parts(self) -> int:

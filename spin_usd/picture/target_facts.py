@@ -21,12 +21,14 @@ MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by o
 
 @dataclass(frozen=True, kw_only=True)
 class PixelCounts:
-    """Counts of pixel centres: visible · amodal: within the frame, as if nothing else were there · beyond: the same,
-    outside the frame."""
+    """Counts of pixel centres."""
 
     visible: int
+    """Those that show the target."""
     amodal: int
+    """Those within the frame, as if nothing else were there."""
     beyond: float
+    """The same, outside the frame."""
 
     @property
     def visible_fraction(self) -> float | None:
@@ -87,21 +89,21 @@ def _whole_pixels(box: Float) -> Region:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TargetFacts:
-    """What a record says of a target beside its pose.
-
-    box_visible: tight box x0, y0, x1, y1 of the pixels that show it · box_amodal (2, 2): of its projected surface, in
-    the frame or not · truncated: whether some of it is outside the frame · box (2, 3): its own bounding box, in its own
-    axes, metres, and corners (8, 2): that in the picture, pixels · keypoints (N, 2) pixels, and their states. None or
-    NaN where there is none.
-    """
+    """What a record says of a target beside its pose; None or NaN where there is none."""
 
     counts: PixelCounts
     box_visible: list[int] | None
+    """Tight box x0, y0, x1, y1 of the pixels that show it."""
     box_amodal: Float | None
+    """(2, 2): that of its projected surface, in the frame or not."""
     truncated: bool
+    """Whether some of it is outside the frame."""
     box: Float
+    """(2, 3): its own bounding box, in its own axes, metres."""
     corners: Float
+    """(8, 2): those of that box in the picture, pixels."""
     keypoints: Float
+    """(N, 2) pixels."""
     states: tuple[KeypointState, ...]
 
 

@@ -49,19 +49,20 @@ class Expected:
 
 @dataclass(frozen=True, kw_only=True)
 class Chosen:
-    """The reason why a render's effort is what it is.
-
-    by: "quality" or "error" · asked: in the user's words · reason: a sentence · basis: the measurement, if there is one
-    · expected: its figures of the setting · note: a sentence of the measurement on a quality, to be said where this is
-    the stage that was measured; "" for none.
-    """
+    """The reason why a render's effort is what it is."""
 
     by: str
+    """"quality" or "error"."""
     asked: str
+    """What was asked, in the user's words."""
     reason: str
+    """A sentence."""
     basis: Basis | None = None
+    """The measurement, if there is one."""
     expected: Expected | None = None
+    """Its figures of the setting."""
     note: str = ""
+    """A sentence of the measurement on a quality, to be said where this is the stage that was measured; "" for none."""
 
     @property
     def recorded(self) -> EffortChoice:

@@ -31,37 +31,35 @@ STAGE_SHARE = 2  # processes at most that share the planning of a stage
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """A run planned: what the stage holds and what a run would make of it.
-
-    root: the stage's root layer, or its copy's
-    variants: those wanted, in their order
-    known_variants: all of the stage's
-    names: of all of the stage's frames
-    frames: names of those wanted, in all shards
-    stages: by variant, what a record says of the stage
-    origin: what the stage was made from
-    content: what all pictures share
-    pictures: those to make, by variant, then in the stage's order
-    skipped: what of their work they do not need, where that was asked
-    notes: sentences on what is rendered otherwise than the stage says
-    views: what the pictures show
-    trial_s: seconds of a trial of this machine, None where nobody asked
-    """
+    """A run planned: what the stage holds and what a run would make of it."""
 
     root: Path
+    """The stage's root layer, or its copy's."""
     settings: RenderSettings
     variants: tuple[str, ...]
+    """Those wanted, in their order."""
     known_variants: tuple[str, ...]
+    """All of the stage's."""
     names: tuple[str, ...]
+    """Those of all of the stage's frames."""
     frames: tuple[str, ...]
+    """Names of those wanted, in all shards."""
     stages: Mapping[str, Mapping[str, Any]]
+    """What a record says of the stage, by variant."""
     origin: StageOrigin
+    """What the stage was made from."""
     content: StageContent
+    """What all pictures share."""
     pictures: tuple[PlannedPicture, ...]
+    """Those to make, by variant, then in the stage's order."""
     skipped: tuple[SkippedCount, ...] = ()
+    """What of their work they do not need, where that was asked."""
     notes: tuple[str, ...] = ()
+    """Sentences on what is rendered otherwise than the stage says."""
     views: Views | None = None
+    """What the pictures show."""
     trial_s: float | None = None
+    """Seconds of a trial of this machine; None where nobody asked."""
 
 
 def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> Plan:

@@ -20,14 +20,16 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
-    """The pictures that a user asks for. effort: what the options come to · chosen: why, where it was not given.
+    """The pictures that a user asks for.
 
     Raises InputError for options that do not go together.
     """
 
     options: PictureOptions
     effort: Effort
+    """What the options come to."""
     chosen: Chosen | None = None
+    """Why it is that effort, where it was not given."""
 
     def __post_init__(self) -> None:
         for label in self.labels:
@@ -133,20 +135,18 @@ class RenderRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """The question that a plan answers.
-
-    devices: those that may render the light, of which the first that can is taken
-    labels: those whose keys are asked for
-    copy_to: a folder to copy the stage to first
-    explain: what of the work the scenes do not need
-    shard: whose pictures alone are planned, None for all
-    trial: whether to try how fast this machine is
-    """
+    """The question that a plan answers."""
 
     request: RenderRequest
     devices: tuple[str, ...] = (CPU,)
+    """Those that may render the light; the first that can is taken."""
     labels: tuple[str, ...] = ()
+    """Those whose keys are asked for."""
     copy_to: Path | None = None
+    """A folder to copy the stage to first."""
     explain: bool = False
+    """Whether to say what of the work the scenes do not need."""
     shard: Shard | None = None
+    """The one whose pictures alone are planned; None for all."""
     trial: bool = False
+    """Whether to try how fast this machine is."""

@@ -16,19 +16,20 @@ GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture
 
 @dataclass(frozen=True, kw_only=True)
 class TimeLimits:
-    """The time limits of a run's pictures: TIMES as long as each is expected to take.
-
-    options: of the run · workers, cores: that share the work · measured: timings of earlier runs and of this one, which
-    grow as it goes on; the slowest counts · min_s: seconds that every picture has at least · given: the user's own
-    limit for all pictures in seconds, None for none.
-    """
+    """The time limits of a run's pictures: TIMES as long as each is expected to take."""
 
     options: CommonWork
+    """Those of the run."""
     workers: int
+    """How many share the work."""
     cores: int
+    """How many they share."""
     measured: Sequence[Timings] = ()
+    """Timings of earlier runs and of this one, which grow as it goes on; the slowest counts."""
     min_s: float = MIN_S
+    """Seconds that every picture has at least."""
     given: float | None = None
+    """The user's own limit for all pictures in seconds; None for none."""
 
     def of(self, picture: PlannedPicture, kinds: Sequence[str]) -> float:
         """Return the seconds that a worker has for these kinds of file of the picture, its stage being open."""

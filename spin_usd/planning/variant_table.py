@@ -22,8 +22,10 @@ MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 @dataclass(frozen=True, kw_only=True)
 class VariantRow:
-    """The row of the variant `name`: pictures to make, and the label passes, renders and images (`exposures`) that none
-    before it has made, in the order of the variants; seconds of one core; bytes. `variants`: how many it stands for."""
+    """The work of a variant: seconds of one core, and bytes.
+
+    Label passes, renders and images (`exposures`) are those that no variant before it has made.
+    """
 
     name: str
     pictures: int
@@ -33,6 +35,7 @@ class VariantRow:
     seconds: float
     bytes: float
     variants: int = 1
+    """How many it stands for."""
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -41,15 +44,17 @@ class VariantRow:
 
 @dataclass(frozen=True, kw_only=True)
 class VariantTable:
-    """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
-    order; `slower`: how many times, this machine, than that of the constants;
-    `measured`: the kinds of work whose time runs have said instead."""
+    """One row a variant."""
 
     rows: tuple[VariantRow, ...]
     finished: int
+    """Pictures that the dataset has already."""
     works: tuple[Work, ...]
+    """Those of each picture to make, in their order."""
     slower: float
+    """How many times as long this machine takes as that of the constants."""
     measured: tuple[str, ...]
+    """The kinds of work whose time runs have said instead."""
 
     @property
     def total(self) -> VariantRow:

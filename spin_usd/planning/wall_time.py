@@ -21,12 +21,14 @@ SPEED_UP = 0.9  # power of the number of cores by which the renders of one worke
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """A picture's work in seconds of one core: the `render` uses all of a worker's cores, the `rest` one; more or
-    less. `device`: seconds of a graphics processor, which all workers share."""
+    """A picture's work in seconds of one core, more or less."""
 
     render: float
+    """Uses all of a worker's cores."""
     rest: float
+    """Uses one core."""
     device: float = 0.0
+    """Seconds of a graphics processor, which all workers share."""
 
     @classmethod
     def of(cls, seconds: Mapping[str, float]) -> "Work":

@@ -23,29 +23,31 @@ UNMEASURED: Mapping[str, float] = {"picture": 0.05, "sample": 1e-6}
 
 @dataclass(frozen=True, kw_only=True)
 class RendererEntry:
-    """A renderer's description, used before it is opened.
-
-    name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
-    needs and that not every Python has, and the Python that has it · graphics: the module that lists the graphics
-    processors it can use, "" for one that renders on the CPU alone · effort: the settings of
-    scene.effort.Effort it supports; others are refused · skips_work: whether its class takes `crop` and `keep`,
-    and does only the work that a scene needs, as renderers.skipped says · casts: whether its class takes the `caster`
-    of the run's labels, and casts its own rays by it · image_costs: seconds of one core for each unit of a render,
-    where the units are those of planning.work; units that do not stand here cost nothing · device_costs: likewise
-    seconds of a graphics processor, by `tools/bench device` on an NVIDIA H200.
-    """
+    """A renderer's description, used before it is opened."""
 
     name: str
+    """In `--renderer` and in records."""
     module: str
+    """Where its class is."""
     class_name: str
     library: str = ""
+    """A library that it needs and that not every Python has."""
     python: str = ""
+    """The Python that has that library."""
     graphics: str = ""
+    """The module that lists the graphics processors it can use; "" for one that renders on the CPU alone."""
     effort: frozenset[str] = frozenset({"samples"})
+    """The settings of scene.effort.Effort that it supports; others are refused."""
     skips_work: bool = False
+    """Whether its class takes `crop` and `keep`, and does only the work that a scene needs, as renderers.skipped says.
+    """
     casts: bool = False
+    """Whether its class takes the `caster` of the run's labels, and casts its own rays by it."""
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+    """Seconds of one core for each unit of a render. The units are those of planning.work; those that do not stand here
+    cost nothing."""
     device_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+    """Likewise seconds of a graphics processor, by `tools/bench device` on an NVIDIA H200."""
 
     @property
     def installed(self) -> bool:

@@ -28,16 +28,15 @@ Thread = tuple[int, int]  # the ids of a process and of one of its threads
 
 @dataclass(frozen=True, kw_only=True)
 class Usage:
-    """What a process and its descendants did while they were looked at, in seconds.
-
-    busy_s: processor time of the busiest thread at each time, which is the clock's on a free machine, however many
-    threads there are · idle_s: in which none of them ran, waited for a processor or was stopped · stopped_s: in which
-    somebody had stopped them (SIGSTOP).
-    """
+    """What a process and its descendants did while they were looked at, in seconds."""
 
     busy_s: float = 0.0
+    """Processor time of the busiest thread at each time. On a free machine it is the clock's, however many threads
+    there are."""
     idle_s: float = 0.0
+    """Time in which none of them ran, waited for a processor or was stopped."""
     stopped_s: float = 0.0
+    """Time in which somebody had stopped them (SIGSTOP)."""
 
     def since(self, before: "Usage") -> "Usage":
         """Return what was added since `before`."""

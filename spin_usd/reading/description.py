@@ -55,28 +55,36 @@ class Targets(tuple[N, ...]):
 
 @dataclass(frozen=True, kw_only=True)
 class DescribedPart:
-    """A part of a body. `id`: its number in the segmentation · `target`: the id of the target it is a part of, 0 of an
-    occluder."""
+    """A part of a body."""
 
     id: int
+    """Its number in the segmentation."""
     path: str
+    """That of its prim."""
     name: str
+    """What the stage calls it."""
     class_name: str
+    """What kind of part it is."""
     target: int
+    """The id of the target it is a part of, 0 of an occluder."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DescribedTarget:
-    """A target of the dataset. `id`: its number in the label `instance`, from 1 · size (3,): edges of its bounding box
-    along its own axes, metres · box (2, 3): least and largest coordinates in these axes, metres · keypoints: its named
-    points in them, metres."""
+    """A target of the dataset."""
 
     id: int
+    """Its number in the label `instance`, from 1."""
     name: str
+    """What the stage calls it."""
     path: str
+    """That of its prim."""
     size: Float
+    """(3,): edges of its bounding box along its own axes, metres."""
     box: Float
+    """(2, 3): least and largest coordinates in these axes, metres."""
     keypoints: Keypoints
+    """Its named points in these axes, metres."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -86,11 +94,12 @@ class DescribedTarget:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Description:
-    """targets: in order of their ids, also by their names · parts: of all bodies, by their ids, the numbers in the
-    segmentation."""
+    """What dataset.json says of the bodies."""
 
     targets: Targets[DescribedTarget]
+    """In order of their ids, also by their names."""
     parts: Mapping[int, DescribedPart]
+    """Those of all bodies, by their ids, the numbers in the segmentation."""
 
     def target(self, target: int | str) -> DescribedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""

@@ -14,11 +14,14 @@ MAX_TARGETS = 8  # whose measures the page shows; those of others are found amon
 
 
 class Measure(NamedTuple):
-    """title: what people call it · unit: "" where it has none · of: its value, NaN where there is none."""
+    """A number that pictures are chosen and described by."""
 
     title: str
+    """What people call it."""
     unit: str
+    """"" where it has none."""
     of: Callable[[Picture, PicturedTarget], float]
+    """Gives its value, NaN where there is none."""
 
 
 MEASURES = {

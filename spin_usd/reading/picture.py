@@ -86,12 +86,14 @@ class PointCloud:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureFile:
-    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it; of a
-    table each column's, by its name · channels: how many it has, or columns."""
+    """A file of a picture."""
 
     path: str
+    """Where it lies, relative to the dataset."""
     dtype: str | Mapping[str, str]
+    """The type of its numbers, as numpy names it; of a table each column's, by its name."""
     channels: int
+    """How many it has, or columns."""
 
     @classmethod
     def of(cls, file: RecordedFile) -> Self:

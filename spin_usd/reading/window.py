@@ -24,14 +24,17 @@ BETWEEN = 1e-9  # pixels: so near to the border of two, a centre lies on it but 
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """A part of an image, and what becomes of it. x0, y0, width, height: pixels of the image, beyond whose edges it may
-    reach, where all is 0 · size: width and height in pixels of its own."""
+    """A part of an image, and what becomes of it.
+
+    `x0`, `y0`, `width` and `height` are pixels of the image. The part may reach beyond its edges, where all is 0.
+    """
 
     x0: float
     y0: float
     width: float
     height: float
     size: tuple[int, int]
+    """Width and height in pixels of its own."""
 
     @classmethod
     def whole(cls, camera: Camera, size: tuple[int, int]) -> Self:

@@ -220,20 +220,23 @@ def centre_radius(camera: Camera) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class LensInverse:
-    """The way from distorted to undistorted coordinates that the shader goes, all in a `unit` of normalised coordinates
-    in which float32 neither overflows nor loses digits, however long the focal length.
+    """The way from distorted to undistorted coordinates that the shader goes.
 
-    start: a polynomial in the squared distorted radius, lowest power first, that scales distorted to undistorted
-    coordinates · steps: how many Newton steps must follow, none of which begins beyond the undistorted radius
-    `max_radius`, that of the frame · distortion: the lens's coefficients in that unit. A fisheye's start takes
-    distances to angles, and its max_radius is the distance of what lies at a right angle.
+    All is in a `unit` of normalised coordinates in which float32 neither overflows nor loses digits, however long the
+    focal length. A fisheye's start takes distances to angles, and its max_radius is the distance of what lies at a
+    right angle.
     """
 
     unit: float
     start: tuple[float, ...]
+    """A polynomial in the squared distorted radius, lowest power first, that scales distorted to undistorted
+    coordinates."""
     steps: int
+    """How many Newton steps must follow."""
     max_radius: float
+    """That of the frame, undistorted; no step begins beyond it."""
     distortion: tuple[float, ...]
+    """The lens's coefficients in that unit."""
 
 
 @lru_cache(maxsize=16)

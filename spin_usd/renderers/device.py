@@ -11,11 +11,13 @@ from spin_usd.scene.model import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Device:
-    """A kind of device. name: in `--device` and in records, in capitals also Cycles' own · shaders: whether Cycles runs
-    shaders in OSL there, as every lens but a near pinhole takes. Source: Blender's manual, Open Shading Language."""
+    """A kind of device."""
 
     name: str
+    """In `--device` and in records; in capitals also Cycles' own."""
     shaders: bool
+    """Whether Cycles runs shaders in OSL there, as every lens but a near pinhole takes. Source: Blender's manual, Open
+    Shading Language."""
 
 
 _ALL = (  # the fastest first

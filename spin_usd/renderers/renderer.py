@@ -55,21 +55,22 @@ class LabelPass(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OpenableScene:
-    """A scene as people open it in a renderer's own program.
-
-    scene: with its lights as they are · effort, seed: of the render that the program is to make · behind: (H, W, 3)
-    float32, W/m2/sr, of the whole frame, the background; None where that is black · camera_path: the
-    camera's prim · exposure: the factor from radiance to the screen's white, for the eye alone · readme: a text on what
-    is in the file.
-    """
+    """A scene as people open it in a renderer's own program."""
 
     scene: Scene
+    """With its lights as they are."""
     effort: Effort
+    """That of the render that the program is to make."""
     seed: int
+    """That of the same render."""
     behind: NDArray[np.float32] | None
+    """(H, W, 3), W/m2/sr, of the whole frame: the background; None where that is black."""
     camera_path: str
+    """The camera's prim."""
     exposure: float
+    """The factor from radiance to the screen's white, for the eye alone."""
     readme: Sequence[str]
+    """A text on what is in the file."""
 
 
 class SceneWriter(Protocol):

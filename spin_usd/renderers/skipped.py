@@ -28,11 +28,13 @@ TREE_FROM = 2  # as many lights are chosen among by what they do where they are 
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedWork:
-    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, MEASURED or UNBIASED."""
+    """Work that is skipped."""
 
     what: str
+    """By its short name in RULES."""
     why: str
     same: str
+    """BITS, MEASURED or UNBIASED."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,19 +130,17 @@ def skipped_work(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[Skip
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Requirements:
-    """The work that a picture requires, and the work that is `skipped`, with the reasons.
-
-    lights: indices of those with a place or a direction that shine on some body
-    light_tree: whether lights are chosen by what they do
-    filter_glossy: that of the effort, or 0
-    camera_shader: even where a plain camera would do
-    """
+    """The work that a picture requires, and the work that is `skipped`, with the reasons."""
 
     skipped: tuple[SkippedWork, ...]
     lights: tuple[int, ...]
+    """Indices of those with a place or a direction that shine on some body."""
     light_tree: bool
+    """Whether lights are chosen by what they do."""
     filter_glossy: float
+    """That of the effort, or 0."""
     camera_shader: bool
+    """Whether there is one even where a plain camera would do."""
 
     @classmethod
     def of(cls, scene: Scene, effort: Effort, keep: frozenset[str] = frozenset()) -> "Requirements":

@@ -19,12 +19,14 @@ GROUPS = (SUN, PLANET)
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint:
-    """`bears_on`: the parameters whose values decide it, any of them enough · `needs_planet`: it is about one."""
+    """A condition that sampled values must meet."""
 
     description: str
     holds: Callable[[Sky, float], np.ndarray]
     bears_on: tuple[str, ...]
+    """The parameters whose values decide it, any of them enough."""
     needs_planet: bool = False
+    """Whether it is about one."""
 
 
 def angle(a: Float, b: Float) -> Float:

@@ -30,14 +30,12 @@ class PlaceLaw(Protocol):
 @dataclass(frozen=True, kw_only=True)
 class OffsetLaw:
     """The distribution of the origin's offset: `across` and `down` pixels from the principal point, as a lens without
-    distortion would show it.
-
-    frame: width and height of the pictures whose pixels these are; in others they are the same share of the frame.
-    """
+    distortion would show it."""
 
     across: Distribution
     down: Distribution
     frame: tuple[int, int]
+    """Width and height of the pictures whose pixels these are; in others they are the same share of the frame."""
 
     def rays(self, rng: np.random.Generator, camera: Camera, count: int) -> Float:
         u, v = _pairs(self.across, self.down, rng, count)
@@ -90,10 +88,12 @@ class BesideLaw:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Balls:
-    """Balls around what a body must keep apart from: `middles` (N, 3), metres, camera frame · `radii` (N,), metres."""
+    """Balls around what a body must keep apart from."""
 
     middles: Float
+    """(N, 3), metres, camera frame."""
     radii: Float
+    """(N,), metres."""
 
     def apart(self, hull: Float, rotation: Float, translations: Float) -> NDArray[np.bool_]:
         """Return (M,) whether the ball of the body with the corners `hull` (N, 3), body frame, is GAP and more from all

@@ -163,11 +163,12 @@ Shared = Mapping[str, Sequence[str]]
 
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """One parameter's distribution; `per_frame`: sampled for each picture, else once."""
+    """One parameter's distribution."""
 
     parameter: str
     distribution: Distribution
     per_frame: bool = False
+    """Whether it is sampled for each picture, else once."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -44,21 +44,25 @@ class Chaser:
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectoryLaw:
-    """`path`: of the target past the camera's craft, or of that about the target · `step` seconds between pictures ·
-    `period` of the orbit, seconds · tilt: the camera's turn about its x and y, radians · centre_of_mass: about which
-    the target turns, body frame, metres · range: metres, which it never leaves · sun: the direction to the Sun, in the
-    orbit's axes at the start; it stays among the stars."""
+    """How the target and the camera's craft move."""
 
     path: RelativeOrbit | Transfer | Chaser
+    """That of the target past the camera's craft, or of the craft about the target."""
     spin: Spin | Tumble
     attitude: Distribution
     step: float
+    """Seconds between pictures."""
     period: float = math.inf
+    """That of the orbit, seconds."""
     tilt: tuple[float, float] = (0.0, 0.0)
+    """The camera's turn about its x and y, radians."""
     centre_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The point about which the target turns, body frame, metres."""
     range: tuple[float, float] = (0.0, math.inf)
+    """The least and greatest distance, metres, which it never leaves."""
     inside: Inside | None = None
     sun: Distribution | None = None
+    """The direction to the Sun, in the orbit's axes at the start; it stays among the stars."""
 
     def sample(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.

@@ -95,10 +95,12 @@ def torque_free(rate: Float, symmetry: ArrayLike, inertia: float, times: ArrayLi
 def tumbled(rate: Float, inertia: Float, times: Float) -> Float:
     """Return q_start_body (N, 4), unit quaternions, at the times (N), ascending, of a rigid body without torques.
 
-    rate: its angular velocity (3,) at the time 0, body frame · inertia: its tensor (3, 3), body frame.
-
     The attitude alone is integrated: the angular momentum is constant in space, so the body's own rate follows from
     where the body points (L. D. Landau and E. M. Lifshitz, "Mechanics", paragraph 36), and momentum is kept exactly.
+
+    Args:
+        rate: (3,): its angular velocity at the time 0, body frame.
+        inertia: (3, 3): its tensor, body frame.
     """
     from scipy.integrate import solve_ivp
 

@@ -37,15 +37,17 @@ class ImageTransform:
 
 @dataclass(frozen=True, kw_only=True)
 class ImageMap:
-    """A UsdUVTexture by its file: `output` of the image at the primvar `primvar` of the part, placed by `placement`,
-    decoded from `color_space` (SRGB or RAW), times `scale` plus `bias` (RGBA). `wrap`: of s and t."""
+    """A UsdUVTexture by its file: `output` times `scale` plus `bias` (RGBA), placed by `placement`."""
 
     file: ImageFile
     color_space: str
+    """SRGB or RAW, from which it is decoded."""
     output: str = "rgb"
     primvar: str = "st"
+    """That of the part which says where on the image a corner lies."""
     placement: ImageTransform = ImageTransform()
     wrap: tuple[str, str] = ("repeat", "repeat")
+    """Those of s and t."""
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
 
@@ -66,23 +68,27 @@ class ModelMaterial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshPart:
-    """points (P, 3) metres · face_counts (F,) corners of each face, 3 or more · face_indices (C,) points of the
-    corners, face after face · normals (C, 3) of the corners, or None where the file has none · face_material (F,)
-    indices into the asset's materials, -1 for none · primvars: values of the corners, (C, 2) coordinates on images by
-    the names that the images use, (C, 3) linear colours as displayColor · groups: names of what it belongs to in the
-    file, such as the nodes above its own.
+    """Faces with all that a file says of them.
 
     Raises GeometryError for points that are NaN, no faces, faces of fewer than 3 corners, indices out of range.
     """
 
     name: str
     points: Float
+    """(P, 3) metres."""
     face_counts: NDArray[np.int32]
+    """(F,) corners of each face, 3 or more."""
     face_indices: NDArray[np.int32]
+    """(C,) points of the corners, face after face."""
     normals: Float | None
+    """(C, 3) of the corners; None where the file has none."""
     face_material: NDArray[np.int32]
+    """(F,) indices into the asset's materials, -1 for none."""
     primvars: Mapping[str, Float] = field(default_factory=dict)
+    """Values of the corners: (C, 2) coordinates on images by the names that the images use, (C, 3) linear colours as
+    displayColor."""
     groups: tuple[str, ...] = ()
+    """Names of what it belongs to in the file, such as the nodes above its own."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", finite(self.points, (None, 3), f"points of part {self.name!r}"))
@@ -134,16 +140,17 @@ class MeshPart:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshAsset:
-    """A model from a mesh file. `notes` are sentences on what a user should know of how it was read;
-    `metres_per_unit`: how long the file says that its unit is; `up`: the axis that it calls up, empty where it does not
-    say."""
+    """A model from a mesh file."""
 
     name: str
     parts: tuple[MeshPart, ...]
     materials: tuple[ModelMaterial, ...] = ()
     notes: tuple[str, ...] = ()
+    """Sentences on what a user should know of how it was read."""
     metres_per_unit: float = 1.0
+    """How long the file says that its unit is."""
     up: str = ""
+    """The axis that it calls up; empty where it does not say."""
 
     def __post_init__(self) -> None:
         if not self.parts:

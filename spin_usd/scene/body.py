@@ -11,21 +11,19 @@ OCCLUDER = 0  # the id of all geometry that is no target, and of nothing in the 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Body:
-    """A target, or an occluder: geometry that only occludes, shades and reflects.
-
-    id: of a target, from 1 in the stage's order; 0 of an occluder
-    target: its shape, parts and materials; those of an occluder too
-    T_cam_body: its pose, in the middle of the exposure
-    poses: T_cam_body at 3, 5, 9, 17, ... equally spaced times while the shutter is open; none where nothing is blurred
-    part_offset: so much higher are its part ids in labels than the numbers of its own parts; None for as many as the
-    bodies before it in the scene have
-    """
+    """A target, or an occluder: geometry that only occludes, shades and reflects."""
 
     id: int
+    """That of a target, from 1 in the stage's order; 0 of an occluder."""
     target: Target
+    """Its shape, parts and materials; those of an occluder too."""
     T_cam_body: Transform
+    """Its pose, in the middle of the exposure."""
     poses: tuple[Transform, ...] = ()
+    """T_cam_body at 3, 5, 9, 17, ... equally spaced times while the shutter is open; none where nothing is blurred."""
     part_offset: int | None = None
+    """What is added to the numbers of its own parts to give their ids in labels. None stands for the number of parts of
+    the bodies before it in the scene."""
 
     def __post_init__(self) -> None:
         if self.id < OCCLUDER:

@@ -7,21 +7,22 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class Channels:
-    """The numbers of an image file, whose channels share a type, or of a table, whose columns have their own.
-
-    meaning: a phrase that says all · dtype: their type, as numpy names it; of a table each column's, by its name ·
-    holds: what each channel or column holds, by its name in the file, in order · unit: of the numbers, "" where they
-    have none · frame: the axes of coordinates, "cam", "body" or "lidar", "" where there are none · encoding: the
-    transfer curve of light to them, as Sensor has it, "" for a label · gamma: that of the encoding "gamma".
-    """
+    """The numbers of an image file, whose channels share a type, or of a table, whose columns have their own."""
 
     meaning: str
+    """A phrase that says all."""
     dtype: str | Mapping[str, str]
+    """The numbers' type, as numpy names it; of a table each column's, by its name."""
     holds: Mapping[str, str]
+    """What each channel or column holds, by its name in the file, in order."""
     unit: str = ""
+    """That of the numbers; "" where they have none."""
     frame: str = ""
+    """The axes of coordinates, "cam", "body" or "lidar"; "" where there are none."""
     encoding: str = ""
+    """The transfer curve of light to the numbers, as Sensor has it; "" for a label."""
     gamma: float | None = None
+    """That of the encoding "gamma"."""
 
     @property
     def names(self) -> tuple[str, ...]:

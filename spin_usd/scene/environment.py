@@ -13,28 +13,32 @@ from spin_usd.scene.texture import Color, Image
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Planet:
-    """An ellipsoid lit by the distant lights that light everything, which in turn lights the target where it
-    `illuminates`; it is seen, and eclipses them, all the same.
+    """An ellipsoid lit by the distant lights that light everything.
 
-    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their
-    albedo, and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column,
-    east to the right. Latitude is that of the surface's normal.
-    `night`: an image of lights that are seen by day and night; `night_radiance`: that of its white, W/m2/sr.
-    `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB. `appearance` counts
-    the changes to how planets are painted: it is part of what decides a picture.
+    It lights the target in turn where it `illuminates`; it is seen, and eclipses the lights, all the same. Its images
+    are of latitude and longitude, north at the top, longitude 0 in the middle column, east to the right. Latitude is
+    that of the surface's normal.
     """
 
     path: str = field(metadata=NAME)
     T_cam_planet: Transform
     radii: tuple[float, float, float]
+    """(3,): semi-axes along its own x, y, z, metres; z is its north."""
     albedo: Image | Color
+    """Lambert's."""
     clouds: Image | None = None
+    """Their albedo, and in alpha their opacity."""
     night: Image | None = None
+    """An image of lights that are seen by day and night."""
     night_radiance: Color = (0.0, 0.0, 0.0)
+    """That of the white of `night`, W/m2/sr."""
     atmosphere: float = 0.0
+    """Scale height in metres, 0 for none."""
     haze: Color = (0.0, 0.0, 0.0)
+    """The optical depth straight down, RGB."""
     illuminates: bool = True
     appearance: int = field(default=4, init=False)
+    """Counts the changes to how planets are painted: it is part of what decides a picture."""
 
     def __post_init__(self) -> None:
         if not all(0 < radius < np.inf for radius in self.radii):
@@ -59,17 +63,22 @@ class Stars:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackPlate:
-    """A picture behind everything, filling the frame, in a share `probability` of the pictures: one of `images`, turned
-    by an angle of the range `roll` (radians) and mirrored left to right with probability `mirror`; these choices are
-    sampled from the picture's seed. `radiance` is that of the image's white. It hides what a dome and stars would show,
-    and lights nothing."""
+    """A picture behind everything, filling the frame; it hides what a dome and stars would show, and lights nothing.
+
+    These choices are sampled from the picture's seed.
+    """
 
     path: str = field(metadata=NAME)
     images: tuple[Image, ...]
+    """One of these is shown."""
     radiance: Color
+    """That of the image's white."""
     probability: float = 1.0
+    """The share of the pictures that have it."""
     roll: tuple[float, float] = (0.0, 0.0)
+    """The range of the angle by which it is turned, radians."""
     mirror: float = 0.0
+    """The probability that it is mirrored left to right."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,15 +97,16 @@ class Environment:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sky:
-    """Places of Sun, target and planet in the pictures; arrays have one row for each picture, or one for all.
-
-    sun: unit directions to it · target: its middle, metres, in a ball of `target_radius` · planet: its centre, metres ·
-    radii: its least and greatest semi-axis · frame: unit directions (M, 3) through the rim of the picture.
-    """
+    """Places of Sun, target and planet in the pictures; arrays have one row for each picture, or one for all."""
 
     sun: Float | None
+    """Unit directions to it."""
     target: Float
+    """Its middle, metres, in a ball of `target_radius`."""
     target_radius: float
     planet: Float | None
+    """Its centre, metres."""
     radii: tuple[float, float]
+    """The planet's least and greatest semi-axis."""
     frame: Float
+    """(M, 3): unit directions through the rim of the picture."""

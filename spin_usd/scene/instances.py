@@ -18,17 +18,16 @@ MIRRORED_CORNERS = [0, 2, 1]  # a mirrored triangle's corners, so that they go c
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Instances:
-    """The `shape` in K places. A face is identified by its place, 0 to K - 1, and its number in the shape.
-
-    shape: its face_part are columns of `parts`, and its face_group is ignored · matrices (K, 3, 4) from the shape's
-    axes to the body's, metres, none of them flat · parts (K, C) uint16 part ids · groups (K,) uint16 numbers that light
-    links name.
-    """
+    """The `shape` in K places. A face is identified by its place, 0 to K - 1, and its number in the shape."""
 
     shape: Shape
+    """Its face_part are columns of `parts`, and its face_group is ignored."""
     matrices: Float
+    """(K, 3, 4) from the shape's axes to the body's, metres, none of them flat."""
     parts: NDArray[np.uint16]
+    """(K, C) part ids."""
     groups: NDArray[np.uint16]
+    """(K,) numbers that light links name."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrices", finite(self.matrices, (None, 3, 4), "instances' matrices"))

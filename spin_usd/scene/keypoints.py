@@ -8,10 +8,12 @@ from spin_usd.arrays import Float
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Keypoints:
-    """names (K,), each once · points (K, 3): body axes, metres, double precision."""
+    """Named points of a body, K of them."""
 
     names: tuple[str, ...]
+    """(K,), each once."""
     points: Float
+    """(K, 3): body axes, metres, double precision."""
 
 
 class KeypointState(StrEnum):

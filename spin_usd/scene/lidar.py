@@ -27,26 +27,27 @@ GOLDEN = (math.sqrt(5) - 1) / 2  # turns of a rosette's second prism for one of 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lidar:
-    """A LiDAR of one scene. Its axes are x forward, y left, z up; T_cam_lidar maps them to the camera's.
-
-    pattern: a name of PATTERNS, which says what rows, columns and the spans of azimuth and elevation,
-    degrees, are · range_limits: the least and the largest range that it measures, metres · noise_constant, metres, and
-    noise_proportional, a share of the range: the standard deviation of a range is their sum · drop_out: share of the
-    returns that are lost by chance · max_incidence_deg: from the surface's normal, degrees: a beam that meets a surface
-    at a larger angle does not come back.
-    """
+    """A LiDAR of one scene. Its axes are x forward, y left, z up; T_cam_lidar maps them to the camera's."""
 
     T_cam_lidar: Transform
     pattern: str = "raster"
+    """A name of PATTERNS, which says what the next four are."""
     rows: int = 128
     columns: int = 128
     azimuth_deg: tuple[float, float] = (-10.0, 10.0)
+    """The span of azimuths, degrees."""
     elevation_deg: tuple[float, float] = (-10.0, 10.0)
+    """The span of elevations, degrees."""
     range_limits: tuple[float, float] = (0.1, 1000.0)
+    """The least and the largest range that it measures, metres."""
     noise_constant: float = 0.0
+    """Metres. The standard deviation of a range is the sum of this and the next."""
     noise_proportional: float = 0.0
+    """A share of the range."""
     drop_out: float = 0.0
+    """Share of the returns that are lost by chance."""
     max_incidence_deg: float = 90.0
+    """The largest angle from the surface's normal, degrees, at which a beam comes back."""
 
     def __post_init__(self) -> None:
         for wrong, found in self._conditions():
@@ -107,13 +108,12 @@ class Lidar:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RangeFinder:
-    """A laser range finder, which lights a cone evenly along the z axis of its own axes, x right, y down.
-
-    T_cam_finder maps them to the camera's · divergence_deg: full angle of the cone.
-    """
+    """A laser range finder, which lights a cone evenly along the z axis of its own axes, x right, y down."""
 
     T_cam_finder: Transform
+    """Maps its axes to the camera's."""
     divergence_deg: float
+    """The full angle of the cone."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.divergence_deg <= WIDEST_CONE_DEG:

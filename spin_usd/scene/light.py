@@ -22,15 +22,17 @@ Links = frozenset[int] | None
 
 @dataclass(frozen=True, kw_only=True)
 class DistantLight:
-    """A Sun. `direction_cam` (unit) is where its light travels *to*; `irradiance` is that of a plane that faces all of
-    it, as on planets; `obscuration` is the share of it that planets keep away from the target; `angle` is its angular
-    diameter in radians. `lights` and `shadowed_by` are light links."""
+    """A Sun. `lights` and `shadowed_by` are light links."""
 
     path: str = field(compare=False, metadata=NAME)
     direction_cam: tuple[float, float, float]
+    """Unit: where its light travels *to*."""
     irradiance: Color
+    """That of a plane that faces all of it, as on planets."""
     angle: float = 0.0
+    """Its angular diameter, radians."""
     obscuration: float = 0.0
+    """The share of it that planets keep away from the target."""
     shadows: bool = True
     lights: Links = None
     shadowed_by: Links = None
@@ -58,8 +60,7 @@ class Shaping:
 class AreaLight(ABC):
     """A source with a place: one of the classes below, which give its shape and its lengths in metres.
 
-    `emission`: the radiance of every point of its surface; a point's radiant intensity. It counts in keys by its shape
-    and size, so that classes and fields can be renamed.
+    It counts in keys by its shape and size, so that classes and fields can be renamed.
     """
 
     shape: ClassVar[str]
@@ -69,6 +70,7 @@ class AreaLight(ABC):
     path: str = field(metadata=NAME)
     T_cam_light: Transform
     emission: Color
+    """The radiance of every point of its surface; a point's radiant intensity."""
     shaping: Shaping | None = None
     shadows: bool = True
     lights: Links = None

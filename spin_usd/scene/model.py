@@ -42,22 +42,28 @@ def augmentation_and_camera(variant: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, kw_only=True)
 class FrameId:
-    """The identity of a picture: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's,
-    `variant` that of `variant_of`, `source_file` the file that its pose was given for, "" where there is none."""
+    """The identity of a picture."""
 
     index: int
+    """Its place, from 0."""
     name: str
+    """The image's stem."""
     time_code: float
+    """The stage's."""
     variant: str = NOMINAL
+    """That of `variant_of`."""
     source_file: str = ""
+    """The file that its pose was given for; "" where there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThinLens:
-    """Depth of field: what lies `focus` metres (planar z) away is sharp. `radius`: the aperture's, metres."""
+    """Depth of field."""
 
     radius: float
+    """The aperture's, metres."""
     focus: float
+    """The planar z at which things are sharp, metres."""
 
     def __post_init__(self) -> None:
         for name in ("radius", "focus"):
@@ -67,15 +73,19 @@ class ThinLens:
 
 @dataclass(frozen=True, kw_only=True)
 class Shutter:
-    """Motion blur: the bodies have poses at equally spaced times from the first row's opening to the last row's
-    closing. Between them a body's centre moves straight and its attitude turns steadily. `readout`: share of that time
-    between the first row's opening and the last row's; 0 is a global shutter, 1 exposes each row for an instant; the
-    picture's `first_row` and `last_row` lie there between the detector's, 0 and 1, where a row stands for several. Only
-    this motion is blurred: light, background, lens and the bodies' shapes are those of the middle."""
+    """Motion blur by the bodies' poses, at equally spaced times from the first row's opening to the last row's closing.
+
+    Between them a body's centre moves straight and its attitude turns steadily. Only this motion is blurred: light,
+    background, lens and the bodies' shapes are those of the middle.
+    """
 
     readout: float = 0.0
+    """The share of that time between the first row's opening and the last row's; 0 is a global shutter, 1 exposes each
+    row for an instant."""
     first_row: float = 0.0
+    """Where the picture's first row lies between the detector's, 0 and 1, if a row stands for several."""
     last_row: float = 1.0
+    """Where its last row lies, likewise."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.readout <= 1:
@@ -93,19 +103,13 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, bodies and their poses, lights, the background, optics and sensor at one time code, and the LiDAR
-    and the laser range finder, where there are such.
-
-    bodies: targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
-    `one_body_scenes` · next_frame: the scene of the stage's next frame, where a label asks for it · paired: the same
-    moment as another camera of the stage sees it, likewise: the second for the first, the first for all others · rig:
-    which camera it is, None where the stage has one alone · classes: the class names of all parts of the stage, by
-    their ids in labels from 1; none where only the parts of these bodies are known.
-    """
+    """All that one picture shows, at one time code."""
 
     frame: FrameId
     camera: Camera
     bodies: tuple[Body, ...]
+    """Targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
+    `one_body_scenes`."""
     lights: tuple[Light, ...]
     sensor: Sensor
     environment: Environment = field(default_factory=Environment)
@@ -113,11 +117,19 @@ class Scene:
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
     next_frame: "Scene | None" = None
+    """The scene of the stage's next frame, where a label asks for it."""
     paired: "Scene | None" = None
+    """The same moment as another camera of the stage sees it, likewise: the second for the first, the first for all
+    others."""
     rig: Rig | None = None
+    """Which camera it is; None where the stage has one alone."""
     lidar: Lidar | None = None
+    """Where there is one."""
     range_finder: RangeFinder | None = None
+    """The laser's, where there is one."""
     classes: tuple[str, ...] = ()
+    """The class names of all parts of the stage, by their ids in labels from 1; none where only the parts of these
+    bodies are known."""
 
     def __post_init__(self) -> None:
         if not self.bodies:

@@ -7,12 +7,14 @@ from fnmatch import fnmatchcase
 
 @dataclass(frozen=True, kw_only=True)
 class PartRule:
-    """pattern: of names, with *, ? and [...], in capitals or not · part: the part's name · class_name: None for the
-    class that it has already."""
+    """Which part surfaces of certain names belong to."""
 
     pattern: str
+    """Of names, with *, ? and [...], in capitals or not."""
     part: str
+    """The part's name."""
     class_name: str | None = None
+    """None for the class that it has already."""
 
     def matches(self, names: Iterable[str]) -> bool:
         """Return whether the pattern matches one of the names, or is one: some names hold brackets."""

@@ -28,21 +28,25 @@ def repeated_name(names: Sequence[str]) -> tuple[int, int] | None:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseList:
-    """names (N) are unique, also where capitals do not count · q_cam_body (N, 4) unit quaternions, scalar first ·
-    t_cam_body (N, 3) metres · files (N): what the names are called where they come from, such as img000001.jpg; empty
-    where that is nowhere · source is where they come from · lists: how many lists of which format a folder had, in
-    words; "" for a file · notes: what was decided when they were read, for the user.
+    """The poses of a body in N pictures.
 
     Quaternions are normalised; GeometryError when one is off by more than rounding.
     """
 
     names: tuple[str, ...]
+    """(N), unique, also where capitals do not count."""
     q_cam_body: Float
+    """(N, 4) unit quaternions, scalar first."""
     t_cam_body: Float
+    """(N, 3) metres."""
     files: tuple[str, ...] = ()
+    """(N): what the names are called where they come from, such as img000001.jpg; empty where that is nowhere."""
     source: str = ""
+    """Where they come from."""
     lists: str = ""
+    """How many lists of which format a folder had, in words; "" for a file."""
     notes: tuple[str, ...] = ()
+    """What was decided when they were read, for the user."""
 
     def __post_init__(self) -> None:
         count = len(self.names)

@@ -12,24 +12,27 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 class Optics:
     """Effects of lens and housing on light, in pixels of the detector; none by default.
 
-    psf_sigma: standard deviation of the Gaussian core of the point spread function.
-    glare: share of all light that is scattered into a wide halo, whose profile is (1 + (r / glare_core)^2) **
-    (-glare_falloff / 2) at r pixels. glare_falloff is above 2: a halo that falls off slower holds infinite energy.
-    bloom_*: an artist's glow, to match other simulators: of the light above `bloom_threshold` (unit range, linear) the
-    share 2 ** `bloom_intensity` - 1 is spread as wide as `bloom_scatter` (0 to 1) says.
-    cos_fourth: natural vignetting. vignetting (a, b, c): gain 1 + a r^2 + b r^4 + c r^6, r from the principal point in
-    half diagonals of the frame.
+    Glare is a wide halo, whose profile is (1 + (r / glare_core)^2) ** (-glare_falloff / 2) at r pixels. Bloom is an
+    artist's glow, to match other simulators.
     """
 
     psf_sigma: float = 0.0
+    """Standard deviation of the Gaussian core of the point spread function."""
     glare: float = 0.0
+    """Share of all light that is scattered into the halo."""
     glare_core: float = 4.0
     glare_falloff: float = 3.0
+    """Above 2: a halo that falls off slower holds infinite energy."""
     bloom_intensity: float = 0.0
+    """The share 2 ** `bloom_intensity` - 1 of that light is spread."""
     bloom_scatter: float = 0.7
+    """How wide it is spread, 0 to 1."""
     bloom_threshold: float = 1.0
+    """The light above this blooms (unit range, linear)."""
     cos_fourth: bool = False
+    """Natural vignetting."""
     vignetting: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """(a, b, c): gain 1 + a r^2 + b r^4 + c r^6, r from the principal point in half diagonals of the frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,39 +46,50 @@ class AutoExposure:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """Settings by which radiance becomes numbers. The unit range is that of the signal: its 1 is the ADC's full scale.
+    """Settings by which radiance becomes numbers.
 
-    exposure: factor from radiance (W/m2/sr) to the unit range. time: seconds. iso: in ISO's numbers. auto_exposure: the
-    metering; None for an exposure as it is given. channels: "mono" or "rgb"; mono adds red, green and blue by
-    `panchromatic`. quantum_efficiency: shares of the red, green and blue light that are detected. panchromatic: weights
-    by which a mono sensor adds red, green and blue. gain: electrons per step of the ADC at ISO 100; 0 for a detector
-    without noise or steps. full_well: electrons that a pixel holds at most; 0 for any number. read_noise: its standard
-    deviation, electrons; 0 for none. dark_current: electrons per second. prnu: standard deviation of the pixels'
-    relative gain. pattern_seed: the seed of the pattern of those gains, which is sampled once for all pictures.
-    adc_bits: bits of the ADC. black_level: steps of the ADC that are added to the signal. contrast: exponent of the
-    linear signal about mid-grey. saturation: factor on each colour's distance from its luminance. filter: factors on
-    red, green and blue. encoding: the transfer curve of the written numbers: "linear", "srgb", or "gamma". gamma: what
-    the encoding "gamma" takes the root of. bit_depth: bits of the written numbers, 8 or 16.
+    The unit range is that of the signal: its 1 is the ADC's full scale.
     """
 
     exposure: float = 1.0
+    """Factor from radiance (W/m2/sr) to the unit range."""
     time: float = 0.01
+    """Seconds."""
     iso: float = 100.0
+    """In ISO's numbers."""
     auto_exposure: AutoExposure | None = None
+    """The metering; None for an exposure as it is given."""
     channels: str = "mono"
+    """"mono" or "rgb"; mono adds red, green and blue by `panchromatic`."""
     quantum_efficiency: Color = (1.0, 1.0, 1.0)
+    """Shares of the red, green and blue light that are detected."""
     panchromatic: Color = LUMINANCE
+    """Weights by which a mono sensor adds red, green and blue."""
     gain: float = 0.0
+    """Electrons per step of the ADC at ISO 100; 0 for a detector without noise or steps."""
     full_well: float = 0.0
+    """Electrons that a pixel holds at most; 0 for any number."""
     read_noise: float = 0.0
+    """Its standard deviation, electrons; 0 for none."""
     dark_current: float = 0.0
+    """Electrons per second."""
     prnu: float = 0.0
+    """Standard deviation of the pixels' relative gain."""
     pattern_seed: int = 0
+    """The seed of the pattern of those gains, which is sampled once for all pictures."""
     adc_bits: int = 12
+    """Bits of the ADC."""
     black_level: float = 0.0
+    """Steps of the ADC that are added to the signal."""
     contrast: float = 1.0
+    """Exponent of the linear signal about mid-grey."""
     saturation: float = 1.0
+    """Factor on each colour's distance from its luminance."""
     filter: Color = (1.0, 1.0, 1.0)
+    """Factors on red, green and blue."""
     encoding: str = "srgb"
+    """The transfer curve of the written numbers: "linear", "srgb", or "gamma"."""
     gamma: float = 2.2
+    """What the encoding "gamma" takes the root of."""
     bit_depth: int = 8
+    """Bits of the written numbers, 8 or 16."""

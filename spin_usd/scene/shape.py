@@ -20,20 +20,23 @@ FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 class Shape:
     """Triangles in axes of their own.
 
-    points (P, 3) float64 metres · faces (F, 3) int32, counter-clockwise seen from outside · face_part (F,) uint16
-    part ids · face_material (F,) int32 indices into Target.materials · corner_normals (F, 3, 3) float32 unit shading
-    normals (the face's own normal where a face is flat) · face_group (F,) uint16 numbers that light links name, 0
-    unless given · primvars: (F, 3, C) float32 values at the corners, C 1 to 4, by name.
     Raises GeometryError for what a renderer must never see: NaN, indices out of range, too many faces.
     """
 
     points: Float
+    """(P, 3) metres."""
     faces: NDArray[np.int32]
+    """(F, 3), counter-clockwise seen from outside."""
     face_part: NDArray[np.uint16]
+    """(F,) part ids."""
     face_material: NDArray[np.int32]
+    """(F,) indices into Target.materials."""
     corner_normals: NDArray[np.float32]
+    """(F, 3, 3) unit shading normals; the face's own normal where a face is flat."""
     face_group: NDArray[np.uint16] | None = None
+    """(F,) numbers that light links name, 0 unless given."""
     primvars: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """(F, 3, C) values at the corners, C 1 to 4, by name."""
 
     def __post_init__(self) -> None:
         count = len(self.faces)

@@ -15,14 +15,16 @@ Loop's scheme leaves of a tetrahedron, where it leaves the least, 1 / 3.43 (7 / 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceBounds:
-    """Boxes (2, 3), metres, in body axes: `polygons` holds the model's plain polygons exactly, None where it has none;
-    `whole` holds everything, and is tight only where `exact`, that is, where nothing but plain polygons is there.
-    `error`: how far the other reader's own box may be off, of the largest coordinate or edge."""
+    """Boxes (2, 3) of a model as another reader finds them, metres, in body axes."""
 
     whole: Float
+    """Holds everything."""
     polygons: Float | None
+    """Holds the model's plain polygons exactly; None where it has none."""
     exact: bool
+    """Whether `whole` is tight: nothing but plain polygons is there."""
     error: float = ROUNDING
+    """How far the other reader's own box may be off, of the largest coordinate or edge."""
 
     def agree_with(self, written: Float) -> bool:
         """Return whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""

@@ -90,8 +90,14 @@ class FileImage(Image):
         key: Callable[[], str],
         bands: Callable[[], Iterator[NDArray[np.float32]]],
     ) -> None:
-        """size: rows and columns · whole: whether the file holds whole numbers, which stand for 0 to 1 · key: returns
-        the digest of what decides the numbers, without decoding them · bands: decodes them, as Image.bands has it."""
+        """Know of an image without decoding it.
+
+        Args:
+            size: Rows and columns.
+            whole: Whether the file holds whole numbers, which stand for 0 to 1.
+            key: Returns the digest of what decides the numbers, without decoding them.
+            bands: Decodes them, as Image.bands has it.
+        """
         object.__setattr__(self, "name", name)
         self._size, self._whole, self._key, self._bands = size, whole, key, bands
         self._channels: dict[int, NDArray[np.float32]] = {}
@@ -158,25 +164,27 @@ class Tiles:
 
 @dataclass(frozen=True, kw_only=True)
 class Coordinates:
-    """The place of a surface point on an image: the 2-D primvar of that name, or `constant` where `primvar` is None,
-    moved by `matrix`, the rows of [[a, b, c], [d, e, f]]: s' = a s + b t + c, t' = d s + e t + f. (0, 0) is the image's
-    lower left corner, (1, 1) its upper right."""
+    """The place of a surface point on an image; (0, 0) is the image's lower left corner, (1, 1) its upper right."""
 
     primvar: str | None = "st"
+    """The name of the 2-D primvar that gives it."""
     constant: tuple[float, float] = (0.0, 0.0)
+    """The place where `primvar` is None."""
     matrix: tuple[float, float, float, float, float, float] = IDENTITY
+    """The rows of [[a, b, c], [d, e, f]], which moves it: s' = a s + b t + c, t' = d s + e t + f."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Texture:
-    """A UsdUVTexture's output: one of OUTPUTS of `image` looked up bilinearly at `coordinates`, times `scale` plus
-    `bias` (RGBA). `wrap`: of s and t, each one of WRAPS; tiles are all clamped to their own edges."""
+    """A UsdUVTexture's output: `image` looked up bilinearly at `coordinates`, times `scale` plus `bias` (RGBA)."""
 
     path: str = field(compare=False, metadata=NAME)
     image: Image | Tiles
     output: str = "rgb"
+    """One of OUTPUTS."""
     coordinates: Coordinates = Coordinates()
     wrap: tuple[str, str] = ("repeat", "repeat")
+    """Those of s and t, each one of WRAPS; tiles are all clamped to their own edges."""
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
 

@@ -19,7 +19,9 @@ def pose_from_keypoints(points: Float, pixels: Float, camera: Camera) -> tuple[F
     """Return q_cam_body (4,), scalar first, and t_cam_body (3,), metres; None where no pose puts enough of the points
     before the camera and near their pixels.
 
-    points: (K, 3) in the body's axes, metres · pixels: (K, 2) where each was found, (0, 0) being the image's corner.
+    Args:
+        points: (K, 3) in the body's axes, metres.
+        pixels: (K, 2) where each was found, (0, 0) being the image's corner.
     """
     import cv2  # not above: it is slow to load
 

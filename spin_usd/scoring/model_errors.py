@@ -23,22 +23,24 @@ BOP_WIDTH = 640
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelErrors:
-    """(N,) each, metres but of `mspd`, pixels: add, the mean distance between a point where it is and where it was
-    predicted · add_s, from each true point to the nearest predicted one · mssd, the largest distance, of a point from
-    itself · mspd, the largest in the image, without its lens's distortion; infinite where a point is behind the
-    camera."""
+    """Errors of N poses by the points of a model, (N,) each; metres, but for `mspd`, pixels."""
 
     add: Float
+    """The mean distance between a point where it is and where it was predicted."""
     add_s: Float
+    """The mean distance from each true point to the nearest predicted one."""
     mssd: Float
+    """The largest distance of a point from itself."""
     mspd: Float
+    """The largest in the image, without its lens's distortion; infinite where a point is behind the camera."""
 
 
 def model_errors(points: Float, hull: Float, poses: Float, true_poses: Float, camera: Camera) -> ModelErrors:
     """Return the errors of `poses` (N, 4, 4) from `true_poses`, T_cam_body both.
 
-    points: (P, 3) of the model's surface, body axes, metres · hull: (H, 3) those whose convex hull is the model's, for
-    the largest distance is that of one of them.
+    Args:
+        points: (P, 3) of the model's surface, body axes, metres.
+        hull: (H, 3) those whose convex hull is the model's: the largest distance is that of one of them.
     """
     from scipy.spatial import KDTree  # not above: it takes long to load
 

@@ -19,12 +19,14 @@ ATTITUDE_THRESHOLD = np.deg2rad(0.169)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseErrors:
-    """position (N,): metres between true and predicted origins · attitude (N,): the angle of the rotation between the
-    two, radians, 0 to pi · range (N,): true distances, metres."""
+    """How far N predicted poses are off."""
 
     position: Float
+    """(N,): metres between true and predicted origins."""
     attitude: Float
+    """(N,): the angle of the rotation between the two, radians, 0 to pi."""
     range: Float
+    """(N,): true distances, metres."""
 
     @classmethod
     def of(cls, *, q: Float, t: Float, true_q: Float, true_t: Float) -> Self:

@@ -35,10 +35,13 @@ def write_atomically(
 ) -> str:
     """Write the bytes that `encode` returns into the file `name` of the folder, and return their sha256 (hex).
 
-    place: says of the sha256 where the file goes, where not to `name` · also: a second name of the file there, or of a
-    copy where the file system has no links · forced: whether the bytes are on the disk before the file is in its place;
-    else a power cut may leave less of it. Raises OutputError, or the SpinError that `encode` raises, leaving nothing,
-    or the file without its second name.
+    Raises OutputError, or the SpinError that `encode` raises, leaving nothing, or the file without its second name.
+
+    Args:
+        place: Says of the sha256 where the file goes, where not to `name`.
+        also: A second name of the file there, or of a copy where the file system has no links.
+        forced: Whether the bytes are on the disk before the file is in its place; else a power cut may leave less of
+            it.
     """
     temporary, second = _temporary(work, name), _temporary(work, name) if also else None
     with _named(folder.root / name, temporary, second):

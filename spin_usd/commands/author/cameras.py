@@ -31,14 +31,18 @@ ROUNDED = 1e-3  # of a quaternion's norm: what three decimals leave
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChosenCameras:
-    """The cameras that a user chose. layer, name: the first one's, whose name is "" where none was given · further:
-    those beside it · files: all of them, by their roles, and the pose lists · notes: on what was read."""
+    """The cameras that a user chose."""
 
     layer: Layer
+    """The first one's."""
     name: str
+    """The first one's; "" where none was given."""
     further: tuple[FurtherCamera, ...]
+    """Those beside the first."""
     files: dict[str, Path]
+    """All of them by their roles, and the pose lists."""
     notes: tuple[str, ...]
+    """On what was read."""
 
 
 def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:

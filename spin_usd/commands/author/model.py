@@ -84,14 +84,16 @@ WITH_TEXT = re.compile(r"(.+?):([a-z_]+=.*)")
 
 @dataclass(frozen=True, kw_only=True)
 class OtherBody:
-    """A body beside the first target. file: its model's · occluder: whether it is fixed to the camera and no target ·
-    poses: the pose list that it follows, or a folder of such, None for none · said: what its poses are sampled from,
-    or ATTACHED where it moves with the first target, in whose axes it is modelled."""
+    """A body beside the first target."""
 
     file: Path
+    """Its model's."""
     occluder: bool
+    """Whether it is fixed to the camera and no target."""
     poses: Path | None = None
+    """The pose list that it follows, or a folder of such; None for none."""
     said: BodyText = NOTHING_SAID
+    """What its poses are sampled from. ATTACHED moves with the first target, in whose axes it is modelled."""
 
     @property
     def attached(self) -> bool:

@@ -21,11 +21,13 @@ INSISTS = "--any-size insists"
 
 @dataclass(frozen=True, kw_only=True)
 class ModelUnit:
-    """The unit of the model in `file`: `per_metre` of them are a metre; `given`: --units-per-metre says so."""
+    """The unit of the model in `file`."""
 
     file: Path
     per_metre: float
+    """How many of them are a metre."""
     given: bool
+    """Whether --units-per-metre says so."""
 
     def words(self, per_metre: float) -> str:
         """Return the option or the line of the file that would say that so many units are a metre."""

@@ -7,29 +7,31 @@ from spin_usd.scene.derived.views import Views
 
 @dataclass(frozen=True, kw_only=True)
 class AuthorReport:
-    """A stage that author wrote.
-
-    root: its root layer's path · frames: how many pictures it has · target: the target's name · meshes: how many it has
-    · camera: the camera's file · views: what the pictures show · notes:
-    sentences on what a user should know.
-    """
+    """A stage that author wrote."""
 
     root: str
+    """Its root layer's path."""
     frames: int
+    """How many pictures it has."""
     target: str
+    """The target's name."""
     meshes: int
+    """How many the target has."""
     camera: str
+    """The camera's file."""
     views: Views
+    """What the pictures show."""
     notes: tuple[str, ...]
+    """Sentences on what a user should know."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentReport:
-    """Augmentations that augment wrote.
-
-    root: the path of the root layer that has them · augmentations: their names · spec: the specification's name.
-    """
+    """Augmentations that augment wrote."""
 
     root: str
+    """The path of the root layer that has them."""
     augmentations: tuple[str, ...]
+    """Their names."""
     spec: str
+    """The specification's name."""

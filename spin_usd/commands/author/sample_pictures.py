@@ -35,11 +35,12 @@ Check = Callable[[Value], None]
 
 @dataclass(frozen=True, kw_only=True)
 class SampledPictures:
-    """The pictures of a base, by their names. shared: for parameters per frame whose value several pictures share, the
-    name that each picture's value is sampled for; where a constraint has it sampled again, they change together."""
+    """The pictures of a base, by their names."""
 
     names: Sequence[str]
     shared: Shared = field(default_factory=dict)
+    """The name for which each picture's value is sampled, for parameters per frame whose value several pictures share.
+    They change together where a constraint has it sampled again."""
 
     def sampled_for(self, parameter: str) -> Sequence[str]:
         return self.shared.get(parameter, self.names)

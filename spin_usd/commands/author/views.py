@@ -28,11 +28,12 @@ DIM = 0.1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComposedTarget:
-    """The target's surface as the stage composes it, and the views. grey: whether pictures are, though it is not."""
+    """The target's surface as the stage composes it, and the views."""
 
     mesh: Mesh
     views: Views
     grey: bool
+    """Whether pictures are, though it is not."""
 
 
 def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget:

@@ -81,13 +81,13 @@ def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class RuleFindings:
-    """The findings by the rule `code` that are of one severity, at least one. remedy: what to do about all of them; ""
-    where that differs or is not said."""
+    """The findings by the rule `code` that are of one severity, at least one."""
 
     code: str
     severity: str
     findings: Sequence[Finding]
     remedy: str
+    """What to do about all of them; "" where that differs or is not said."""
 
     @property
     def count(self) -> str:

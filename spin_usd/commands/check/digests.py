@@ -56,7 +56,10 @@ def special_file_finding(node: Node) -> Finding:
 def provenance_findings(where: str, variant: str, stage: StageProvenance, inventory: Inventory) -> Iterator[Finding]:
     """Yield a warning where the stage has changed since, an error for each of its layers that is not as it was.
 
-    where: the record of a picture · variant, stage: the picture's, and what its provenance says of the stage.
+    Args:
+        where: The record of a picture.
+        variant: The picture's.
+        stage: What the picture's provenance says of it.
     """
     description = inventory.description
     if description and description.stage.hashes.get(variant) != stage.hash:

@@ -11,23 +11,25 @@ from spin_usd.store.cache import Purpose
 
 @dataclass(kw_only=True)
 class Inventory:
-    """The contents of the dataset in the folder `root`.
-
-    description: its dataset.json, None where that cannot be used · present: names of the files that are there · the
-    others are of the records seen so far: those that cannot be used, the files that the others list, what they use of
-    the cache, the inodes (device, number) of files that were verified, the layers by name and sha256, with whether they
-    have that, and the names of what is missing of the stage, which has a finding.
-    """
+    """The contents of the dataset in the folder `root`, which grow with each record that is seen."""
 
     root: Path
     description: DatasetDescription | None
+    """Its dataset.json, None where that cannot be used."""
     present: Set[str]
+    """Names of the files that are there."""
     unread: set[str] = field(default_factory=set)
+    """Records that cannot be used."""
     files: set[str] = field(default_factory=set)
+    """The files that the other records list."""
     uses: set[Purpose] = field(default_factory=set)
+    """What these records use of the cache."""
     inodes: set[tuple[int, int]] = field(default_factory=set)
+    """Device and number of each file that was verified."""
     layers: dict[tuple[str, str], bool] = field(default_factory=dict)
+    """Whether the stage has a layer, by its name and sha256."""
     missing: set[str] = field(default_factory=set)
+    """Names of what is missing of the stage, which has a finding."""
 
     def add(self, files: list[str], uses: list[Purpose]) -> None:
         """Take in what a record lists: its `files`, which were verified, and its `uses` of the cache."""

@@ -61,8 +61,14 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckRepo
 
 
 class _Repair:
-    """The repair of one dataset. records: those that were valid before · special: links and the like in its own places
-    · repaired, unrepaired: as in the report."""
+    """The repair of one dataset.
+
+    Attributes:
+        records: Those that were valid before.
+        special: Links and the like in its own places.
+        repaired: As in the report.
+        unrepaired: As in the report.
+    """
 
     def __init__(self, store: Store, progress: Progress, note: Note) -> None:
         self.store, self.progress, self.note = store, progress, note

@@ -12,10 +12,12 @@ _SENSE = "Nothing, if it is meant; else change pose, camera or light."
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """A rule. meaning: what a finding by it says, one sentence · remedy: what to do then."""
+    """What a finding says, and what to do then."""
 
     meaning: str
+    """What a finding by this rule says, one sentence."""
     remedy: str = _AGAIN
+    """What to do then."""
 
 
 STAGE = {

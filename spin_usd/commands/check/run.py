@@ -74,11 +74,12 @@ def check_stage(root: Path, *, progress: Progress) -> CheckReport:
 
 @dataclass(frozen=True, kw_only=True)
 class CrossReport:
-    """The result of a comparison. compared: how many pictures were compared · findings: where their labels differ, and
-    which pictures could not be compared."""
+    """The result of a comparison."""
 
     compared: int
+    """How many pictures were compared."""
     findings: Sequence[Finding]
+    """Where their labels differ, and which pictures could not be compared."""
 
 
 def refuse_cross(path: Path, count: int | None) -> None:

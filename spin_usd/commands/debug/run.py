@@ -24,13 +24,16 @@ NAME = "spin_usd-debug"  # of the folder where the file is until it is whole
 
 @dataclass(frozen=True, kw_only=True)
 class DebugFile:
-    """A .blend that was written. frame, variant: of the picture that it shows · notes: sentences on what is rendered
-    otherwise than the stage authors it."""
+    """A .blend that was written."""
 
     path: Path
+    """Where it lies."""
     frame: str
+    """That of the picture that it shows."""
     variant: str
+    """That of the picture that it shows."""
     notes: tuple[str, ...]
+    """Sentences on what is rendered otherwise than the stage authors it."""
 
 
 @takes(DebugOptions)

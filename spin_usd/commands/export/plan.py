@@ -36,18 +36,17 @@ MAX_NAME = 240  # bytes of a file's name, an ending of its own included, that fi
 
 @dataclass(frozen=True, kw_only=True)
 class ExportPlan:
-    """What an export writes.
-
-    format, layout: how · exported: what · survey: what its pictures are like · left_out: how many pictures show nothing
-    of the target, where the format cannot hold those · described: what export.json says.
-    """
+    """What an export writes."""
 
     format: ExportFormat
     layout: Layout
     exported: ExportedDataset
     survey: Survey
+    """What its pictures are like."""
     left_out: int
+    """How many pictures show nothing of the target, where the format cannot hold those."""
     described: Mapping[str, Any]
+    """What export.json says."""
 
 
 def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:

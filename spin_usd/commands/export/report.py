@@ -6,20 +6,25 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class ExportReport:
-    """The report of what an export did.
-
-    out: its folder · format: its name · pictures: how many it holds · splits: how many each split holds · left_out: how
-    many show nothing of the target, where the format cannot hold those · linked, made, kept: files that were linked or
-    copied, made, and there already · made_endings: how many were made of each ending · seconds: wall-clock.
-    """
+    """The report of what an export did."""
 
     out: str
+    """Its folder."""
     format: str
+    """Its format's name."""
     pictures: int
+    """How many it holds."""
     splits: Mapping[str, int]
+    """How many pictures each split holds."""
     left_out: int
+    """How many show nothing of the target, where the format cannot hold those."""
     linked: int
+    """Files that were linked or copied."""
     made: int
+    """Files that were made."""
     kept: int
+    """Files that were there already."""
     made_endings: Mapping[str, int]
+    """How many files were made of each ending."""
     seconds: float
+    """Wall-clock time."""

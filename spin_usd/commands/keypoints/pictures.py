@@ -27,12 +27,13 @@ MARGIN = 0.15  # of the target's box in the picture, shown around it
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tile:
-    """What is shown of a picture: the part around the target. title · region: that part, in pixels of the picture ·
-    jpeg: the image of it, as base64."""
+    """What is shown of a picture: the part around the target."""
 
     title: str
     region: Region
+    """That part, in pixels of the picture."""
     jpeg: str
+    """The image of that part, as base64."""
 
 
 class Pictures:

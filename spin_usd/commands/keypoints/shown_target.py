@@ -25,11 +25,12 @@ FAR = 100.0  # radii from the target's centre, of views from far away
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pick:
-    """A point of the surface that was picked. facet: all of the surface in one plane around it · places: where each
-    way to snap puts it (3,), body axes, metres."""
+    """A point of the surface that was picked."""
 
     facet: Facet
+    """All of the surface in one plane around it."""
     places: Mapping[Snap, Float]
+    """(3,), body axes, metres: where each way to snap puts it."""
 
     @classmethod
     def at(cls, point: Float) -> "Pick":
@@ -39,12 +40,14 @@ class Pick:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShownTarget:
-    """A target as the keypoint tool has it. body: its surface, body axes, metres · colors (F, 3) of its faces, linear ·
-    notes on how its file was read."""
+    """A target as the keypoint tool has it."""
 
     body: Target
+    """Its surface, body axes, metres."""
     colors: Float
+    """(F, 3): those of its faces, linear."""
     notes: tuple[str, ...]
+    """On how its file was read."""
 
     @classmethod
     def of(cls, read: Mapping[str, Any], arrays: Path) -> "ShownTarget":

@@ -28,10 +28,12 @@ SENTENCE = re.compile(r".*?\.(?= [A-Z]|$)|.*")
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """Names of one kind. option: where they are given · names: what each is, in a sentence."""
+    """Names of one kind."""
 
     option: str
+    """Where they are given."""
     names: Callable[[], Mapping[str, str]]
+    """What each is, in a sentence."""
 
 
 def _travelling(kind: str) -> Callable[[], Mapping[str, str]]:

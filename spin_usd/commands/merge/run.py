@@ -99,19 +99,20 @@ def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], Non
 
 @dataclass(frozen=True, kw_only=True)
 class MergeReport:
-    """The report of what a merge did.
-
-    out: its folder · pictures: how many it holds · added, kept: of those of the shards, how many were added, and were
-    there already · missing: how many pictures are still to come, by shard ("1/3"), where that is known · seconds:
-    wall-clock.
-    """
+    """The report of what a merge did."""
 
     out: str
+    """Its folder."""
     pictures: int
+    """How many it holds."""
     added: int
+    """How many of the shards' pictures were added."""
     kept: int
+    """How many of them were there already."""
     missing: Mapping[str, int]
+    """How many pictures are still to come, by shard ("1/3"), where that is known."""
     seconds: float
+    """Wall-clock time."""
 
 
 @takes(MergeOptions)

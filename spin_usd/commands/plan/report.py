@@ -37,31 +37,36 @@ from spin_usd.store.pictures_left import WantedFiles
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanReport:
-    """The pictures that a render would make, and about what they cost.
-
-    cost: a row for each variant, and their total · pictures: how many are planned of each variant · workers: processes
-    that a render would start · seconds: about the wall-clock time with them · renderer, device, effort: how the
-    pictures are made · chosen: why with that effort, None where it was given · stages: by variant, what a record says
-    of the stage · views: what the pictures show, where that is known · notes: sentences on what a user should know ·
-    skipped: the work that no picture needs, None where it was not asked for · orphans: records in the dataset of
-    pictures that the stage does not have · other_stage: the inputs and options in which the stage of the dataset's
-    pictures differs from this one.
-    """
+    """The pictures that a render would make, and about what they cost."""
 
     cost: VariantTable
+    """A row for each variant, and their total."""
     pictures: Mapping[str, int]
+    """How many are planned of each variant."""
     workers: int
+    """How many processes a render would start."""
     seconds: float
+    """About the wall-clock time with these workers."""
     renderer: str
+    """What makes the images."""
     device: str
+    """What that runs on."""
     effort: Effort
+    """The settings that it has."""
     chosen: Chosen | None
+    """Why it is that effort; None where it was given."""
     stages: Mapping[str, Mapping[str, Any]]
+    """What a record says of the stage, by variant."""
     views: Views | None
+    """What the pictures show, where that is known."""
     notes: tuple[str, ...]
+    """Sentences on what a user should know."""
     skipped: tuple[SkippedCount, ...] | None
+    """The work that no picture needs; None where it was not asked for."""
     orphans: tuple[str, ...]
+    """Records in the dataset of pictures that the stage does not have."""
     other_stage: tuple[str, ...]
+    """The inputs and options in which the stage of the dataset's pictures differs from this one."""
 
     @property
     def document(self) -> "PlanDocument":

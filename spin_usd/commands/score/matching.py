@@ -21,14 +21,18 @@ CONVENTION = "q_cam_body is scalar first, and takes the body's axes to the camer
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Matched:
-    """places (N,): of the pictures in the truth, in order · q (N, 4) of norm 1, t (N, 3): their predicted poses ·
-    missing: how many pictures have none · notes: for the user."""
+    """The predicted poses of pictures in the truth, N of them."""
 
     places: Sequence[int]
+    """(N,): places of the pictures in the truth, in order."""
     q: Float
+    """(N, 4), of norm 1."""
     t: Float
+    """(N, 3)."""
     missing: int
+    """How many pictures of the truth have no prediction."""
     notes: tuple[str, ...]
+    """For the user."""
 
 
 def matched(predictions: Sequence[Prediction], truth: Truth, *, partial: bool) -> Matched:

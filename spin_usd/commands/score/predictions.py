@@ -25,15 +25,18 @@ DO = f"give CSV with {', '.join(('filename', *COLUMNS))}, or a JSON list of pose
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """picture: its name without the image's ending · variant: None where the file does not say it · pose (7,):
-    quaternion, scalar first, and position, metres, as they stand there; NaN for what is no number · keypoints (K, 3) or
-    None: x, y in pixels from the image's corner, and a weight, 0 for none · where: it stands, for messages."""
+    """What a file of predictions says of one picture."""
 
     picture: str
+    """Its name without the image's ending."""
     variant: str | None
+    """None where the file does not say it."""
     pose: Float | None
+    """(7,): quaternion, scalar first, and position, metres, as they stand there; NaN for what is no number."""
     keypoints: Float | None
+    """(K, 3): x, y in pixels from the image's corner, and a weight, 0 for none."""
     where: str
+    """Where it stands, for messages."""
 
 
 def read_predictions(path: Path, annotations: Path | None = None) -> tuple[Prediction, ...]:

@@ -25,17 +25,22 @@ NONE = float("nan")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Truth:
-    """names (N) of (picture, variant), "" for the variant of a pose list · q (N, 4), t (N, 3): true poses, metres ·
-    sun (N,): the angle at the target between the Sun and the camera, degrees, NaN where there is none · visible (N,):
-    the share of the target that is visible, NaN where that is not known · dataset, target: None of a pose list."""
+    """The true poses of N pictures, from a dataset or a pose list."""
 
     names: tuple[tuple[str, str], ...]
+    """(N): picture and variant, which is "" for a pose list."""
     q: Float
+    """(N, 4)."""
     t: Float
+    """(N, 3), metres."""
     sun: Float
+    """(N,): the angle at the target between the Sun and the camera, degrees; NaN where there is none."""
     visible: Float
+    """(N,): the share of the target that is visible; NaN where that is not known."""
     dataset: Dataset | None = None
+    """None for a pose list."""
     target: int | None = None
+    """Its id; None for a pose list."""
 
     @cached_property
     def places(self) -> Mapping[tuple[str, str | None], int]:

@@ -14,9 +14,10 @@ MAX_TEXT = 200  # characters of one
 
 
 class Column(NamedTuple):
-    """numbers: of each picture, NaN where it has none; of a column of text, places in `words`, and -1 for none."""
+    """A column of the page's table."""
 
     numbers: NDArray[Any]
+    """One of each picture, NaN where it has none. In a column of text they are places in `words`, -1 for none."""
     words: tuple[str, ...]
 
 

@@ -19,15 +19,18 @@ IMAGE = "image"
 
 
 class PictureKeys(NamedTuple):
-    """The keys of the image with its thumbnails, and of the label data; "" where there are none. suffix: of the image ·
-    preview: the kind of label that the thumbnail is made of where there is no image, "" else · kinds: the labels in the
-    data."""
+    """The keys of a picture's files in a gallery."""
 
     image: str = ""
+    """That of the image with its thumbnails; "" where there is none."""
     labels: str = ""
+    """That of the label data; "" where there are none."""
     suffix: str = ".jpg"
+    """The image's."""
     preview: str = ""
+    """The kind of label from which the thumbnail is made where there is no image; "" else."""
     kinds: tuple[str, ...] = ()
+    """The labels in the data."""
 
     @property
     def names(self) -> dict[str, str]:

@@ -19,16 +19,19 @@ NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the la
 
 @dataclass(frozen=True, kw_only=True)
 class ReadPicture:
-    """What a page says of a picture. dataset: its folder · picture: None where its record is damaged · values: by the
-    names of columns · fault: what is wrong with the record, "" else."""
+    """What a page says of a picture."""
 
     frame: str
     variant: str
     dataset: str = ""
+    """Its folder."""
     picture: Picture | None = None
+    """None where its record is damaged."""
     keys: PictureKeys = field(default_factory=PictureKeys)
     values: dict[str, float | str] = field(default_factory=dict)
+    """By the names of columns."""
     fault: str = ""
+    """What is wrong with the record; "" for nothing."""
 
     @property
     def record(self) -> str:

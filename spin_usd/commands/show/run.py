@@ -39,17 +39,22 @@ DIGEST = re.compile("[0-9a-f]{64}")
 
 @dataclass(frozen=True, kw_only=True)
 class GalleryReport:
-    """page: the file to open in a browser · pictures: how many it has · made, kept: how many of these had files to
-    write, and how many had all already · damaged: what is wrong with pictures, by VARIANT/FRAME · bytes: of all that
-    the folder holds · seconds: that it took."""
+    """The report of a gallery that was written."""
 
     page: str
+    """The file to open in a browser."""
     pictures: int
+    """How many it has."""
     made: int
+    """How many pictures had files to write."""
     kept: int
+    """How many pictures had all their files already."""
     damaged: dict[str, str]
+    """What is wrong with pictures, by VARIANT/FRAME."""
     bytes: int
+    """Of all that the folder holds."""
     seconds: float
+    """Wall-clock time."""
 
 
 @takes(ShowOptions)

@@ -25,16 +25,15 @@ class WatchedPicture:
 
 @dataclass(frozen=True, kw_only=True)
 class WatchRequest:
-    """What is asked of the command.
-
-    stage: the root layer
-    renderer, effort: of the picture after the preview
-    """
+    """What is asked of the command."""
 
     stage: Path
+    """The root layer."""
     options: WatchOptions
     renderer: str
+    """That of the picture after the preview."""
     effort: Effort
+    """That of the same picture."""
 
     @property
     def choice(self) -> WatchedPicture:

@@ -21,13 +21,12 @@ VIEWING_MODULE = "spin_usd.commands.watch.in_child"  # named as text: it loads U
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """What is known at one time. status: READING after an edit, SHOWN, or FAULTY, and then `message` says why, while
-    the last good pictures stay · light: what made the image, a renderer's name · rendering: whether another renderer is
-    at work on it · pictures: by kind, when each was made; other numbers are other pictures · seconds: how long that
-    took after the edit was noticed."""
+    """What is known at one time."""
 
     status: str = READING
+    """READING after an edit, SHOWN, or FAULTY."""
     message: str = ""
+    """Why it is faulty, while the last good pictures stay."""
     frame: str = ""
     place: int = 0
     frames: int = 0
@@ -35,9 +34,13 @@ class State:
     variants: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     light: str = ""
+    """What made the image, a renderer's name."""
     rendering: bool = False
+    """Whether another renderer is at work on it."""
     pictures: tuple[tuple[str, int], ...] = ()
+    """When each was made, by kind; other numbers are other pictures."""
     seconds: float = 0.0
+    """How long that took after the edit was noticed."""
 
 
 class SharedState:

@@ -23,18 +23,19 @@ AMODAL = "mask_amodal"
 class ExportedPicture:
     """A picture of the dataset, and its place in the export.
 
-    picture: as the dataset has it · name: unlike that of any other picture of the export, and safe as a file's stem ·
-    number: its place in the export, from 0 · split: what the format calls its split · target_name: the target that
-    formats of one target hold.
-
     Formats take camera, image and labels from here, and not from `picture`: these are what is exported.
     """
 
     picture: Picture
+    """As the dataset has it."""
     name: str
+    """Unlike that of any other picture of the export, and safe as a file's stem."""
     number: int
+    """Its place in the export, from 0."""
     split: str
+    """What the format calls its split."""
     target_name: str
+    """The target that formats of one target hold."""
 
     @property
     def variant(self) -> str:
@@ -110,20 +111,22 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExportedDataset:
-    """The pictures of a dataset that are exported, in order.
-
-    dataset: all of it · entries: the pictures that are exported · splits: the names that the format gives them, also of
-    those that are empty · target: the name of the target that formats of one target hold · cameras: of the pictures,
-    each once · farthest: the greatest z of a target's origin, metres · options: the format's, by name.
-    """
+    """The pictures of a dataset that are exported, in order."""
 
     dataset: Dataset
+    """All of it."""
     entries: Sequence[Entry]
+    """The pictures that are exported."""
     splits: tuple[str, ...]
+    """The names that the format gives them, also of those that are empty."""
     target: str
+    """The name of the target that formats of one target hold."""
     cameras: tuple[Camera, ...] = ()
+    """Those of the pictures, each once."""
     farthest: float = 0.0
+    """The greatest z of a target's origin, metres."""
     options: Mapping[str, Any] = field(default_factory=dict)
+    """The format's, by name."""
 
     def __len__(self) -> int:
         return len(self.entries)

@@ -39,10 +39,12 @@ FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Model:
-    """points (P, 3) float64, body axes, metres · faces (F, 3) int32 of them, counter-clockwise seen from outside."""
+    """Triangles that stand for a body in a data set."""
 
     points: Float
+    """(P, 3) float64, body axes, metres."""
     faces: NDArray[np.int32]
+    """(F, 3) of the points, counter-clockwise seen from outside."""
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Model":

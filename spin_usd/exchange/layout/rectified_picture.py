@@ -34,16 +34,14 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Resampling:
-    """Where the pixels of a camera without distortion lie in the picture of one with it.
-
-    pinhole: the camera without · uv (H, W, 2) float64: pixels in the old picture, (0, 0) being its corner; 0 where
-    there are none · covered (H, W): whether the old picture shows what the pixel sees; the lens may leave corners
-    empty.
-    """
+    """Where the pixels of a camera without distortion lie in the picture of one with it."""
 
     pinhole: Camera
+    """The camera without distortion."""
     uv: Float
+    """(H, W, 2) float64: pixels in the old picture, (0, 0) being its corner; 0 where there are none."""
     covered: NDArray[np.bool_]
+    """(H, W): whether the old picture shows what the pixel sees; the lens may leave corners empty."""
 
     def nearest(self, old: Array) -> Array:
         """Return (H, W, ...) of the pixels of `old` (H, W, ...) that hold the places; 0 where it shows nothing."""

@@ -43,12 +43,14 @@ end_header
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SurfacePoints:
-    """points (N, 3) float64, body axes, metres · normals (N, 3) float64, body axes, outwards · colours (N, 3) uint8: R,
-    G and B of the image that each was taken from."""
+    """Points of a target's surface, N of them."""
 
     points: Float
+    """(N, 3) float64, body axes, metres."""
     normals: Float
+    """(N, 3) float64, body axes, outwards."""
     colours: NDArray[np.uint8]
+    """(N, 3): R, G and B of the image that each was taken from."""
 
     def seen_in(self, picture: ExportedPicture) -> tuple[Float, NDArray[np.bool_]]:
         """Return pixels (N, 2) of the points in the picture, NaN where the lens sees none, and (N,) whether each is

@@ -22,31 +22,33 @@ def _columns() -> "dict[str, array[float]]":
 
 @dataclass(kw_only=True)
 class Survey:
-    """What is known of all pictures together; it grows by a few numbers a picture.
-
-    format: the name of the format, for sentences · target: the name of the target that formats of one target hold ·
-    parts: how many the dataset lists · targets: the dataset's · bodies: how many have parts, occluders together counted
-    as one · cameras: each camera, with the first picture that has it · file_sets: each set of files by kind and ending,
-    with the first picture that has it · farthest: the greatest z of a target's origin, metres, and its picture · tally:
-    pictures by split and variant · kinds: pictures by the kinds of file that they have.
-
-    columns: of each picture's target (NaN where there is none) its "range" in metres; the angle "turn" of the rotation
-    from the body's axes to the camera's, degrees; "azimuth" (degrees) and "height" (sine of the elevation) of the
-    camera as seen from it, in the body's axes; the angle "sun" between the directions from it to the Sun and to the
-    camera, degrees; and the share "visible" of it.
-    """
+    """What is known of all pictures together; it grows by a few numbers a picture."""
 
     format: str
+    """The name of the format, for sentences."""
     target: str
+    """The name of the target that formats of one target hold."""
     parts: int
+    """How many the dataset lists."""
     targets: tuple[DescribedTarget, ...]
+    """The dataset's."""
     bodies: int
+    """How many bodies have parts, occluders together counted as one."""
     cameras: dict[Camera, str] = field(default_factory=dict)
+    """Each camera, with the first picture that has it."""
     file_sets: dict[tuple[str, ...], str] = field(default_factory=dict)
+    """Each set of files by kind and ending, with the first picture that has it."""
     farthest: tuple[float, str] = (0.0, "")
+    """The greatest z of a target's origin, metres, and its picture."""
     tally: Counter[tuple[str, str]] = field(default_factory=Counter)
+    """Pictures by split and variant."""
     kinds: Counter[str] = field(default_factory=Counter)
+    """Pictures by the kinds of file that they have."""
     columns: "dict[str, array[float]]" = field(default_factory=_columns)
+    """One number a picture, of its target; NaN where there is none. "range" is in metres. "turn" is the angle of the
+    rotation from the body's axes to the camera's, degrees. "azimuth" (degrees) and "height" (sine of the elevation) are
+    those of the camera as seen from the target, in the body's axes. "sun" is the angle between the directions from it
+    to the Sun and to the camera, degrees. "visible" is the share of it that is so."""
 
     def add(self, picture: ExportedPicture) -> None:
         """Count one more picture."""

@@ -26,11 +26,13 @@ MEND = "export the model again"
 
 @dataclass(frozen=True)
 class DaeDocument:
-    """`root` is COLLADA's element, `ids` its elements by their tag and id. Tags have no namespaces."""
+    """The elements of a COLLADA file; tags have no namespaces."""
 
     path: Path
     root: Element
+    """COLLADA's element."""
     ids: dict[tuple[str, str], Element]
+    """Its elements by their tag and id."""
 
     def named(self, tag: str, url: str | None) -> Element | None:
         """Return the element of the file that a URL such as "#hull" means; None where it is in another file, or

@@ -22,13 +22,16 @@ NAMES = ("CoordAxis", "UpAxis", "FrontAxis")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FbxHead:
-    """from_blender (3, 3): from Blender's axes to the file's own, None where it does not say them · up: the name of the
-    axis that it calls up · says_unit, moves: whether it says its unit, and has animations."""
+    """What an FBX file says of itself as a whole."""
 
     from_blender: Float | None
+    """(3, 3): from Blender's axes to the file's own; None where it does not say them."""
     up: str
+    """The name of the axis that it calls up."""
     says_unit: bool
+    """Whether it says its unit."""
     moves: bool
+    """Whether it has animations."""
 
 
 def read_fbx_head(path: Path) -> FbxHead:

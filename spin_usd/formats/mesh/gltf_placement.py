@@ -29,14 +29,16 @@ class Values(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedMesh:
-    """A mesh where the node `name` places it: `matrices` (N, 4, 4) to body axes, one for each instance, or where
-    `skinned` one for each joint, which points follow by their weights. groups: names of the nodes above."""
+    """A mesh where the node `name` places it."""
 
     mesh: int
     name: str
     groups: tuple[str, ...]
+    """Names of the nodes above."""
     matrices: Float
+    """(N, 4, 4) to body axes, one for each instance; where `skinned`, one for each joint."""
     skinned: bool = False
+    """Whether points follow the joints by their weights."""
 
     def transforms(self, attributes: Mapping[str, int], values: Values) -> list[Float]:
         """Return for each instance of a primitive with these attributes a matrix (4, 4), or matrices (P, 4, 4) of its
@@ -65,11 +67,14 @@ class PlacedMesh:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _PlacedNode:
-    """to_body (4, 4): to body axes · visible: whether it is · groups: names of the nodes above it."""
+    """A node as those above it place it."""
 
     to_body: Float
+    """(4, 4): from its axes to the body's."""
     visible: bool = True
+    """Whether it is."""
     groups: tuple[str, ...] = ()
+    """Names of the nodes above it."""
 
 
 def placed_meshes(document: Document) -> Iterator[PlacedMesh]:

@@ -43,12 +43,16 @@ NORMALS = (("nx", "ny", "nz"),)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _PlyFaces:
-    """indices (C,) of the corners' points, counts (F,) · colors (C, 3) and st (C, 2) where the faces have their own."""
+    """Faces of any number of corners."""
 
     indices: NDArray[np.int64]
+    """(C,): the points of the corners."""
     counts: NDArray[np.int64]
+    """(F,)."""
     colors: Float | None = None
+    """(C, 3), where the faces have their own."""
     st: Float | None = None
+    """(C, 2), where the faces have their own."""
 
 
 def read_ply(path: Path) -> MeshAsset:

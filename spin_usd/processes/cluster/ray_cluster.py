@@ -53,8 +53,9 @@ def _end_with(parent: int) -> None:
 class RayConnection:
     """The connection to an actor on a node that Ray chooses, opened with what `opening` says of that node.
 
-    post: a thread that takes in what comes from Ray, whose own threads must not wait · lives: whether a node is still
-    in the cluster.
+    Args:
+        post: A thread that takes in what comes from Ray, whose own threads must not wait.
+        lives: Whether a node is still in the cluster.
     """
 
     def __init__(

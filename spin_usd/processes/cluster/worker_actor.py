@@ -34,17 +34,17 @@ what it did with the processors."""
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerOpening:
-    """What an actor is opened with.
-
-    options: the worker's, but for its folders · versions: of the supervisor's software · number, of: the worker is the
-    `number`th of so many that share the machine; of processors where `of` is None.
-    """
+    """What an actor is opened with."""
 
     output: Output
     options: Mapping[str, Any]
+    """The worker's, but for its folders."""
     versions: Mapping[str, str]
+    """Those of the supervisor's software."""
     number: int
+    """Its place among the workers that share the machine."""
     of: int | None = None
+    """How many share it; None where `number` counts processors."""
 
 
 class WorkerActor:

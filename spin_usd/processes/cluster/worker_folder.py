@@ -61,11 +61,13 @@ class PublishedHere:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedFromNode:
-    """A dataset at `url`, made in a folder of each node's own. run: the run's token · sums: see node_folder."""
+    """A dataset at `url`, made in a folder of each node's own."""
 
     url: str
     run: str
+    """The run's token."""
     sums: str
+    """See node_folder."""
 
     @contextmanager
     def entered(self, node: str) -> Iterator[WorkerFolder]:

@@ -17,13 +17,15 @@ STEPS = 8  # points in a wave, at least, between which it is interpolated
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Octave:
-    """Noise by waves of about `wave` radians. number: 0 for the coarsest; amplitude: what pixels resolve of it, at the
-    nodes, for a variance of 1 of all octaves; stride: pixels from one to the next of the points that it needs."""
+    """Noise by waves of about `wave` radians."""
 
     number: int
+    """0 for the coarsest."""
     wave: float
     amplitude: Float32
+    """What pixels resolve of it, at the nodes, for a variance of 1 of all octaves."""
     stride: int
+    """Pixels from one to the next of the points that it needs."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -36,10 +36,11 @@ class Places:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Map:
-    """Levels of tables (C, H + 1, W + 1), repeated; texel: the width of the first's texels, radians."""
+    """Levels of tables (C, H + 1, W + 1), repeated."""
 
     levels: tuple[Float32, ...]
     texel: float
+    """The width of the first's texels, radians."""
 
     @classmethod
     def of(cls, tables: Float32) -> "Map":

@@ -18,16 +18,18 @@ Record = TypeVar("Record", Meeting, SunAtPoints)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
-    """Points of any shape. through: the share of light, R, G, B, that the air in front lets pass · suns: each one's
-    light. On a planet that has maps, where detail is asked for: weather · faces: where they lie on the noise, stirred,
-    and the ways from there to the Suns."""
+    """Points of any shape."""
 
     globe: Globe
     meeting: Meeting
     through: list[Float32]
+    """The share of light, R, G, B, that the air in front lets pass."""
     suns: tuple[SunAtPoints, ...]
+    """Each one's light."""
     weather: Weather | None = None
+    """On a planet that has maps, where detail is asked for."""
     faces: tuple[Face, ...] = ()
+    """Where the points lie on the noise, stirred, and the ways from there to the Suns; likewise."""
 
     @classmethod
     def of(cls, globe: Globe, suns: tuple[DistantLight, ...], rays: Rays) -> "Points":

@@ -21,16 +21,20 @@ NO_GLINT = np.float32(1e-4)  # 1/sr
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SunAtPoints:
-    """Light at points of any shape. cosine: of the Sun's zenith angle · ground, air, glint: R, G, B, W/m2/sr: of white
-    ground that faces the Sun; of the air in front of it; of a sea · direction (3,) to the Sun, planet axes · half: its
-    angular radius."""
+    """Light at points of any shape: R, G, B, W/m2/sr."""
 
     cosine: Float32
+    """That of the Sun's zenith angle."""
     ground: list[Float32]
+    """Light of white ground that faces the Sun."""
     air: list[Float32]
+    """Light of the air in front of it."""
     glint: list[Float32]
+    """Light of a sea."""
     direction: Float
+    """(3,) to the Sun, planet axes."""
     half: np.float32
+    """The Sun's angular radius."""
 
     def lit(self, cosine: Float32) -> Float32:
         """Return the irradiance at the `cosine` of a zenith angle over that of ground that faces the Sun; near the

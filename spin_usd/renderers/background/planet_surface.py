@@ -30,15 +30,17 @@ VEIL_NUMBER = 20  # of their first octave: how the tile of noise lies
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Clouds:
-    """Clouds at pixels of any shape. opacity · logit: the logarithm of opacity over clearness, for how thick they are ·
-    odds: clearness over opacity · firmness: how much of the logit a unit of noise is · white: R, G, B of the thickest.
-    """
+    """Clouds at pixels of any shape."""
 
     opacity: Float32
     logit: Float32
+    """The logarithm of opacity over clearness, for how thick they are."""
     odds: Float32
+    """Clearness over opacity."""
     firmness: Float32
+    """How much of the logit a unit of noise is."""
     white: tuple[float, ...]
+    """R, G, B of the thickest."""
 
     @classmethod
     def of(cls, noise: Float32, threshold: Float32, firmness: Float32, white: tuple[float, ...]) -> "Clouds":
@@ -117,20 +119,22 @@ def shaded(slope: Float32) -> Float32:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanetSurface:
-    """The surface at pixels of any shape.
-
-    ground: R, G, B of its albedo · water: its share · noise: detail, of variance 1 at most · ranges: how high it is on
-    land · rises: for each Sun, how much it rises toward it over a scale height of the air, times the tangent of the
-    Sun's zenith angle; None for not at all · veil: the opacity of thin high clouds, None without.
-    """
+    """The surface at pixels of any shape."""
 
     ground: list[Float32]
+    """R, G, B of its albedo."""
     water: Float32
+    """Its share."""
     noise: Float32
+    """Detail, of variance 1 at most."""
     ranges: Float32
+    """How high it is on land."""
     rises: list[Float32 | None]
+    """How much it rises toward each Sun over a scale height of the air, times the tangent of the Sun's zenith angle;
+    None for not at all."""
     clouds: Clouds | None
     veil: Float32 | None
+    """The opacity of thin high clouds; None without."""
 
     def sunlit(self, sun: int) -> Float32:
         """Return the share of light of the Sun of that number on the ground, past clouds in between."""

@@ -108,12 +108,14 @@ class PlanetView:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellKinds:
-    """Which cells (R - 1, C - 1) between the nodes (R, C) show a planet. smooth: it fills them, and can be interpolated
-    between their nodes · rough: others that may show its ground · air: those that show its air alone."""
+    """Which cells (R - 1, C - 1) between the nodes (R, C) show a planet."""
 
     smooth: Mask
+    """Those that it fills, and that can be interpolated between their nodes."""
     rough: Mask
+    """Others that may show its ground."""
     air: Mask
+    """Those that show its air alone."""
 
     @classmethod
     def of(cls, globe: Globe, meeting: Meeting) -> "CellKinds":

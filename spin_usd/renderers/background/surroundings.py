@@ -29,13 +29,13 @@ DIGITS = 9  # of directions, and of places in planet radii, that count as the sa
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surroundings:
-    """Domes and planets around the target. `rotation` (3, 3): from the image's axes to the camera's; in those axes the
-    image lies as a DomeLight's."""
+    """Domes and planets around the target."""
 
     domes: tuple[DomeLight, ...]
     globes: tuple[Globe, ...]
     suns: tuple[DistantLight, ...]
     rotation: Float
+    """(3, 3): from the image's axes to the camera's; in those axes the image lies as a DomeLight's."""
 
     @classmethod
     def of(cls, scene: Scene) -> "Surroundings | None":

@@ -19,15 +19,18 @@ FOLDED = 0.36  # the variance of the absolute value of a normally distributed nu
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Weather:
-    """Noise at points of any shape. plain, cells: how much of the finer noise is waves as they are, and how much their
-    absolute value, which makes cells, open ones where it is negative · veil: thickness of high clouds · ranges: how
-    mountainous land is · swirl: two ways by which the points are stirred, radians."""
+    """Noise at points of any shape."""
 
     plain: Float32
+    """How much of the finer noise is waves as they are."""
     cells: Float32
+    """How much is their absolute value, which makes cells, open ones where it is negative."""
     veil: Float32
+    """Thickness of high clouds."""
     ranges: Float32
+    """How mountainous land is."""
     swirl: tuple[Float32, Float32]
+    """Two ways by which the points are stirred, radians."""
 
     @classmethod
     def of(cls, faces: Sequence[Face], footprint: Float32) -> "Weather":

@@ -116,8 +116,13 @@ def cycles_effort(effort: Effort) -> dict[str, Any]:
 
 
 class LightDevice:
-    """The device that renders light. cycles: Cycles' settings that choose it · versions: its model, where that is not
-    the CPU · proven: whether it is known to see the target as the CPU does."""
+    """The device that renders light.
+
+    Attributes:
+        cycles: Cycles' settings that choose it.
+        versions: Its model, where that is not the CPU.
+        proven: Whether it is known to see the target as the CPU does.
+    """
 
     def __init__(self, name: str) -> None:
         """Choose the device, a name in DEVICES. Raises UnsupportedError where there is none: Cycles would take the CPU

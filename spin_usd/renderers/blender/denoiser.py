@@ -67,8 +67,11 @@ class Denoiser:
         """Return `noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and
         where it is 0 there is no light.
 
-        guides (2, rows, columns, 3): the passes GUIDES · samples: of each of their pixels. Raises RenderError when
-        Blender fails.
+        Raises RenderError when Blender fails.
+
+        Args:
+            guides: (2, rows, columns, 3): the passes GUIDES.
+            samples: Those of each of their pixels.
         """
         rows, columns = noisy.region.shape
         groups, (albedo, normal) = _large_enough(noisy.groups), _large_enough(guides)

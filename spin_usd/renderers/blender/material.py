@@ -54,9 +54,12 @@ class MaterialLibrary:
     ) -> None:
         """Make the surfaces of `mesh` those of its materials.
 
-        meshes: Blender's, of `mesh` or of its groups of faces · materials: those of `mesh`, in the order in which its
-        faces name them · again: the Blender meshes are new, so nothing is left of the time before. Raises
-        UnsupportedError, with the material's path.
+        Raises UnsupportedError, with the material's path.
+
+        Args:
+            meshes: Blender's, of `mesh` or of its groups of faces.
+            materials: Those of `mesh`, in the order in which its faces name them.
+            again: Whether the Blender meshes are new, so that nothing is left of the time before.
         """
         self._check(materials, mesh, EVERY, again=again)
         keys = [material.key for material in materials]

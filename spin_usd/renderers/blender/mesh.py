@@ -141,12 +141,14 @@ class TargetObject:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshCopy:
-    """One object of a shared mesh. matrix (4, 4) from its axes around its centre to the body's around the target's,
-    metres · group: of faces, 0 where nobody asks · first: how many faces are numbered before its own."""
+    """One object of a shared mesh."""
 
     matrix: Float
+    """(4, 4) from its axes around its centre to the body's around the target's, metres."""
     group: int = 0
+    """That of its faces, 0 where nobody asks."""
     first: int = 0
+    """How many faces are numbered before its own."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

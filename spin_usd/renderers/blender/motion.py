@@ -83,11 +83,12 @@ class MotionSetup:
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """Cycles' own start and end, where 0 and 1 are the shutter's; exposed: the share of it in which a row is."""
+    """Cycles' own start and end, where 0 and 1 are the shutter's."""
 
     start: float
     end: float
     exposed: float
+    """The share of it in which a row is."""
 
     @classmethod
     def of(cls, shutter: Shutter, rows: int) -> "Timing":

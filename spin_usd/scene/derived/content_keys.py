@@ -40,18 +40,17 @@ class RenderSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Keys:
-    """The three keys of a picture, and the key of what its record says of the targets.
-
-    geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, renderer, shading,
-    materials, where light comes from, depth of field, shutter, effort, seed and device; not how strong or of what
-    colour the lights are · exposure: decides the image's numbers: radiance, lights as they are, the background,
-    optics, sensor and seed · targets: poses, meshes and keypoints of all targets, also where no picture shows them.
-    """
+    """The three keys of a picture, and the key of what its record says of the targets."""
 
     geometry: str
+    """As `geometry_key`."""
     radiance: str
+    """Decides the target's radiance in unit light: geometry, renderer, shading, materials, where light comes from,
+    depth of field, shutter, effort, seed and device; not how strong or of what colour the lights are."""
     exposure: str
+    """Decides the image's numbers: radiance, lights as they are, the background, optics, sensor and seed."""
     targets: str
+    """Poses, meshes and keypoints of all targets, also where no picture shows them."""
 
 
 class KeyMaker:

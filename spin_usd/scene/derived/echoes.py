@@ -31,17 +31,18 @@ directions (N, 3): the first face (N,) that is there on each; -1 for none."""
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Echoes:
-    """The beams that meet a surface, by number: N of them.
-
-    beam (N,) · range (N,) exact, metres · cosine (N,) of the angle to the surface's normal · part (N,) uint16 ids ·
-    target (N,) uint16 ids.
-    """
+    """The beams that meet a surface, N of them."""
 
     beam: NDArray[np.intp]
+    """(N,): their numbers."""
     range: Float
+    """(N,) exact, metres."""
     cosine: Float
+    """(N,): that of the angle to the surface's normal."""
     part: NDArray[np.uint16]
+    """(N,) ids."""
     target: NDArray[np.uint16]
+    """(N,) ids."""
 
 
 def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
@@ -53,15 +54,18 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
 
 @dataclass(frozen=True, kw_only=True)
 class LaserRange:
-    """What a laser range finder meets. boresight: the range along its axis, metres, and target: the id of what is
-    there, 0 for no target; None and 0 where nothing is · nearest, mean: of all that its cone lights, metres; None
-    where that is nothing · share: of the cone that meets something."""
+    """What a laser range finder meets."""
 
     boresight: float | None
+    """The range along its axis, metres; None where nothing is."""
     target: int
+    """The id of what is there, 0 for no target."""
     nearest: float | None
+    """The least range of all that its cone lights, metres; None where that is nothing."""
     mean: float | None
+    """The mean range, likewise."""
     share: float
+    """Of the cone, how much meets something."""
 
 
 def laser_range(scene: Scene, first_faces: FirstFaces) -> LaserRange:

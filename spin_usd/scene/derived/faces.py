@@ -83,13 +83,16 @@ def _looked_up(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyFaces:
-    """Those of some faces that are one body's. place: of the body in Scene.bodies · alone: the scene with it alone ·
-    rows (N,): where they are among all · face (N,): their numbers in its own mesh."""
+    """Those of some faces that are one body's."""
 
     place: int
+    """Of the body in Scene.bodies."""
     alone: OneBody
+    """The scene with it alone."""
     rows: NDArray[np.intp]
+    """(N,): where the faces are among all."""
     face: NDArray[np.int32]
+    """(N,): their numbers in its own mesh."""
 
 
 def by_body(scene: Scene, face: NDArray[np.int32]) -> Iterator[BodyFaces]:

@@ -23,12 +23,14 @@ Faces = Sequence[tuple[Shape, NDArray[np.bool_]]]
 
 @dataclass(frozen=True, kw_only=True)
 class ShownMaterials:
-    """diffuse: whether all reflects by Lambert's law and nothing else · transparent: whether rays may go on through
-    some · emissive: whether some shines."""
+    """What the materials of all bodies do with light."""
 
     diffuse: bool
+    """Whether all reflects by Lambert's law and nothing else."""
     transparent: bool
+    """Whether rays may go on through some."""
     emissive: bool
+    """Whether some shines."""
 
 
 @lru_cache(maxsize=16)

@@ -13,10 +13,12 @@ FEW_NAMES = 3  # of pictures in a sentence
 
 @dataclass(frozen=True, kw_only=True)
 class ViewMessage:
-    """`found`: the end of a sentence that says what a picture of a kind shows · `do`: what follows, or what to do."""
+    """What to say of pictures of a kind."""
 
     found: str
+    """The end of a sentence that says what a picture of the kind shows."""
     do: str
+    """What follows, or what to do."""
 
 
 MESSAGES: Mapping[ViewKind, ViewMessage] = {

@@ -14,14 +14,16 @@ ParameterValues = Mapping[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class ChangedAttribute:
-    """An attribute that is changed: its prim's path, its name and its type, as USD spells them. `uniform`: its
-    variability · `cut`: whether connections to it are removed."""
+    """An attribute that is changed, as USD spells it."""
 
     prim: str
+    """Its prim's path."""
     name: str
     type: str
     uniform: bool = False
+    """Its variability."""
     cut: bool = False
+    """Whether connections to it are removed."""
 
     def __str__(self) -> str:
         return f"{self.prim}.{self.name}"
@@ -29,33 +31,31 @@ class ChangedAttribute:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AttributeChange:
-    """The change that one parameter makes, or several that act together.
-
-    values: gives the value of each of `attributes` for the sampled values and a time code · varies: whether those
-    change in time even where the sampled ones do not · fixed: attributes that are authored once besides · apis: (prim,
-    API schema) to apply.
-    """
+    """The change that one parameter makes, or several that act together."""
 
     parameters: tuple[str, ...]
     attributes: tuple[ChangedAttribute, ...]
     values: Callable[[ParameterValues, float], tuple[Any, ...]]
+    """Gives the value of each of `attributes` for the sampled values and a time code."""
     varies: bool = False
+    """Whether those change in time even where the sampled ones do not."""
     fixed: tuple[tuple[ChangedAttribute, Any], ...] = ()
+    """Attributes that are authored once besides."""
     apis: tuple[tuple[str, str], ...] = ()
+    """(prim, API schema) to apply."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseStage:
-    """A stage with its variants selected, over which sampled values are written.
-
-    times: time codes at which the pictures are taken · metres: the length of a stage unit · chosen_camera: whose
-    attributes are changed, of several; None for the first.
-    """
+    """A stage with its variants selected, over which sampled values are written."""
 
     stage: Usd.Stage
     times: tuple[float, ...]
+    """Time codes at which the pictures are taken."""
     metres: float = 1.0
+    """The length of a stage unit."""
     chosen_camera: Usd.Prim | None = None
+    """The one of several whose attributes are changed; None for the first."""
 
     @property
     def camera(self) -> Usd.Prim:

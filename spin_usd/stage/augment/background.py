@@ -22,14 +22,14 @@ PHOTOGRAPHS = "photographs"
 
 @dataclass(frozen=True, kw_only=True)
 class Background:
-    """The layer of an environment, to be referenced at the prim `at`. removed: paths of the stage's own prims there,
-    which it replaces · pictures: files that its back plate shows instead, the only one in all pictures, or one for each
-    of the stage's pictures, at `times`."""
+    """The layer of an environment, to be referenced at the prim `at`."""
 
     file: Path
     at: str
     removed: tuple[str, ...]
+    """Paths of the stage's own prims there, which it replaces."""
     pictures: tuple[Path, ...] = ()
+    """Files that its back plate shows instead: one for all pictures, or one for each of the stage's, at `times`."""
     times: tuple[float, ...] = ()
 
     def opened(self) -> Sdf.Layer:

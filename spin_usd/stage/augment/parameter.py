@@ -31,20 +31,21 @@ Maker: TypeAlias = Callable[[BaseStage, tuple[str, ...]], AttributeChange]
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A parameter that can be sampled.
-
-    `unit`: its own, "" for plain numbers · `limits`: of numbers, in that unit · `kind`: the kind of value sampled ·
-    `group`: of the parameters that act with it on the same attributes · `changes`: whether it can differ between
-    pictures."""
+    """A parameter that can be sampled."""
 
     name: str
     description: str
     make: Maker
     unit: str = ""
+    """Its own; "" for plain numbers."""
     limits: Range = FINITE
+    """Those of numbers, in that unit."""
     kind: str = NUMBER
+    """The kind of value sampled."""
     group: str = ""
+    """That of the parameters that act with it on the same attributes."""
     changes: bool = True
+    """Whether it can differ between pictures."""
 
     def factor(self, unit: str | None) -> float:
         """Return how many of the parameter's own units one `unit` is. Raises InputError at the parameter's name for a

@@ -28,10 +28,12 @@ class SampledValue:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledValues:
-    """All that is written over a stage. attributes: in the order of their paths · apis: (prim, API schema) to apply."""
+    """All that is written over a stage."""
 
     attributes: tuple[SampledValue, ...] = ()
+    """In the order of their paths."""
     apis: tuple[tuple[str, str], ...] = ()
+    """(prim, API schema) to apply."""
 
     def of(self, chosen: Callable[[str], bool]) -> "SampledValues":
         """Return those of the chosen prims, by their paths."""

@@ -43,10 +43,11 @@ MAX_FRAMES_IN_TEXT = 4096  # with more time samples than this nobody reads a lay
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Augmentation:
-    """One augmentation: its sampled values. selections: variant set of the default prim -> variant."""
+    """One augmentation: its sampled values."""
 
     name: str
     selections: Mapping[str, str]
+    """Variant set of the default prim -> variant."""
     values: SampledValues
     background: Background | None = None
 

@@ -27,17 +27,17 @@ NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
 
 @dataclass(frozen=True, kw_only=True)
 class ModelSurface:
-    """A gprim, or a subset of its faces that has a material of its own.
-
-    names: its own and those of the prims above it, and their paths below the model · materials: names of its material ·
-    class_name: its class · instances: paths of the instances that hold it.
-    """
+    """A gprim, or a subset of its faces that has a material of its own."""
 
     path: Sdf.Path
     names: tuple[str, ...]
+    """Its own and those of the prims above it, and their paths below the model."""
     materials: tuple[str, ...]
+    """Names of its material."""
     class_name: str
+    """Its class."""
     instances: tuple[Sdf.Path, ...]
+    """Paths of the instances that hold it."""
 
 
 def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[ModelSurface]:

@@ -29,15 +29,14 @@ DISPLAYED = TARGET.AppendChild("Diffuse")
 @dataclass(frozen=True, kw_only=True)
 class DiffuseOverrides:
     """The prims to override so that a target becomes diffuse. Paths are relative to the target's root, "." for the
-    root.
-
-    surfaces: its UsdPreviewSurface nodes · instances: the instances that hold such nodes, which no opinion can change
-    inside an instance · displayed: whether any of its gprims has no material.
-    """
+    root."""
 
     surfaces: tuple[str, ...]
+    """Its UsdPreviewSurface nodes."""
     instances: tuple[str, ...]
+    """The instances that hold such nodes, which no opinion can change inside an instance."""
     displayed: bool
+    """Whether any of its gprims has no material."""
 
 
 def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:

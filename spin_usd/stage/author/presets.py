@@ -22,12 +22,13 @@ NAMES = ("exposure", "fStop", "focusDistance")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preset:
-    """A composed preset. flat: all that its layers compose, asset paths absolute · selections: variant set -> variant
-    of the target."""
+    """A composed preset."""
 
     file: Path
     flat: Sdf.Layer
+    """All that its layers compose, asset paths absolute."""
     selections: Mapping[str, str]
+    """Variant set -> variant of the target."""
 
     def layer(self, prim: Sdf.Path) -> Sdf.Layer | None:
         """Return its opinions on LIGHTS or ENVIRONMENT as a layer of its own; None where it has none."""

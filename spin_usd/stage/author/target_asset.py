@@ -19,28 +19,32 @@ UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
 
 @dataclass(frozen=True, kw_only=True)
 class TargetAsset:
-    """A target within a stage's folder.
-
-    file: its layer there · prim: its root, None for the default prim · xformable: whether the root's type has a
-    transform · has_kind: whether the root has a kind · order: the root's xformOpOrder · keypoints: path of the Points
-    prim below the root, or None · gprims: the number of gprims outside instances · variants: the variants of each
-    variant set of the root · source_prim: path of the root in the file that was given · notes: sentences on which prims
-    of that file are the target · up: the axis that the file calls up, empty where it does not say.
-    """
+    """A target within a stage's folder."""
 
     name: str
     file: Path
+    """Its layer there."""
     prim: str | None
+    """Its root; None for the default prim."""
     metres_per_unit: float
     xformable: bool
+    """Whether the root's type has a transform."""
     has_kind: bool
+    """Whether the root has a kind."""
     order: tuple[str, ...]
+    """The root's xformOpOrder."""
     keypoints: str | None
+    """Path of the Points prim below the root, or None."""
     gprims: int
+    """The number of gprims outside instances."""
     variants: Mapping[str, tuple[str, ...]]
+    """The variants of each variant set of the root."""
     source_prim: str | None = None
+    """Path of the root in the file that was given."""
     notes: tuple[str, ...] = ()
+    """Sentences on which prims of that file are the target."""
     up: str = ""
+    """The axis that the file calls up; empty where it does not say."""
 
 
 def describe(

@@ -44,9 +44,12 @@ def write_variant_sets(
 ) -> None:
     """Write the layer with the three sets, and what it refers to, into `folder`.
 
-    surroundings: the stage's own layers of LIGHTS and ENVIRONMENT · variants: the target's variant sets with their
-    variants · overrides: what makes its materials diffuse where it has no variants of these names. Raises InputError
-    for surroundings that cannot be switched off, OutputError.
+    Raises InputError for surroundings that cannot be switched off, OutputError.
+
+    Args:
+        surroundings: The stage's own layers of LIGHTS and ENVIRONMENT.
+        variants: The target's variant sets with their variants.
+        overrides: What makes its materials diffuse where it has no variants of these names.
     """
     kinds = {name: open_preset(stages() / "augmentations" / f"{name}.usda") for name in (PLAIN, RICH)}
     selectable = all(_has(variants, kind.selections) for kind in kinds.values())

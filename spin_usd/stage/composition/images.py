@@ -44,22 +44,24 @@ WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mi
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImageSource:
-    """The file of an image, or the part of a package that is one.
-
-    path: as USD resolves it · columns, rows: the first and the end of each · tile_rows: of the tiles that the file is
-    made of, 0 for rows alone · channels: their names · levels: of whole numbers, which stand for 0 to 1, None for
-    others · linearised: whether its colours are sRGB's, to be decoded · orientation: that of EXIF to turn it by, 1 for
-    none.
-    """
+    """The file of an image, or the part of a package that is one."""
 
     path: str
+    """As USD resolves it."""
     columns: tuple[int, int]
+    """The first and the end."""
     rows: tuple[int, int]
+    """The first and the end."""
     tile_rows: int
+    """Those of the tiles that the file is made of, 0 for rows alone."""
     channels: tuple[str, ...]
+    """Their names."""
     levels: int | None
+    """Those of whole numbers, which stand for 0 to 1; None for others."""
     linearised: bool
+    """Whether its colours are sRGB's, to be decoded."""
     orientation: int = 1
+    """That of EXIF to turn it by, 1 for none."""
 
     @property
     def size(self) -> tuple[int, int]:

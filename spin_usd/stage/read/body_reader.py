@@ -34,10 +34,14 @@ OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
 
 
 class BodyReader:
-    """Reads one body: a target, or an occluder. `id`: the target's, 0 of an occluder · `prim`: whose axes are the
-    body's · `part_offset`: as Body has it.
+    """Reads one body: a target, or an occluder.
 
     The readers refer to prims, not to this object: a reference cycle would keep the stage open for a while.
+
+    Attributes:
+        id: The target's, 0 of an occluder.
+        prim: The one whose axes are the body's.
+        part_offset: As Body has it.
     """
 
     def __init__(
@@ -50,8 +54,14 @@ class BodyReader:
         open_reader: OpenReader,
         shared: SharedPoses | None = None,
     ) -> None:
-        """`numbering`, `camera`: the stage's · `metres`: the length of a stage unit · `shared`: the poses of the same
-        body in another variant, which are kept for further ones too."""
+        """Find the body's axes and numbers.
+
+        Args:
+            numbering: The stage's.
+            camera: The stage's.
+            metres: The length of a stage unit.
+            shared: The poses of the same body in another variant, which are kept for further ones too.
+        """
         self._metres, self._open = metres, open_reader
         self._roots = body.roots if isinstance(body, OccluderPrims) else ()
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body

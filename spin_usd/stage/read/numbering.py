@@ -22,9 +22,10 @@ from spin_usd.stage.read.camera import find_cameras
 
 @dataclass(eq=False)
 class Numbering:
-    """targets: the paths of the stage's targets, whose ids count from 1."""
+    """The numbers of a stage's bodies and parts."""
 
     targets: tuple[str, ...] = ()
+    """The paths of the stage's targets, whose ids count from 1."""
     _bodies: dict[str, BodyParts] = field(default_factory=dict)
     _names: dict[str, str] = field(default_factory=dict)
 

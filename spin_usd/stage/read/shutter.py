@@ -27,12 +27,13 @@ READOUTS = Range(0, 1e6)  # seconds
 
 @dataclass(frozen=True, kw_only=True)
 class Opening:
-    """An exposure in time codes. middle: its middle · duration: from the first row's opening to the last row's closing
-    · readout: the share of that between the first row's opening and the last row's."""
+    """An exposure in time codes."""
 
     middle: float
     duration: float = 0.0
+    """From the first row's opening to the last row's closing."""
     readout: float = 0.0
+    """The share of that between the first row's opening and the last row's."""
 
 
 def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:

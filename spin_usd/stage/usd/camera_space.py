@@ -11,13 +11,15 @@ from spin_usd.stage.usd.transforms import between, placement
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraSpace:
-    """The camera's axes at `time`. world: the transforms of that time · T_world_usdcam: the camera's pose, metres ·
-    metres: the length of a stage unit."""
+    """The camera's axes at `time`."""
 
     time: Usd.TimeCode
     world: UsdGeom.XformCache
+    """The transforms of that time."""
     T_world_usdcam: Transform
+    """The camera's pose, metres."""
     metres: float
+    """The length of a stage unit."""
 
     @property
     def T_cam_world(self) -> Transform:

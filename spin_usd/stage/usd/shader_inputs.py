@@ -17,11 +17,12 @@ LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
 
 @dataclass(frozen=True, kw_only=True)
 class Output:
-    """An output of another node, to which an input is connected. `where`: that input."""
+    """An output of another node, to which an input is connected."""
 
     shader: UsdShade.Shader
     name: str
     where: str
+    """That input."""
 
     @property
     def node(self) -> str:

@@ -12,14 +12,13 @@ from spin_usd.records.record import Record
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedPicture:
-    """A picture whose record is valid.
-
-    where: the record's path in the dataset, for findings · record, description: its own and the dataset's · arrays: the
-    numbers of each of its files by kind, (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR; none unless all files
-    are whole.
-    """
+    """A picture whose record is valid."""
 
     where: str
+    """The record's path in the dataset, for findings."""
     record: Record
     description: DatasetDescription
+    """The dataset's."""
     arrays: Mapping[str, NDArray[Any]]
+    """The numbers of each of its files by kind: (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR. There are none
+    unless all files are whole."""

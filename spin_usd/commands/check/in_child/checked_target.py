@@ -19,18 +19,20 @@ from spin_usd.scene.finding import Finding
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedTarget:
-    """A target that the record lists.
-
-    picture: whose it is · recorded, described: what the record and dataset.json say of it · camera, T_cam_body: of the
-    record · mask (H, W) bool: the pixels that show it, None where no label says so.
-    """
+    """A target that the record lists."""
 
     picture: CheckedPicture
+    """The picture that it is in."""
     recorded: RecordedTarget
+    """What the record says of it."""
     described: TargetEntry
+    """What dataset.json says of it."""
     camera: Camera
+    """That of the record."""
     T_cam_body: Transform
+    """That of the record."""
     mask: NDArray[np.bool_] | None
+    """(H, W): the pixels that show it; None where no label says so."""
 
     def finding(self, code: str, message: str) -> Finding:
         """Return an error on this target."""

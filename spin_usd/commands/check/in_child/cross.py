@@ -147,14 +147,15 @@ def _depths(rays: Float, corners: Float) -> Float:
 
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """The `quantity` that differs in so many `pixels` of a `place`, "at edges" or "elsewhere", where `allowed` may
-    differ. worst: by how much at most, with its unit; "" for a quantity that is the same or another."""
+    """A quantity that differs in more pixels than `allowed`."""
 
     quantity: str
     place: str
+    """"at edges" or "elsewhere"."""
     pixels: int
     allowed: int
     worst: str = ""
+    """By how much at most, with its unit; "" for a quantity that is the same or another."""
 
 
 def disagreements(ours: Labels, theirs: Labels, camera: Camera, *, coincident: Mask) -> Iterator[Disagreement]:

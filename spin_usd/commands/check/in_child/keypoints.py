@@ -23,17 +23,18 @@ UNSEEN = (KeypointState.OUTSIDE, KeypointState.BEHIND)
 
 @dataclass(frozen=True, kw_only=True)
 class DepthAround:
-    """The depth of the pixels around a keypoint that is in the frame, metres.
-
-    z, skin: the keypoint's own depth, and how far before it a surface does not hide it · near, far: the least and
-    greatest depth around it, NaN where nothing is seen there · whole: whether all of these pixels show one part.
-    """
+    """The depth of the pixels around a keypoint that is in the frame, metres."""
 
     z: float
+    """The keypoint's own depth."""
     skin: float
+    """How far before the keypoint a surface does not hide it."""
     near: float
+    """The least depth around it, NaN where nothing is seen there."""
     far: float
+    """The greatest depth around it, likewise."""
     whole: bool
+    """Whether all of these pixels show one part."""
 
     @property
     def slope(self) -> float:

@@ -17,11 +17,11 @@ from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, ancestors, is_alway
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OccluderPrims:
-    """An occluder: all that moves as one in the axes of `frame`. roots: the prims whose subtrees are its geometry,
-    either `frame` itself or children of it."""
+    """An occluder: all that moves as one in the axes of `frame`."""
 
     frame: Usd.Prim
     roots: tuple[Usd.Prim, ...]
+    """The prims whose subtrees are its geometry, either `frame` itself or children of it."""
 
 
 def prim_of(body: Usd.Prim | OccluderPrims) -> Usd.Prim:

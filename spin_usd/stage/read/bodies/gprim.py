@@ -40,18 +40,17 @@ MENDED = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GprimMesh:
-    """A gprim's triangles in its own axes; equal instances share the object.
-
-    part, material (T,): which of the gprim's parts and materials, from 0, each triangle has · painters: where each
-    material comes from, 0 for the gprim itself, from 1 for its subsets that bind a material · left_out: likewise of the
-    materials that cannot be seen, whose triangles are not here.
-    """
+    """A gprim's triangles in its own axes; equal instances share the object."""
 
     triangles: Triangles
     part: Int
+    """(T,): which of the gprim's parts each triangle has, from 0."""
     material: Int
+    """(T,): which of the gprim's materials each triangle has, from 0."""
     painters: tuple[int, ...]
+    """Where each material comes from: 0 for the gprim itself, from 1 for its subsets that bind a material."""
     left_out: tuple[int, ...]
+    """Likewise of the materials that cannot be seen, whose triangles are not here."""
 
     @cached_property
     def parts(self) -> tuple[int, ...]:
@@ -61,28 +60,35 @@ class GprimMesh:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedGprim:
-    """A gprim's mesh with its pose in the target. parts and materials: their numbers · matrix: row-vector, from the
-    gprim's axes to the target's · group: the number of its light-link group · where: for messages."""
+    """A gprim's mesh with its pose in the target."""
 
     mesh: GprimMesh
     parts: tuple[int, ...]
+    """Their numbers."""
     materials: tuple[int, ...]
+    """Their numbers."""
     matrix: Float = field(default_factory=lambda: np.eye(4))
+    """Row-vector, from the gprim's axes to the target's."""
     group: int = 0
+    """The number of its light-link group."""
     where: object = ""
+    """For messages."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MaterialUse:
-    """A material as a gprim has it. prim: the gprim, or the subset that binds it · primvars: those that the gprim has ·
-    amount: of displacement · absent: whether its faces are left out · number: as faces have it, None where no face
-    has."""
+    """A material as a gprim has it."""
 
     prim: Usd.Prim
+    """The gprim, or the subset that binds it."""
     primvars: frozenset[str]
+    """Those that the gprim has."""
     amount: Any
+    """That of displacement."""
     absent: bool
+    """Whether its faces are left out."""
     number: int | None
+    """As faces have it; None where no face has."""
 
 
 @dataclass(eq=False)

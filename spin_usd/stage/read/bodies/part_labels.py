@@ -14,14 +14,17 @@ MAX_LABEL = 255
 
 @dataclass(frozen=True, kw_only=True)
 class Labels:
-    """The labels that a prim inherits: the part's prim path and name ("" where no ancestor names one) and its class,
-    and the class that descendants inherit. `merged`: names of parts that are one part wherever they occur."""
+    """The labels that a prim inherits, and the class that its descendants inherit.
+
+    They are the part's prim path, its name ("" where no ancestor names one) and its class.
+    """
 
     part_path: str = ""
     part_name: str = ""
     part_class: str = UNKNOWN
     class_name: str = UNKNOWN
     merged: frozenset[str] = frozenset()
+    """Names of parts that are one part wherever they occur."""
 
     @property
     def part_key(self) -> tuple[str, str]:

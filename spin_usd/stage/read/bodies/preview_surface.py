@@ -45,12 +45,13 @@ SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MaterialTemplate:
-    """A material apart from what the gprim's primvars decide: `fields` of Material, with PrimvarInput for primvars, and
-    the displacement. `prim`: the material, or the gprim whose displayColor it is."""
+    """A material apart from what the gprim's primvars decide, and the displacement."""
 
     prim: Usd.Prim | None
+    """The material, or the gprim whose displayColor it is."""
     path: str
     fields: dict[str, Any] = field(default_factory=dict)
+    """Those of Material, with PrimvarInput for primvars."""
     displacement: Any = 0.0
 
     @property

@@ -192,8 +192,13 @@ def _refuse_size(mesh: Mesh, prim: Usd.Prim) -> None:
 
 
 def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, parts: BodyParts) -> Mesh:
-    """Build one mesh of `pieces`. labels: of the pieces' part numbers · metres: the pieces' unit · parts: the body's,
-    whose numbers the faces get."""
+    """Build one mesh of `pieces`.
+
+    Args:
+        labels: Those of the pieces' part numbers.
+        metres: The pieces' unit.
+        parts: The body's, whose numbers the faces get.
+    """
     ids = np.array([parts.numbers.get(each.part_key, 0) for each in labels])
     channels = _channels(pieces)
     alone, shared = _by_mesh(pieces)

@@ -191,11 +191,14 @@ def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:
 
 
 def _sharpened(c: Cage, vertex: Int, border: NDArray[np.bool_], mode: str) -> NDArray[np.bool_]:
-    """Return which values (V,) the mode fixes. vertex (V,): the point of each · border (V,): whether it is on the
-    mesh's boundary.
+    """Return which values (V,) the mode fixes.
 
     Source: the rules of OpenSubdiv's documentation ("Face-varying interpolation rules"), to which the schema of
     UsdGeomMesh refers for faceVaryingLinearInterpolation.
+
+    Args:
+        vertex: (V,): the point of each.
+        border: (V,): whether it is on the mesh's boundary.
     """
     faces = np.bincount(c.indices, minlength=len(c.points))
     bounded = _at(c, c.edge_faces != 2)
