@@ -1,4 +1,7 @@
-"""The command line. Heavy things are imported inside the commands: `--help` loads neither bpy nor pxr."""
+"""The command line.
+
+Heavy things are imported inside the commands: `--help` loads neither bpy nor pxr.
+"""
 
 import sys
 import traceback

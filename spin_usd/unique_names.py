@@ -1,5 +1,7 @@
-"""Names made unlike one another by numbers: the one way to it. Each name has a counter of its own, so that a million
-repeats of one take no longer than a million names."""
+"""Names made unlike one another by numbers: the one way to it.
+
+Each name has a counter of its own, so that a million repeats of one take no longer than a million names.
+"""
 
 from collections.abc import Iterable
 from dataclasses import InitVar, dataclass, field

@@ -1,4 +1,7 @@
-"""CubeSat-CDT: as SPARK's stream 2. Its own annotation files are not published; they come from the same laboratory."""
+"""CubeSat-CDT: as SPARK's stream 2.
+
+Its own annotation files are not published; they come from the same laboratory.
+"""
 
 from spin_usd.exchange.layout.layout import ExportFormat
 from spin_usd.exchange.spark import pose_table_layout

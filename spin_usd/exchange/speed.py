@@ -1,6 +1,7 @@
-"""SPEED (2019): lists of poses, and grey images in a folder for each split. It has no lens distortion.
+"""SPEED (2019): lists of poses, and grey images in a folder for each split.
 
-Sources: pedropro/UrsoNet (speed.py: SPLIT.json, images/SPLIT), tpark94/speedplusbaseline (distortion taken as zero).
+It has no lens distortion. Sources: pedropro/UrsoNet (speed.py: SPLIT.json, images/SPLIT), tpark94/speedplusbaseline
+(distortion taken as zero).
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,7 @@
-"""The data sets of others that are written and read. A new one is a file of its own and an entry here."""
+"""The data sets of others that are written and read.
+
+A new one is a file of its own and an entry here.
+"""
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES

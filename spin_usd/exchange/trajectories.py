@@ -1,11 +1,11 @@
-"""Trajectories of a camera in a world, as odometry and SLAM write them: of TUM, EuRoC and KITTI. They are read alone.
+"""Trajectories of a camera in a world, as odometry and SLAM write them: of TUM, EuRoC and KITTI.
 
-TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks; EuRoC nanoseconds, a
-position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three rows. All take the
-camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time is the name of its
-picture, as it is of the images of TUM and EuRoC. Those of EuRoC are of the body that carries the camera, its IMU: where
-that camera is on it (T_BS of sensor.yaml) is not in the list. Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's
-state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
+They are read alone. TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks;
+EuRoC nanoseconds, a position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three
+rows. All take the camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time
+is the name of its picture, as it is of the images of TUM and EuRoC. Those of EuRoC are of the body that carries the
+camera, its IMU: where that camera is on it (T_BS of sensor.yaml) is not in the list. Source: TUM's RGB-D benchmark
+("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
 """
 
 import re

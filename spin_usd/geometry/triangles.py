@@ -1,4 +1,7 @@
-"""Triangles by their corners: their normals and areas. Polygons and strips of triangles too."""
+"""Triangles by their corners: their normals and areas.
+
+Polygons and strips of triangles too.
+"""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,7 @@
-"""Pictures of pictures, for people: labels in colours, and sheets of them. Every image here is (H, W, 3) uint8 RGB."""
+"""Pictures of pictures, for people: labels in colours, and sheets of them.
+
+Every image here is (H, W, 3) uint8 RGB.
+"""
 
 import colorsys
 from collections.abc import Sequence

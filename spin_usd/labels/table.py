@@ -1,4 +1,7 @@
-"""The labels that there are. A new one is a file of its own and an entry here."""
+"""The labels that there are.
+
+A new one is a file of its own and an entry here.
+"""
 
 from collections.abc import Iterable
 

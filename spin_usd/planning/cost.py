@@ -1,8 +1,8 @@
-"""The cost of making pictures: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
+"""The cost of making pictures: seconds of one core by kind of work, and bytes.
 
-The constants are few and rough. They were measured on one core of a 2-core x86-64 server. How many times slower this
-machine is scales them (`machine_speed`). What a dataset's own runs took beside what was expected of them is kept in its
-`cache/measured.json`, and says more: it scales what is expected next.
+Runs scale what is expected of the next. The constants are few and rough. They were measured on one core of a 2-core
+x86-64 server. How many times slower this machine is scales them (`machine_speed`). What a dataset's own runs took
+beside what was expected of them is kept in its `cache/measured.json`, and says more: it scales what is expected next.
 """
 
 from collections.abc import Mapping

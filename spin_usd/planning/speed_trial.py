@@ -1,9 +1,9 @@
-"""A short piece of work that takes as much longer on another machine as pictures do there. Runs in the child that
-plans, which has Embree and numpy open.
+"""A short piece of work that takes as much longer on another machine as pictures do there.
 
-Nine tenths of a picture's time are Cycles' paths. They follow triangles about in memory as rays of Embree do that are
-thrown from wall to wall, with some arithmetic at each: so this throws rays about in a hollow body. All of it stays in a
-processor's own caches: what does not is slowed by other work on the machine far more than renders are.
+Runs in the child that plans, which has Embree and numpy open. Nine tenths of a picture's time are Cycles' paths. They
+follow triangles about in memory as rays of Embree do that are thrown from wall to wall, with some arithmetic at each:
+so this throws rays about in a hollow body. All of it stays in a processor's own caches: what does not is slowed by
+other work on the machine far more than renders are.
 """
 
 import time

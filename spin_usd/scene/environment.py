@@ -1,4 +1,7 @@
-"""The environment, which is the background. Units are metres in the camera frame `cam`, W/m2/sr, linear RGB."""
+"""The environment, which is the background.
+
+Units are metres in the camera frame `cam`, W/m2/sr, linear RGB.
+"""
 
 from dataclasses import dataclass, field
 

@@ -1,6 +1,7 @@
-"""Values that vary over a surface: images, how they lie on it, and primvars. The terms are those of UsdUVTexture.
+"""Values that vary over a surface: images, how they lie on it, and primvars.
 
-Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds none.
+The terms are those of UsdUVTexture. Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds
+none.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,5 +1,7 @@
-"""A folder's files with their digests, listed in the folder itself, so that who replaces it whole can see what in it
-is ours. The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
+"""A folder's files with their digests, listed in the folder itself, so that who replaces it whole can see what in it is
+ours.
+
+The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
 """
 
 import re

@@ -1,4 +1,7 @@
-"""Rule: every file among the pictures is in a record. Outside the kinds' own folders all else is the user's."""
+"""Rule: every file among the pictures is in a record.
+
+Outside the kinds' own folders all else is the user's.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterator

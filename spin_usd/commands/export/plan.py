@@ -1,4 +1,7 @@
-"""The plan of an export: which pictures go where, after a look at every one of them. Nothing is written."""
+"""The plan of an export: which pictures go where, after a look at every one of them.
+
+Nothing is written.
+"""
 
 import hashlib
 import json

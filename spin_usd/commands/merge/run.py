@@ -1,4 +1,7 @@
-"""Merge datasets of one stage, such as the shards of a run, into one folder. Run again, it goes on."""
+"""Merge datasets of one stage, such as the shards of a run, into one folder.
+
+Run again, it goes on.
+"""
 
 import time
 from collections import Counter

@@ -1,6 +1,6 @@
-"""A COLLADA file's XML: its elements by what refers to them, and its numbers. Source: COLLADA 1.4.1 and 1.5.
+"""A COLLADA file's XML: its elements by what refers to them, and its numbers.
 
-docs/concepts/decisions.md says why pycollada does not read it.
+Source: COLLADA 1.4.1 and 1.5. docs/concepts/decisions.md says why pycollada does not read it.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
-"""COLLADA's common materials as UsdPreviewSurface. Source: COLLADA 1.4.1, chapter 7.
+"""COLLADA's common materials as UsdPreviewSurface.
 
-Specular and shininess are read as MTL's Ks and Ns; colours are taken as linear, images of 8 bits as sRGB. What
-exporters mean by transparency differs: a constant that leaves nothing of a surface is taken as opaque, for nobody
-exports what cannot be seen. Blender writes how metallic a surface of nodes is as its reflectivity.
+Source: COLLADA 1.4.1, chapter 7. Specular and shininess are read as MTL's Ks and Ns; colours are taken as linear,
+images of 8 bits as sRGB. What exporters mean by transparency differs: a constant that leaves nothing of a surface is
+taken as opaque, for nobody exports what cannot be seen. Blender writes how metallic a surface of nodes is as its
+reflectivity.
 """
 
 from collections.abc import Mapping

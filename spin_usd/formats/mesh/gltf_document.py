@@ -1,7 +1,7 @@
-"""A glTF or GLB file's JSON, and the numbers and images that it points to. Source: glTF 2.0, sections 3.6, 3.8 and 4.4.
+"""A glTF or GLB file's JSON, and the numbers and images that it points to.
 
-trimesh, the authority in the tests, rounds colours to 8 bits, spoils quantised texture coordinates and reads one set of
-them.
+Source: glTF 2.0, sections 3.6, 3.8 and 4.4. trimesh, the authority in the tests, rounds colours to 8 bits, spoils
+quantised texture coordinates and reads one set of them.
 """
 
 import base64

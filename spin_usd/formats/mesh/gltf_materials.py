@@ -1,9 +1,10 @@
-"""glTF's metallic-roughness materials as UsdPreviewSurface. Source: glTF 2.0, sections 3.8 and 3.9, and the extensions
-KHR_texture_transform, KHR_materials_ior, KHR_materials_emissive_strength, KHR_materials_clearcoat and EXT_texture_webp.
+"""glTF's metallic-roughness materials as UsdPreviewSurface.
 
-A texture is multiplied by its factor after it is made linear. glTF's (0, 0) is the image's upper left corner, USD's the
-lower left: v = 1 - t. KHR_texture_transform turns counter-clockwise as seen on the image, as its text and its example
-say and its readers do; the matrix printed with them turns the other way (KhronosGroup/glTF issue 1563).
+Source: glTF 2.0, sections 3.8 and 3.9, and the extensions KHR_texture_transform, KHR_materials_ior,
+KHR_materials_emissive_strength, KHR_materials_clearcoat and EXT_texture_webp. A texture is multiplied by its factor
+after it is made linear. glTF's (0, 0) is the image's upper left corner, USD's the lower left: v = 1 - t.
+KHR_texture_transform turns counter-clockwise as seen on the image, as its text and its example say and its readers do;
+the matrix printed with them turns the other way (KhronosGroup/glTF issue 1563).
 """
 
 from dataclasses import dataclass, field, replace

@@ -1,5 +1,8 @@
-"""EXT_meshopt_compression: the bytes of a buffer view out of compressed ones. Source: the extension's text, whose
-appendices define the three streams and the three filters; there is no well-kept package that decodes them."""
+"""EXT_meshopt_compression: the bytes of a buffer view out of compressed ones.
+
+Source: the extension's text, whose appendices define the three streams and the three filters; there is no well-kept
+package that decodes them.
+"""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,8 @@
 """STEP as GLB, by Open CASCADE (cascadio): faces within a tolerance of the curved surfaces, in metres, in the file's
-own axes. It is a large library in C++, so a child process alone calls it."""
+own axes.
+
+Open CASCADE is a large library in C++, so a child process alone calls it.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""STL, parsed by trimesh: the file's points, faces and normals. Nothing is merged, smoothed or computed."""
+"""STL, parsed by trimesh: the file's points, faces and normals.
+
+Nothing is merged, smoothed or computed.
+"""
 
 import io
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Domes and planets as Blender's world: one image around everything, or one colour. Cameras do not see it."""
+"""Domes and planets as Blender's world: one image around everything, or one colour.
+
+Cameras do not see it.
+"""
 
 from typing import Any
 

@@ -1,6 +1,9 @@
 """Attributes of a mesh's faces by their numbers: of its own faces, and of its instances', which are computed when asked
-for. Faces numbered through all bodies of a scene, one body after the other, are taken apart again. To `take`
-many rows needs a third of the time of an index in brackets."""
+for.
+
+Faces numbered through all bodies of a scene, one body after the other, are taken apart again. To `take` many rows needs
+a third of the time of an index in brackets.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Values at points of the surface: constants, textures and primvars. What both renderers' shading must agree with."""
+"""Values at points of the surface: constants, textures and primvars.
+
+The shading of both renderers must agree with them.
+"""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,7 @@
-"""The transfer curve of sRGB. Source: IEC 61966-2-1:1999."""
+"""The transfer curve of sRGB.
+
+Source: IEC 61966-2-1:1999.
+"""
 
 from typing import Any
 

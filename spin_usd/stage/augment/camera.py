@@ -1,4 +1,7 @@
-"""Parameters of the camera: exposure, optics, detector, focus, lens. Of several cameras all take the same values."""
+"""Parameters of the camera: exposure, optics, detector, focus, lens.
+
+Of several cameras all take the same values.
+"""
 
 from dataclasses import replace
 from typing import Any

@@ -1,8 +1,8 @@
-"""Image files that a stage names, as linear or raw RGBA, as UsdUVTexture and dome lights use them. Their numbers are
-decoded when something asks for them, and then by bands: labels ask for none but those of cut-outs.
+"""Image files that a stage names, as linear or raw RGBA, as UsdUVTexture and dome lights use them.
 
-Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel,
-before any interpolation; alpha is never a colour, and never multiplied into one.
+Their numbers are decoded when something asks for them, and then by bands: labels ask for none but those of cut-outs.
+Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel, before any
+interpolation; alpha is never a colour, and never multiplied into one.
 """
 
 import hashlib

@@ -1,5 +1,7 @@
-"""The target's named keypoints: a Points prim below it, with names in primvars:keypointName. They may come
-from a layer of their own too, such as the one that `spin-usd keypoints` writes."""
+"""The target's named keypoints: a Points prim below it, with names in primvars:keypointName.
+
+They may come from a layer of their own too, such as the one that `spin-usd keypoints` writes.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""A target: all geometry that is rendered below one prim, as one mesh in body axes. An occluder is read likewise."""
+"""A target: all geometry that is rendered below one prim, as one mesh in body axes.
+
+An occluder is read likewise.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
