@@ -11,12 +11,12 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.files.user_file import open_file, path_of, read_bytes, read_text
 from spin_usd.formats.array_file import read_point_cloud
+from spin_usd.formats.augmentation_spec import read_augmentation_spec
 from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.formats.image_file import read_image
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.formats.sampling_text import read_sampling_file
-from spin_usd.formats.spec_file import read_spec_file
 from spin_usd.formats.table_file import read_keypoints_file
 
 
@@ -100,7 +100,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "poses": read_pose_list,
     "camera": read_camera_file,
     "lidar": read_lidar_file,
-    "specification": read_spec_file,
+    "specification": read_augmentation_spec,
     "sampling": read_sampling_file,
     "keypoints": read_keypoints_file,
     "image": read_image,

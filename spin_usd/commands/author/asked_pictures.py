@@ -7,7 +7,7 @@ from typing import Any
 
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
-from spin_usd.commands.author.spec import open_spec
+from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading

@@ -10,7 +10,7 @@ from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pic
 from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
+from spin_usd.formats.augmentation_spec import AugmentationEntry, SampleEntry, Specification, read_augmentation_spec
 from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.sampling.constraints import CONSTRAINTS
@@ -45,7 +45,7 @@ def augment_stage(
     """
     file, new_root = spec_path(spec), Path(out) if out is not None else None
     _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
-    specification = read_spec_file(file)
+    specification = read_augmentation_spec(file)
     made: list[Augmentation] = []
     checked: set[Path] = set()
     for entry in specification.augmentations:

@@ -15,7 +15,7 @@ from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
-from spin_usd.commands.author.spec_tables import BodyPoses, inside_law
+from spin_usd.commands.author.sampling_tables import BodyPoses, inside_law
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading

@@ -10,7 +10,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures
-from spin_usd.commands.author.spec import SamplingPart, SamplingSpec
+from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.progress import Progress, no_progress

@@ -11,7 +11,7 @@ from scipy.stats import ks_2samp
 
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
-from spin_usd.commands.author.spec import open_spec
+from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.renderers.embree.caster import EmbreeCaster

@@ -103,7 +103,7 @@ class Specification:
     """Each entry as often as its count says."""
 
 
-def read_spec_file(path: str | Path) -> Specification:
+def read_augmentation_spec(path: str | Path) -> Specification:
     """Read the specification in the file at `path`. Raises InputError that names the key that is wrong."""
     path = Path(path)
     data = read_bytes(path, MAX_SPECIFICATION)

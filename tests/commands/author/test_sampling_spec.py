@@ -10,7 +10,7 @@ from scipy.stats import kstest, loguniform, uniform
 
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
-from spin_usd.commands.author.spec import open_spec
+from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.geometry.framing import framed_shares
 from spin_usd.geometry.rotation import matrices_from_quaternions

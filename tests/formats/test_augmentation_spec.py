@@ -6,7 +6,7 @@ import runpy
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.formats.spec_file import read_spec_file
+from spin_usd.formats.augmentation_spec import read_augmentation_spec
 from tests.conftest import REPOSITORY
 
 SHIPPED = sorted((REPOSITORY / "stages" / "augmentations").glob("*.toml"))
@@ -20,7 +20,7 @@ name = "a"
 
 def read(tmp_path, text):
     (tmp_path / "spec.toml").write_text(text)
-    return read_spec_file(tmp_path / "spec.toml")
+    return read_augmentation_spec(tmp_path / "spec.toml")
 
 
 def test_the_schemas_are_what_types_and_registry_say() -> None:
@@ -39,7 +39,7 @@ def test_every_parameter_has_a_description_and_its_units_there() -> None:
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_those_that_travel_along_are_valid_and_name_their_schema(path) -> None:
-    specification = read_spec_file(path)
+    specification = read_augmentation_spec(path)
     assert specification.name == path.stem
     first = path.read_text().splitlines()[0]
     assert first.startswith("#:schema ")
@@ -47,7 +47,7 @@ def test_those_that_travel_along_are_valid_and_name_their_schema(path) -> None:
 
 
 def test_the_ablation_has_its_eight_cells() -> None:
-    cells = [read_spec_file(path).augmentations for path in SHIPPED if path.stem.startswith("ablation")]
+    cells = [read_augmentation_spec(path).augmentations for path in SHIPPED if path.stem.startswith("ablation")]
     assert len({tuple(one.select[group] for group in GROUPS) for (one,) in cells}) == 8
     for (one,) in cells:
         rich = [group for group in GROUPS if one.select[group] == "rich"]
@@ -132,7 +132,7 @@ def test_pictures_take_nothing_in_turn(tmp_path) -> None:
 
 
 def test_the_published_augmentation_differs_in_materials_and_background(tmp_path) -> None:
-    made = read_spec_file(REPOSITORY / "stages" / "augmentations" / "isda.toml").augmentations
+    made = read_augmentation_spec(REPOSITORY / "stages" / "augmentations" / "isda.toml").augmentations
     assert len(made) == 3
     assert {one.select["materials"] for one in made} == {"plain", "rich"}
     assert len({s.words["value"] for one in made for s in one.sample if s.parameter == "background"}) == 3
