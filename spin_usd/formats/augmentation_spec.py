@@ -12,24 +12,14 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.checked_document import check_document, read_as
+from spin_usd.formats.sample_table import SampleEntry, samples_of
 from spin_usd.formats.text_file import tables_in
 from spin_usd.scene.model import NOMINAL
 
 SCHEMA = "augment-1"
-FRAME = "frame"
 IN_TURN = "in_turn"
 RESERVED = {NOMINAL: "the stage without augmentation", "all": "every variant together"}  # as --variants has them
 LONGEST_NAME = 100  # it names files too, beside a suffix
-
-
-@dataclass(frozen=True, kw_only=True)
-class SampleEntry:
-    """The distribution of one parameter: `words` name it and its numbers, in `unit`."""
-
-    parameter: str
-    words: Mapping[str, Any]
-    unit: str | None = None
-    per_frame: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,20 +115,6 @@ def read_augmentation_spec(path: str | Path) -> Specification:
         sha256=hashlib.sha256(data).hexdigest(),
         seed=tables.seed,
         augmentations=entries,
-    )
-
-
-def samples_of(table: Mapping[str, Mapping[str, Any]]) -> tuple[SampleEntry, ...]:
-    """Return a `sample` table: parameter -> its distribution, with `unit` and `per` among the distribution's own
-    words."""
-    return tuple(
-        SampleEntry(
-            parameter=name,
-            words={key: value for key, value in words.items() if key not in ("unit", "per")},
-            unit=words.get("unit"),
-            per_frame=words.get("per") == FRAME,
-        )
-        for name, words in table.items()
     )
 
 

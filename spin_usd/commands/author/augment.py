@@ -10,7 +10,8 @@ from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pic
 from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.augmentation_spec import AugmentationEntry, SampleEntry, Specification, read_augmentation_spec
+from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec
+from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.sampling.constraints import CONSTRAINTS

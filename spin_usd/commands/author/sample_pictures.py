@@ -10,7 +10,7 @@ from msgspec import structs
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.augmentation_spec import SampleEntry
+from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
 from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
