@@ -16,7 +16,7 @@ class HeldFolder:
     """`name`: its path."""
 
     def __init__(self) -> None:
-        _sweep(tempfile.gettempdir())
+        _remove_leftovers(tempfile.gettempdir())
         self._folder = tempfile.TemporaryDirectory(prefix=PREFIX)
         self.name = self._folder.name
         self._lock = Path(self.name, HELD).open("wb")  # noqa: SIM115 - for as long as this lives
@@ -29,7 +29,7 @@ class HeldFolder:
 
 
 @cache
-def _sweep(place: str) -> None:
+def _remove_leftovers(place: str) -> None:
     """Remove the folders in `place` that no living process holds; once a process. A lock says so, not a number: another
     container on the same disk counts its processes by itself."""
     for path in Path(place).glob(f"{PREFIX}*/{HELD}"):

@@ -154,7 +154,7 @@ class Store:
                 stack.callback(self.lock.unlink, missing_ok=True)
                 work = self.work(lock.token)
                 stack.callback(self._remove_whole, work)
-                self._sweep(work)
+                self._replace_leftovers(work)
                 yield Lease(descriptor=lock.descriptor, work=work)
         finally:
             if made:
@@ -193,7 +193,7 @@ class Store:
             raise self._unwritable(e) from e
         return True
 
-    def _sweep(self, work: Path) -> None:
+    def _replace_leftovers(self, work: Path) -> None:
         """Make the work folder anew, without what a run that was killed left in it."""
         try:
             if self.folder.type_of(work.name) is NodeType.FOLDER:

@@ -34,7 +34,7 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
     token = new_token()
     hidden = _hidden(parent, name, beside, token)
     try:
-        sweep(parent, name, beside=beside)
+        remove_leftovers(parent, name, beside=beside)
         hidden.folder.mkdir()
         try:
             create_lock(hidden.folder / LOCK, token)
@@ -44,7 +44,7 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=parent, do="choose another folder") from e
     lock = None
-    with suppress(OSError):  # a file system without locks: nobody sweeps there
+    with suppress(OSError):  # a file system without locks: nobody removes what is left there
         lock = take_lock(hidden.folder / LOCK)
     try:
         yield hidden
@@ -54,15 +54,15 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
             os.close(lock.descriptor)
 
 
-def sweep(parent: Path, name: str, *, beside: str = "none") -> None:
+def remove_leftovers(parent: Path, name: str, *, beside: str = "none") -> None:
     """Remove what killed processes left of the hidden folders of that name. Raises OSError where `parent` cannot be
     listed."""
     for entry in os.listdir(parent):
         if found := re.fullmatch(rf"\.{re.escape(name)}\.([0-9a-f]{{32}})", entry):
-            _sweep_one(_hidden(parent, name, beside, found[1]), found[1])
+            _remove_left(_hidden(parent, name, beside, found[1]), found[1])
 
 
-def _sweep_one(left: HiddenFolder, token: str) -> None:
+def _remove_left(left: HiddenFolder, token: str) -> None:
     if Folder(left.folder.parent).type_of(left.folder.name) is not NodeType.FOLDER:
         return
     with suppress(OSError):  # another user's

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
 from spin_usd.store.atomic import force_folder
-from spin_usd.store.hidden_folder import hidden_folder, sweep
+from spin_usd.store.hidden_folder import hidden_folder, remove_leftovers
 
 
 @contextmanager
@@ -46,5 +46,5 @@ def nothing_left_of(out: Path) -> Iterator[None]:
         yield
     except BaseException:
         with suppress(OSError):
-            sweep(out.parent, out.name)
+            remove_leftovers(out.parent, out.name)
         raise

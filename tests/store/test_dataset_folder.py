@@ -90,7 +90,7 @@ def test_a_lock_for_which_there_is_no_room_is_not_left(tmp_path, room, held) -> 
     assert not list(tmp_path.iterdir())
 
 
-def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path) -> None:
+def test_who_takes_the_lock_removes_what_a_killed_run_left_and_nothing_else(tmp_path) -> None:
     """A run is killed with a file half written; what is named like it stays."""
     code = (
         "import os, pathlib, sys; from spin_usd.store.dataset_folder import Store\n"

@@ -70,7 +70,7 @@ class GalleryFolder:
         for name, content in page_files().items():
             self._write(name if name == PAGE else f"{PROGRAM}/{name}", content)
 
-    def sweep(self, used: Collection[str]) -> None:
+    def remove_unused(self, used: Collection[str]) -> None:
         """Remove files called after keys that were there, and are neither among those `used` nor added."""
         for name in self.present - set(used) - self._used:
             if OWN_NAME.fullmatch(name):

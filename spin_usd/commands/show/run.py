@@ -84,7 +84,7 @@ def show(options: ShowOptions) -> GalleryReport:
         faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
         header |= {"given": str(options.dataset), "faults": faults, "tags": tags}
         folder.write_page(DataFile(header, arrays))
-        folder.sweep({name for picture in [*pictures, *others] for name in picture.keys.names.values()})
+        folder.remove_unused({name for picture in [*pictures, *others] for name in picture.keys.names.values()})
     made = sum(place < len(pictures) for place in missing)  # those beside follow
     return GalleryReport(
         page=str(options.page_folder / PAGE),

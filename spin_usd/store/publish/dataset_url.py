@@ -49,7 +49,7 @@ class DatasetUrl:
         listed = self._listed(within)
         return [name for name in listed if is_below(name) and not PART.fullmatch(name) and name != MARKER]
 
-    def sweep(self) -> None:
+    def remove_leftovers(self) -> None:
         """Remove what a killed run left half-written; no other may be on. Raises InputError and OutputError."""
         for name in filter(PART.fullmatch, self._listed("")):
             self.remove(name)

@@ -48,7 +48,7 @@ class Mirror:
     def fetch(self) -> None:
         """Fill the folder, which is empty. Raises InputError where the URL cannot be read, OutputError."""
         if not self.url.whole:
-            self.url.sweep()
+            self.url.remove_leftovers()
         names = self.url.names()
         own = [DESCRIPTION, *below(names, STAGE), *below(names, RECORDS)]
         self.url.fetch([name for name in own if name in set(names)], self.store.root)

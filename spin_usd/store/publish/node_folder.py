@@ -16,7 +16,7 @@ from pathlib import Path
 from spin_usd.errors import InputError, OutputError
 from spin_usd.sha256 import sha256_of
 from spin_usd.store.file_digests import SUMS, changed
-from spin_usd.store.hidden_folder import LOCK, sweep
+from spin_usd.store.hidden_folder import LOCK, remove_leftovers
 from spin_usd.store.lock import Lock, create_lock, take_alone, take_lock
 from spin_usd.store.names import STAGE
 from spin_usd.store.publish.dataset_url import DatasetUrl
@@ -35,7 +35,7 @@ def node_folder(run: str, url: DatasetUrl, sums: str) -> Iterator[Path]:
     parent = Path(tempfile.gettempdir())
     folder = parent / f".{NAME}.{run}"
     try:
-        sweep(parent, NAME)
+        remove_leftovers(parent, NAME)
         lock = _joined(folder, run)
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=folder, do="look at the node's disk") from e

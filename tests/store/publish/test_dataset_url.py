@@ -103,7 +103,7 @@ def test_a_put_that_breaks_off_leaves_the_old_file(tmp_path, file, monkeypatch) 
         url.put(NAMES[0], file)
     assert url.read(NAMES[0]) == b"bytes"
     assert url.names() == NAMES[:1]
-    url.sweep()
+    url.remove_leftovers()
     assert [path.name for path in (tmp_path / "dataset").iterdir()] == NAMES[:1]
 
 
