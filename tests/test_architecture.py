@@ -123,7 +123,7 @@ MAY_OPEN = {
     "stage/augment/write_augmentations.py": "lists those files",
     "renderers/blender/camera.py": WORK,
     "renderers/blender/passes.py": WORK,
-    "exchange/layout/bop_scenes.py": MADE,
+    "exchange/bop_scenes.py": MADE,
     "exchange/layout/index_file.py": MADE,
     "exchange/layout/models.py": WORK,
     "exchange/layout/save_models.py": WORK,

@@ -14,8 +14,7 @@ from msgspec import UNSET
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
-from spin_usd.exchange.layout.bop_scenes import (
+from spin_usd.exchange.bop_scenes import (
     POSES_TO_CAMERA,
     camera_matrix,
     depth_file,
@@ -28,6 +27,7 @@ from spin_usd.exchange.layout.bop_scenes import (
     scene_rows,
     visibility_entry,
 )
+from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.exported_dataset import AMODAL, ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output

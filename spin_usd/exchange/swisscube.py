@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.exchange.layout.bop_scenes import (
+from spin_usd.exchange.bop_scenes import (
     POSES_TO_CAMERA,
     camera_matrix,
     image_file,

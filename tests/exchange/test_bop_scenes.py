@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.bop_scenes import (
+from spin_usd.exchange.bop_scenes import (
     camera_matrix,
     model_entry,
     pose_entry,
