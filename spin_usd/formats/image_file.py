@@ -25,7 +25,7 @@ from spin_usd.files.user_file import open_file, path_of
 
 Image = NDArray[Any]
 
-KINDS = {".exr": ("float32",), ".png": ("uint8", "uint16"), ".jpg": ("uint8",)}
+ENDINGS = {".exr": ("float32",), ".png": ("uint8", "uint16"), ".jpg": ("uint8",)}
 TYPES = {"float32": oiio.FLOAT, "uint8": oiio.UINT8, "uint16": oiio.UINT16}
 ATTRIBUTES: dict[str, dict[str, str | int]] = {
     ".exr": {"compression": "zip"},
@@ -159,9 +159,9 @@ def _in_name_order(pixels: Image, names: list[str]) -> tuple[Image, tuple[str, .
 
 
 def _check_kind(suffix: str, pixels: Image, channels: tuple[str, ...]) -> None:
-    types = KINDS.get(suffix)
+    types = ENDINGS.get(suffix)
     if types is None:
-        raise UnsupportedError(f"cannot write {suffix!r} files", do=f"choose {', '.join(KINDS)}")
+        raise UnsupportedError(f"cannot write {suffix!r} files", do=f"choose {', '.join(ENDINGS)}")
     if pixels.dtype.name not in types:
         raise UnsupportedError(f"{suffix} cannot hold {pixels.dtype}", do=f"give {' or '.join(types)}")
     if pixels.ndim != 3 or pixels.shape[2] != len(channels):

@@ -117,10 +117,10 @@ class PicturePlanner:
 
 def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
     """Raise UnsupportedError where image files of that kind cannot hold the sensor's numbers."""
-    from spin_usd.formats.image_file import KINDS  # not above: it loads Pillow, which a plan of labels does not need
+    from spin_usd.formats.image_file import ENDINGS  # not above: it loads Pillow, which a plan of labels does not need
 
     bits = scene.sensor.bit_depth
-    if f"uint{bits}" not in KINDS[image_suffix]:
+    if f"uint{bits}" not in ENDINGS[image_suffix]:
         found = f"is {bits}, which {image_suffix} files cannot hold (picture {reader.variant}/{scene.frame.name})"
         do = "choose --image-format png, or make it 8"
         raise UnsupportedError(found, where=f"{reader.camera_path}.{schema.SENSOR['bit_depth']}", do=do)

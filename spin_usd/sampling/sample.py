@@ -114,7 +114,9 @@ def _rounded(q: Float) -> UnitQuaternion:
 
 
 AnyDistribution = Fixed | Uniform | LogUniform | Normal | Choice | Directions | Attitudes | AttitudesAround | Facing
-KINDS: Mapping[str, type[Distribution]] = {str(each.__struct_config__.tag): each for each in get_args(AnyDistribution)}
+DISTRIBUTIONS: Mapping[str, type[Distribution]] = {
+    str(each.__struct_config__.tag): each for each in get_args(AnyDistribution)
+}
 SCALED = ("value", "low", "high", "mean", "sigma", "values")
 """Fields that are in the parameter's unit."""
 
@@ -123,9 +125,9 @@ def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distributi
     """Return the distribution that `words` name: {"distribution": its kind, and its fields}; its numbers are multiplied
     by `factor`, which brings them to the parameter's own unit. Raises InputError."""
     name = str(words.get("distribution"))
-    if name not in KINDS:
-        raise InputError(f"there is no distribution {name!r}", do=f"choose one of {', '.join(KINDS)}")
-    fields = fields_of(KINDS[name])
+    if name not in DISTRIBUTIONS:
+        raise InputError(f"there is no distribution {name!r}", do=f"choose one of {', '.join(DISTRIBUTIONS)}")
+    fields = fields_of(DISTRIBUTIONS[name])
     required = [each.name for each in fields if each.required]
     for key in required:
         if key not in words:
@@ -136,7 +138,7 @@ def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distributi
             raise InputError(f"distribution {name} has no {key!r}", do=f"it takes {known}")
     scaled = {key: _scaled(value, factor) if key in SCALED else value for key, value in words.items()}
     try:
-        return convert(scaled, KINDS[name])
+        return convert(scaled, DISTRIBUTIONS[name])
     except ValidationError as error:
         if isinstance(error.__cause__, InputError):
             raise error.__cause__ from None

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from spin_usd.exchange.croissant import MEDIA_TYPES
-from spin_usd.formats.image_file import KINDS
+from spin_usd.formats.image_file import ENDINGS
 from spin_usd.labels.table import LABELS
 from spin_usd.sha256 import sha256_of
 from tests.exchange.conftest import write_export
@@ -54,4 +54,4 @@ def test_every_column_is_described(two_variants, croissant) -> None:
 
 def test_every_kind_of_file_has_a_media_type() -> None:
     """An image or a label whose ending has none could not be described."""
-    assert {*KINDS, *(label.suffix for label in LABELS.values())} <= set(MEDIA_TYPES)
+    assert {*ENDINGS, *(label.suffix for label in LABELS.values())} <= set(MEDIA_TYPES)

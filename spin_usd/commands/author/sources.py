@@ -32,7 +32,7 @@ from spin_usd.stage.author.write_stage import StageSources
 EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
 BACK_PLATE = "back_plate"  # that for a user's own backgrounds
 
-KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
+MAP_WORDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
 """What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
 
 Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
@@ -203,7 +203,7 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
 
 
 def _kind(name: str) -> str:
-    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
+    return next((kind for kind, words in MAP_WORDS.items() if any(word in name for word in words)), "albedo")
 
 
 def images_in(path: Path, what: str) -> list[Path]:

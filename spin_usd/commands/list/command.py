@@ -61,7 +61,7 @@ def _formats() -> Mapping[str, str]:
     return {name: each.holds for name, each in EXPORT_FORMATS.items()}
 
 
-KINDS = {
+LISTS = {
     "targets": Kind(option="author --target, --also", names=_travelling("target")),
     "cameras": Kind(option="author --camera", names=_travelling("camera")),
     "presets": Kind(option="author --preset", names=_travelling("preset")),
@@ -73,18 +73,18 @@ KINDS = {
     "labels": Kind(option="render --labels", names=_labels),
     "formats": Kind(option="export --to", names=_formats),
 }
-assert len(KINDS) == len(BUNDLED) + 2, "each kind of files that travel with spin_usd is listed"
+assert len(LISTS) == len(BUNDLED) + 2, "each kind of files that travel with spin_usd is listed"
 
 
 def list(
-    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help=f"{', '.join(KINDS)}; all if not given.")] = None,
+    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help=f"{', '.join(LISTS)}; all if not given.")] = None,
     *,
     as_json: Json = False,
 ) -> None:
     """List the names that other commands take: targets, cameras, presets, lights, labels and more."""
-    if kind is not None and kind not in KINDS:
-        raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(KINDS)}")
-    chosen = KINDS if kind is None else {kind: KINDS[kind]}
+    if kind is not None and kind not in LISTS:
+        raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(LISTS)}")
+    chosen = LISTS if kind is None else {kind: LISTS[kind]}
     if as_json:
         print_out(json.dumps({title: each.names() for title, each in chosen.items()}))
         return

@@ -11,7 +11,7 @@ from spin_usd.renderers.background.noise_octaves import Face, octave, resolved
 from spin_usd.renderers.background.planet_maps import ramp
 
 SWIRLS = ((0.045, 0.0012), (0.016, 0.0003))  # waves by which clouds are stirred, and how far; radians
-KINDS = (0.16, 0.05)  # waves, radians, over which cells close, open and give way to sheets
+CELL_WAVES = (0.16, 0.05)  # waves, radians, over which cells close, open and give way to sheets
 VEILS = (0.35, 0.14, 0.06)  # of thin high clouds
 RANGES = (0.11, 0.04)  # of mountains
 FOLDED = 0.36  # the variance of the absolute value of a normally distributed number
@@ -48,7 +48,7 @@ class Weather:
                 total += octave(faces, wave, number + i) * resolved(footprint, wave) * np.float32(way)
             return total
 
-        cells = np.clip(noise(KINDS, 60) * np.float32(0.8) + np.float32(0.35), -1, 1)
+        cells = np.clip(noise(CELL_WAVES, 60) * np.float32(0.8) + np.float32(0.35), -1, 1)
         return cls(
             plain=np.sqrt(1 - np.float32(FOLDED) * cells * cells),
             cells=cells,

@@ -21,7 +21,7 @@ from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
 
 # A primvar's kind of attribute by its number of components, and the property that holds its values.
-KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
+STORAGE = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
 Faces = NDArray[np.intp] | slice
 EVERY = slice(None)
 # Volumes are left, and there are none here: an object that no kind of ray sees would be none to Cycles.
@@ -201,7 +201,7 @@ def build_mesh(shape: Shape, centre: Float, chosen: Faces) -> Any:
     _number_faces(data, np.arange(1, len(shape.faces) + 1, dtype=np.float32)[chosen])
     for name in sorted(shape.primvars):
         values = shape.primvars[name]
-        kind, holder = KINDS[values.shape[2]]
+        kind, holder = STORAGE[values.shape[2]]
         attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map
         attribute.data.foreach_set(holder, values[chosen].ravel())
     data.update(calc_edges=True)

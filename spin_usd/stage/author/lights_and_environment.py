@@ -16,7 +16,7 @@ from spin_usd.stage.read.planet import COLOURS, colours_outside
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata
 
-KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
+SURROUNDING_PRIMS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them.
 
 The default prim of a layer of lights is Lights, that of an environment is Environment."""
@@ -39,7 +39,7 @@ def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
     """
     layer = open_layer(Path(path))
     flat = composed(layer, path)
-    prim = KINDS[kind].name
+    prim = SURROUNDING_PRIMS[kind].name
     if layer.defaultPrim != prim or not flat.GetPrimAtPath(f"/{prim}"):
         what = "layer of lights" if kind == "lights" else "layer of an environment"
         raise InputError(f"is not a {what}: its default prim is not {prim}", where=path)

@@ -19,7 +19,7 @@ from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.camera_layer import FurtherCamera, layer_name
 from spin_usd.stage.author.diffuse_materials import find_diffuse_overrides
-from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
+from spin_usd.stage.author.lights_and_environment import SURROUNDING_PRIMS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
@@ -105,7 +105,7 @@ def _write_layers(
         export(each.layer, folder / layer_name(each.name))
     export(render_layer(lens, outputs, lenses), folder / "render.usda")
     chosen: dict[Sdf.Path, Sdf.Layer] = {}
-    for kind, place in KINDS.items():
+    for kind, place in SURROUNDING_PRIMS.items():
         own = sources.surroundings.get(kind) or (sources.preset.layer(place) if sources.preset else None)
         if own:
             copy_assets(own, folder / kind)

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from spin_usd.command_line import app
-from spin_usd.commands.list.command import KINDS
+from spin_usd.commands.list.command import LISTS
 from spin_usd.errors import InputError
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
@@ -18,7 +18,7 @@ def test_all_names_are_listed_each_with_a_sentence() -> None:
     assert done.exit_code == 0
     first = {line.split()[0] for line in done.output.splitlines() if line.strip()}
     assert first >= {name for kind in BUNDLED for name in bundled_names(kind)} | LABELS.keys() | EXPORT_FORMATS.keys()
-    for kind in KINDS.values():
+    for kind in LISTS.values():
         for name, said in kind.names().items():
             assert len(said) > 10, name
             assert said.count("(") == said.count(")"), said
@@ -26,8 +26,8 @@ def test_all_names_are_listed_each_with_a_sentence() -> None:
 
 def test_programs_read_the_same_names_as_json() -> None:
     cameras = json.loads(CliRunner().invoke(app, ["list", "cameras", "--json"]).output)
-    assert cameras == {"cameras": dict(KINDS["cameras"].names())}
-    assert json.loads(CliRunner().invoke(app, ["list", "--json"]).output).keys() == KINDS.keys()
+    assert cameras == {"cameras": dict(LISTS["cameras"].names())}
+    assert json.loads(CliRunner().invoke(app, ["list", "--json"]).output).keys() == LISTS.keys()
 
 
 def test_one_kind_is_listed_and_another_word_is_refused() -> None:
@@ -37,7 +37,7 @@ def test_one_kind_is_listed_and_another_word_is_refused() -> None:
     assert isinstance(CliRunner().invoke(app, ["list", "looks"]).exception, InputError)
 
 
-@pytest.mark.parametrize("option", [kind.option for kind in KINDS.values()])
+@pytest.mark.parametrize("option", [kind.option for kind in LISTS.values()])
 def test_the_options_are_there(option) -> None:
     command, flag = option.split(",")[0].split()
     assert flag in CliRunner().invoke(app, [command, "--help"]).output
