@@ -17,7 +17,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.planning.columns import PLANNING
 from spin_usd.planning.opened_stage import OpenedStage, StageContent, described_parts, described_target
 from spin_usd.planning.picture_columns import PicturePlanner
-from spin_usd.planning.skipped_work import SkippedWorkCounter
+from spin_usd.planning.skipped_counts import SkippedWorkCounter
 from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.progress import Progress
 from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal

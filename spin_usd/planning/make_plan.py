@@ -13,7 +13,7 @@ from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.columns import COLUMNS, PLANNING
 from spin_usd.planning.opened_stage import OpenedStage, StageContent
 from spin_usd.planning.request import PlanRequest
-from spin_usd.planning.skipped_work import SkippedCount, skipped_counts
+from spin_usd.planning.skipped_counts import SkippedCount, skipped_counts
 from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_ahead import next_child

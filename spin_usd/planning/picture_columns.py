@@ -7,7 +7,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.identity_memo import IdentityMemo
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.planning.columns import COLUMNS
-from spin_usd.planning.skipped_work import SkippedWorkCounter
+from spin_usd.planning.skipped_counts import SkippedWorkCounter
 from spin_usd.planning.target_coverage import Coverage
 from spin_usd.planning.work import features
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed

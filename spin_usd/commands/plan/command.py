@@ -84,7 +84,7 @@ def _speed(cost: "VariantTable") -> str:
 
 def explanation(report: "PlanReport") -> str:
     """Say which work is skipped, why, how surely nothing changes, and in which pictures."""
-    from spin_usd.planning.skipped_work import KEPT
+    from spin_usd.planning.skipped_counts import KEPT
 
     lines = [
         f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, report.pictures)})"

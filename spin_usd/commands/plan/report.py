@@ -21,7 +21,7 @@ from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.effort_choice import Chosen, Expected, doubts
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
-from spin_usd.planning.skipped_work import SkippedCount
+from spin_usd.planning.skipped_counts import SkippedCount
 from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
 from spin_usd.planning.work import CommonWork, Task
 from spin_usd.processes.devices import AUTO

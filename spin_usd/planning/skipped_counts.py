@@ -1,4 +1,4 @@
-"""List what is left out of pictures because their scenes do not need it, and why, for `plan --explain`."""
+"""Count what is left out of pictures because their scenes do not need it, and say why, for `plan --explain`."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
