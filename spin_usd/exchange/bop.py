@@ -28,9 +28,17 @@ from spin_usd.exchange.bop_scenes import (
     visibility_entry,
 )
 from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
+from spin_usd.exchange.layout.export_format import (
+    ExportFile,
+    ExportFormat,
+    FormatOption,
+    IndexRow,
+    Layout,
+    MadeFile,
+    Output,
+)
 from spin_usd.exchange.layout.exported_dataset import AMODAL, ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import INSTANCE, UINT16_MAX, bodies_told_apart, depth_at_most, undistorted
 from spin_usd.exchange.layout.models import MILLIMETRES, body_models
 from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported

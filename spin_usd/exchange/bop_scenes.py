@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.exchange.layout.export_format import IndexRow, LinkedFile, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import VISIBLE, any_image, depth_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_object, write_json_file
-from spin_usd.exchange.layout.layout import IndexRow, LinkedFile, MadeFile
 from spin_usd.exchange.layout.models import MILLIMETRES, Model, body_models, diameter, ply_bytes
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera

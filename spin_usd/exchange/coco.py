@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart
 from spin_usd.exchange.layout.masks import compressed, run_lengths
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like

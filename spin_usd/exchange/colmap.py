@@ -17,10 +17,7 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
-from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
-from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
-from spin_usd.exchange.layout.layout import (
+from spin_usd.exchange.layout.export_format import (
     ExportFile,
     ExportFormat,
     FormatOption,
@@ -30,6 +27,9 @@ from spin_usd.exchange.layout.layout import (
     Output,
     from_one,
 )
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
+from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
 from spin_usd.exchange.layout.limits import bodies_told_apart
 from spin_usd.exchange.layout.rectified_picture import (
     RECTIFIED,

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, LinkedFile, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, LinkedFile, MadeFile, Output
 from spin_usd.exchange.layout.limits import no_fisheye, same_files
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
+from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import UINT16_MAX, undistorted
 from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported
 from spin_usd.formats.image_file import write_image

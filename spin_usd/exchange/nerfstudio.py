@@ -14,10 +14,10 @@ import numpy as np
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
+from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most
 from spin_usd.exchange.layout.rectified_picture import (
     RECTIFIED,

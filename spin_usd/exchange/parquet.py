@@ -16,9 +16,9 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import depth_numbers, eight_bits
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import depth_at_most, no_fisheye, same_files
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.layout.survey import Survey

@@ -7,10 +7,18 @@ metadata.json mounts the camera; here camera and servicer are one.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from spin_usd.exchange.layout.export_format import (
+    ExportFile,
+    ExportFormat,
+    FormatOption,
+    IndexRow,
+    Layout,
+    MadeFile,
+    Output,
+)
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import no_fisheye, one_camera, one_variant
 from spin_usd.exchange.speedplus import POSE_CONVENTIONS, camera_file, pose_row
 

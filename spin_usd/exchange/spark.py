@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import InputError
+from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import JPEG, any_image, depth_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import depth_at_most, no_distortion, one_camera, target_is_a_file_name
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows

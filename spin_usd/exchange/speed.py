@@ -6,10 +6,10 @@ It has no lens distortion. Sources: pedropro/UrsoNet (speed.py: SPLIT.json, imag
 
 from collections.abc import Iterator, Mapping
 
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list
-from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import no_distortion, one_camera
 from spin_usd.exchange.speedplus import POSE_CONVENTIONS, SPEED_QUATERNION, camera_file, pose_row
 

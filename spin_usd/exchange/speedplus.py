@@ -15,10 +15,18 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat
+from spin_usd.exchange.layout.export_format import (
+    ExportFormat,
+    FormatOption,
+    IndexRow,
+    Layout,
+    MadeFile,
+    Output,
+    SecondName,
+)
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import GREY_JPEG, grey_image, mask_image, part_image
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json_file
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output, SecondName
 from spin_usd.exchange.layout.limits import no_fisheye, one_camera, parts_at_most
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, one_pose

@@ -20,9 +20,9 @@ from spin_usd.exchange.bop_scenes import (
     scene_number,
     scene_rows,
 )
+from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_json_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, undistorted
 from spin_usd.exchange.layout.models import MILLIMETRES, body_models
 from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported

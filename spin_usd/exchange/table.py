@@ -12,7 +12,7 @@ from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.kitti import KITTI
-from spin_usd.exchange.layout.layout import ExportFormat
+from spin_usd.exchange.layout.export_format import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_CAMERA, NERFSTUDIO_POSES
 from spin_usd.exchange.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table, text_lines
-from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.limits import no_distortion, one_camera
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import OutputError, UnsupportedError
+from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, Layout, MadeFile, Output, from_one
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import eight_bits
-from spin_usd.exchange.layout.layout import ExportFormat, FormatOption, Layout, MadeFile, Output, from_one
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.geometry.camera import Camera
 from spin_usd.reading.pictured_target import PicturedTarget

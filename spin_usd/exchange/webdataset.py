@@ -18,9 +18,9 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.layout import ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import no_fisheye
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like

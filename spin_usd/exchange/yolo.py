@@ -11,10 +11,18 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.exchange.layout.export_format import (
+    ExportFile,
+    ExportFormat,
+    FormatOption,
+    IndexRow,
+    Layout,
+    MadeFile,
+    Output,
+)
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_text_file
-from spin_usd.exchange.layout.layout import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.limits import bodies_told_apart, has_keypoints
 from spin_usd.exchange.layout.masks import joined, outlines
 from spin_usd.exchange.speedplus import pose_row

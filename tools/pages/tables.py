@@ -6,7 +6,7 @@ from pathlib import Path
 from pages.markdown import cell, page_of_table, table
 from pxr import Sdf
 
-from spin_usd.exchange.layout.layout import FormatOption
+from spin_usd.exchange.layout.export_format import FormatOption
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.label import Label
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS

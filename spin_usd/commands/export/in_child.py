@@ -24,9 +24,9 @@ from spin_usd.commands.export.report import ExportReport
 from spin_usd.commands.export.writer import Counts, Writer
 from spin_usd.errors import InputError, SpinError
 from spin_usd.exchange.camera_format import CENTRE, CORNER
+from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.exported_dataset import Entry
 from spin_usd.exchange.layout.index_file import write_text_file
-from spin_usd.exchange.layout.layout import MadeFile
 from spin_usd.exchange.layout.rectified_picture import as_rectified
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera

@@ -12,9 +12,9 @@ from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.run import PATIENCE_S
 from spin_usd.commands.export.writer import Counts, RowText, Writer
 from spin_usd.errors import SpinError
+from spin_usd.exchange.layout.export_format import IndexRow, Layout
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
-from spin_usd.exchange.layout.layout import IndexRow, Layout
 from spin_usd.exchange.table import format_named
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST

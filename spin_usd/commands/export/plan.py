@@ -17,8 +17,8 @@ from spin_usd import __version__
 from spin_usd.arrays import digest
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.exchange.layout.export_format import ExportFormat, Layout
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.layout import ExportFormat, Layout
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.table import format_named
 from spin_usd.formats.chosen_frames import slice_of

@@ -8,7 +8,7 @@ from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
 
 if TYPE_CHECKING:
-    from spin_usd.exchange.layout.layout import ExportFormat
+    from spin_usd.exchange.layout.export_format import ExportFormat
 
 PATIENCE_S = 600.0  # a child says no word while it reads models, or writes a shard or an index of all pictures
 

@@ -10,8 +10,8 @@ from shutil import copyfileobj
 from typing import NamedTuple, TextIO
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.exchange.layout.export_format import ExportFile, LinkedFile, MadeFile, SecondName
 from spin_usd.exchange.layout.index_file import IndexFile
-from spin_usd.exchange.layout.layout import ExportFile, LinkedFile, MadeFile, SecondName
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
+from spin_usd.exchange.layout.export_format import LinkedFile, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
-from spin_usd.exchange.layout.layout import LinkedFile, MadeFile
 from spin_usd.exchange.layout.limits import UINT16_MAX
 from spin_usd.exchange.layout.models import MILLIMETRES
 from spin_usd.formats.image_file import JPEG_QUALITY, write_image

@@ -1,7 +1,7 @@
 """Limits of formats: what they cannot hold, refused before anything is written."""
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.layout import Limit
+from spin_usd.exchange.layout.export_format import Limit
 from spin_usd.exchange.layout.survey import Survey, reach
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
+from spin_usd.exchange.layout.export_format import FormatOption
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.layout import FormatOption
 from spin_usd.geometry.camera import Camera
 from spin_usd.reading.description import DescribedTarget
 from spin_usd.reading.pictured_target import PicturedTarget

@@ -3,8 +3,8 @@
 from functools import lru_cache
 from typing import NamedTuple
 
+from spin_usd.exchange.layout.export_format import FormatOption, from_one
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.layout import FormatOption, from_one
 
 
 class ExportShard(NamedTuple):

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import eight_bits
-from spin_usd.exchange.layout.layout import MadeFile
 from spin_usd.exchange.layout.rectified_picture import as_exported
 from spin_usd.files.new_file import write_whole
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from spin_usd.commands.export.writer import RowText, Writer
 from spin_usd.errors import UnsupportedError
+from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.index_file import csv_line, csv_table, json_list, json_lists, json_object
-from spin_usd.exchange.layout.layout import MadeFile
 
 
 def written(tmp_path, index, rows):

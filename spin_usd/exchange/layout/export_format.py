@@ -1,4 +1,4 @@
-"""The layout of an export: what a format asks of the pictures, and the files that it makes of them.
+"""A format of exports: what it asks of the pictures, and the files that it makes of them.
 
 A format is one file in `exchange` and one entry in `table.py`. The framework links, copies and makes the files, skips
 those that are there, streams the rows into the indexes, and puts everything into place atomically. Pictures come one at
