@@ -1,4 +1,4 @@
-"""A format of calibrations, and what each of its files says of a camera in its own pixels."""
+"""A format of calibrations: what each of its files says of a camera in its own pixels, and that as a camera of ours."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.formats.camera_file import DEFAULT_PITCH
+from spin_usd.geometry.camera import Camera
 
+DEFAULT_PITCH = 5.86e-6  # metres: the Sony IMX174 behind SPEED, SPEED+ and SHIRT
 CENTRE, CORNER = 0.0, 0.5
 """Where the first pixel has its centre: at (0, 0), as OpenCV counts, or half a pixel from the corner, as here."""
 
@@ -26,6 +27,19 @@ class Calibration:
     """Metres."""
     notes: tuple[str, ...] = ()
     """Sentences, each of which goes on after the file's name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraFile:
+    """A camera as a file gives it."""
+
+    camera: Camera
+    pixel_pitch: float
+    """The width of a pixel, metres."""
+    source: str
+    """The file."""
+    notes: tuple[str, ...] = ()
+    """Sentences on what a user should know of how it was read."""
 
 
 @dataclass(frozen=True, kw_only=True)

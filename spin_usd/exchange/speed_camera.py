@@ -1,4 +1,4 @@
-"""Camera files of SPEED, SPEED+, SHIRT and SPEED-UE-Cube: JSON in, Camera out, and back.
+"""camera.json of SPEED, SPEED+, SHIRT and SPEED-UE-Cube: JSON in, Camera out, and back.
 
 `cameraMatrix` and `distCoeffs` (k1, k2, p1, p2, k3) are the calibration. `fx`, `fy` there are the nominal focal length
 in metres, `ppx`, `ppy` the pixel pitch in metres; they decide only where a file has no cameraMatrix (SPEED).
@@ -6,33 +6,19 @@ Source: reference loaders of the sets, JotaBravo/spacecraft-uda.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.exchange.camera_format import DEFAULT_PITCH, CameraFile
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.lens_models import distortion_of
 from spin_usd.geometry.camera import Camera
 
-DEFAULT_PITCH = 5.86e-6  # metres: the Sony IMX174 behind SPEED, SPEED+ and SHIRT
 PITCH_RANGE = (1e-7, 1e-3)  # metres; outside it the number is in another unit
-
-
-@dataclass(frozen=True, kw_only=True)
-class CameraFile:
-    """A camera as a file gives it."""
-
-    camera: Camera
-    pixel_pitch: float
-    """The width of a pixel, metres."""
-    source: str
-    """The file."""
-    notes: tuple[str, ...] = ()
-    """Sentences on what a user should know of how it was read."""
 
 
 def read_camera_file(path: str | Path) -> CameraFile:
