@@ -1,4 +1,4 @@
-"""Distributions of numbers, directions and choices; those of rotations are in `sample`.
+"""Distributions of numbers, directions and choices; those of rotations are in `attitudes`.
 
 Sampled numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
 same text everywhere, and a reader of a layer sees whole numbers.

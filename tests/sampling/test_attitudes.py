@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest, uniform
 
 from spin_usd.errors import InputError
-from spin_usd.sampling.sample import Attitudes, AttitudesAround, Facing, stream
+from spin_usd.sampling.attitudes import Attitudes, AttitudesAround, Facing
+from spin_usd.sampling.sample import stream
 
 SURE = 1e-3  # of a test of the right distribution, the seed being what it is
 COUNT = 2000

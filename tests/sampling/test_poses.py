@@ -11,9 +11,10 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import framed_shares
 from spin_usd.geometry.rotation import matrix_from_quaternion
+from spin_usd.sampling.attitudes import Attitudes
 from spin_usd.sampling.distribution import Choice, Fixed, Normal, Uniform
 from spin_usd.sampling.poses import Balls, BesideLaw, Inside, OffsetLaw, PoseLaw, PositionLaw, ShareLaw
-from spin_usd.sampling.sample import Attitudes, stream
+from spin_usd.sampling.sample import stream
 
 CAMERA = Camera(width=1920, height=1200, fx=2988, fy=2989, cx=950, cy=610)
 HULL = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0, 0.3)])

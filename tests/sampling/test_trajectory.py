@@ -8,10 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
+from spin_usd.sampling.attitudes import Attitudes
 from spin_usd.sampling.distribution import Directions, Fixed, Normal, Uniform
 from spin_usd.sampling.poses import Inside, OffsetLaw, PositionLaw
 from spin_usd.sampling.relative_motion import Approach, FreeFall, RelativeOrbit
-from spin_usd.sampling.sample import Attitudes, stream
+from spin_usd.sampling.sample import stream
 from spin_usd.sampling.trajectory import Chaser, TrajectoryLaw, Transfer
 from spin_usd.sampling.turning import Spin, Tumble
 

@@ -23,8 +23,9 @@ from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
 from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.sampling.attitudes import Attitudes
 from spin_usd.sampling.poses import Balls, BesideLaw, PoseLaw, PositionLaw, ball_of
-from spin_usd.sampling.sample import Attitudes, stream
+from spin_usd.sampling.sample import stream
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.from_mesh_file import target_name
