@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
-from spin_usd.planning.wall_time import Work, thread_seconds
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.wall_time import thread_seconds
+from spin_usd.planning.work import CommonWork, Task, Work
 
 TIMES, MIN_S = 10.0, 60.0
 GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture; a worker that waits for it is idle

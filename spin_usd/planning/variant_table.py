@@ -11,8 +11,8 @@ from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_measured
 from spin_usd.planning.machine_speed import slower_by
 from spin_usd.planning.make_plan import Plan
-from spin_usd.planning.wall_time import OPEN_S, Work, wall_seconds
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.wall_time import OPEN_S, wall_seconds
+from spin_usd.planning.work import CommonWork, Task, Work
 from spin_usd.store.cache import MEASURED, RENDERS, held_keys
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.pictures_left import WantedFiles, is_finished

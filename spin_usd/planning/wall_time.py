@@ -5,11 +5,11 @@ The constants were measured on a 2-core x86-64 server.
 
 import heapq
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
-from spin_usd.picture.kinds import BEAUTY_PASS, DEVICE_PASS
+from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.planning.make_plan import sharing
+from spin_usd.planning.work import Work
 
 PLANNING_S = 1.4  # to open the stage in a process of its own
 PLANNED_S = 6e-4  # a picture, by one of the processes that share them
@@ -17,28 +17,6 @@ START_S = 2.4  # a worker's start, and what its first picture takes more than ot
 OPEN_S = 0.2  # a variant's stage, in each worker
 DEVICE_ALONE = 0.5  # of a render's time on a device, in which no other worker's is rendered there (measured)
 SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
-
-
-@dataclass(frozen=True, kw_only=True)
-class Work:
-    """A picture's work in seconds of one core, more or less."""
-
-    render: float
-    """Uses all of a worker's cores."""
-    rest: float
-    """Uses one core."""
-    device: float = 0.0
-    """Seconds of a graphics processor, which all workers share."""
-
-    @classmethod
-    def of(cls, seconds: Mapping[str, float]) -> "Work":
-        """Sum up seconds by kind of work."""
-        render, device = (seconds.get(kind, 0.0) for kind in (BEAUTY_PASS, DEVICE_PASS))
-        return cls(render=render, rest=sum(seconds.values()) - render - device, device=device)
-
-    @property
-    def total(self) -> float:
-        return self.render + self.rest + self.device
 
 
 def wall_seconds(

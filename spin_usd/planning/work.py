@@ -3,7 +3,7 @@
 Kinds of work have the names that workers report. What a unit costs is in `cost`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
@@ -58,6 +58,28 @@ class CommonWork:
     def renders(self) -> bool:
         """Return whether pictures take a render: labels alone take none."""
         return not RENDERED.isdisjoint(self.kinds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """A picture's work in seconds of one core, more or less."""
+
+    render: float
+    """Uses all of a worker's cores."""
+    rest: float
+    """Uses one core."""
+    device: float = 0.0
+    """Seconds of a graphics processor, which all workers share."""
+
+    @classmethod
+    def of(cls, seconds: Mapping[str, float]) -> "Work":
+        """Sum up seconds by kind of work."""
+        render, device = (seconds.get(kind, 0.0) for kind in (BEAUTY_PASS, DEVICE_PASS))
+        return cls(render=render, rest=sum(seconds.values()) - render - device, device=device)
+
+    @property
+    def total(self) -> float:
+        return self.render + self.rest + self.device
 
 
 def features(scene: Scene) -> list[str]:

@@ -12,8 +12,8 @@ from spin_usd.planning.cost import expected_work
 from spin_usd.planning.make_plan import SHARED_FROM, make_plan
 from spin_usd.planning.picture_columns import Extents
 from spin_usd.planning.request import PlanRequest
-from spin_usd.planning.wall_time import DEVICE_ALONE, PLANNED_S, Work, one_core, wall_seconds
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.wall_time import DEVICE_ALONE, PLANNED_S, one_core, wall_seconds
+from spin_usd.planning.work import CommonWork, Task, Work
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases import measurements
