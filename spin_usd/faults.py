@@ -113,8 +113,8 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
 def decoding(where: object) -> Iterator[None]:
     """Give whatever the block raises as InputError that says `where`, but for what the system refuses.
 
-    Only for a block that does nothing but decode bytes of others by a library, of which nobody knows all that it may
-    raise: a damaged head of a zip file is a NotImplementedError. What the library warns of is not printed.
+    Only for a block that does nothing but decode bytes of others by a library. Nobody knows all that one may raise: a
+    damaged head of a zip file is a NotImplementedError. What the library warns of is not printed.
     """
     try:
         with reading(where), warnings.catch_warnings(action="ignore"):

@@ -26,7 +26,7 @@ class Calibration:
     pixel_pitch: float = DEFAULT_PITCH
     """Metres."""
     notes: tuple[str, ...] = ()
-    """Sentences, each of which goes on after the file's name."""
+    """Sentences that go on after the file's name."""
 
 
 @dataclass(frozen=True, kw_only=True)

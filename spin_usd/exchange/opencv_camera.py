@@ -68,8 +68,8 @@ def _intrinsics(said: dict[str, Any], path: Path) -> tuple[float, float, float, 
 
 
 def _uncropped(said: dict[str, Any], size: tuple[int, int], path: Path) -> tuple[int, int]:
-    """Return the size. Raises InputError where ROS says that pictures are of a part of the pixels, or of every so many:
-    then the matrix is not theirs."""
+    """Return the size. Raises InputError where ROS says that pictures are a part of the frame, or binned: then the
+    matrix is not theirs."""
     binned = {key: value for key, value in named(said, ("binningx", "binningy")).items() if value not in (0, 1)}
     part = said.get("roi") or {}
     part = [part.get(name, 0) for name in CROP] if isinstance(part, dict) else part

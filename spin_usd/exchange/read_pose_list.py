@@ -144,7 +144,7 @@ def _lists_in(folder: Path) -> tuple[tuple[Path, PoseFormat], ...]:
 
 
 def _said(lists: Sequence[tuple[Path, PoseFormat]]) -> str:
-    """Return how many lists these are, and of which format."""
+    """Return how many lists these are, and their format."""
     return f"{len(lists)} pose list{'s' * (len(lists) > 1)} in the format {lists[0][1].name}"
 
 

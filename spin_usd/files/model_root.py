@@ -1,4 +1,4 @@
-"""The folder out of which a model may name no file: its own, or while a stage is authored from it a wider one.
+"""The folder in which all files that a model names must lie: its own, or while a stage is authored from it a wider one.
 
 Models come in folders beside which their textures and parts lie, as ROS packages have them. A user who authors from a
 model trusts its surroundings more than those of a stage that somebody sent.

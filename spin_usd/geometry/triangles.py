@@ -55,7 +55,7 @@ def normals_of(points: Float, faces: NDArray[np.integer]) -> Float:
 
 
 def parts(count: int) -> Iterator[slice]:
-    """Yield slices of so many faces, each of a part whose corners a processor's cache holds: sums over all at once
+    """Yield slices of `count` faces, few enough for a processor's cache to hold their corners: sums over all at once
     take gigabytes of a model of millions."""
     for start in range(0, count, FACES_AT_ONCE):
         yield slice(start, min(start + FACES_AT_ONCE, count))

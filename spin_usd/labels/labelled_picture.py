@@ -104,6 +104,6 @@ class LabelledPicture:
 
 
 def largest_relative_difference(values: NDArray[Any], expected: Float, rounding: Float | float = 0.0) -> float:
-    """Return the largest |value - expected| / |expected| of two arrays (N,), of which `rounding` does not count; 0
-    where they are empty."""
+    """Return the largest |value - expected| / |expected| of two arrays (N,), less what `rounding` allows; 0 where they
+    are empty."""
     return float(((np.abs(values - expected) - rounding) / np.abs(expected)).max(initial=0))

@@ -11,7 +11,7 @@ class Described(Protocol):
 
 
 def readable(stream: int | Described, within_s: float) -> bool:
-    """Wait for something to read, or the end; return whether that came within so many seconds."""
+    """Wait for something to read, or the end; return whether that came within `within_s`."""
     with selectors.PollSelector() as selector:
         selector.register(stream, selectors.EVENT_READ)
         return bool(selector.select(within_s))

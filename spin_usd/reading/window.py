@@ -86,7 +86,7 @@ class Window:
         return (uv - (self.x0, self.y0)) * self.scale
 
     def rows(self, height: int) -> range:
-        """Return the rows that it needs of an image of so many."""
+        """Return the rows that it needs of an image with that number of rows."""
         reach = max(self.height / self.size[1], 1)  # of the filter below, beyond the window
         first, last = floor(self.y0 - reach), ceil(self.y0 + self.height + reach)
         return range(min(max(first, 0), height - 1), min(max(last, 1), height))
@@ -121,7 +121,7 @@ class Window:
 
 
 def _holding(start: float, length: float, count: int) -> NDArray[np.int64]:
-    """Return (count,) the pixels that hold the centres of so many along a side. Where a centre lies between two, as
+    """Return (count,) the pixels that hold the centres of `count` along a side. Where a centre lies between two, as
     where a size is halved, it is the one and the other in turn: always the same one would move all by half a pixel."""
     at = start + (np.arange(count) + 0.5) * (length / count)
     between = np.abs(at - np.rint(at)) < BETWEEN

@@ -150,8 +150,8 @@ class Scene:
 
     @cached_property
     def part_offsets(self) -> tuple[int, ...]:
-        """How many parts the bodies before each of `bodies` have, those that are hidden here included: so much higher
-        are its part ids in labels."""
+        """How many parts the bodies before each of `bodies` have, those that are hidden here included. A body's part
+        ids in labels are higher by that number."""
         counts = (len(body.target.parts) for body in self.bodies)
         shown = tuple(accumulate(counts, initial=0))[:-1]
         return tuple(

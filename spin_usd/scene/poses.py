@@ -44,7 +44,7 @@ class PoseList:
     source: str = ""
     """Where they come from."""
     lists: str = ""
-    """How many lists of which format a folder had, in words; "" for a file."""
+    """How many lists a folder had, and their format, in words; "" for a file."""
     notes: tuple[str, ...] = ()
     """What was decided when they were read, for the user."""
 

@@ -46,8 +46,8 @@ class ChosenCameras:
 
 
 def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
-    """Open the cameras that "NAME_OR_FILE" and, beside the first, "NAME_OR_FILE:POSE" name, each perhaps after "NAME=",
-    with so many pixels if `resolution` is given. Raises InputError."""
+    """Open the cameras that "NAME_OR_FILE" and, beside the first, "NAME_OR_FILE:POSE" name, each perhaps after "NAME=".
+    They have the pixels that `resolution` says, if it is given. Raises InputError."""
     first_name, first = _named(given[0])
     layer, files, notes = _opened(first, "camera", resolution)
     further: list[FurtherCamera] = []

@@ -176,8 +176,8 @@ def _sampled_poses(
 
 
 def _law(placed: _PlacedBody, usual: PoseLaw | TrajectoryLaw | None) -> PoseLaw:
-    """Return the law of a body's poses: what is not said of it is that of the target's own law, `usual`, but for the
-    attitude, of which any is as likely as another. Raises InputError where that is not enough."""
+    """Return the law of a body's poses. What is not said is as in the target's own law, `usual`, but all attitudes are
+    equally likely. Raises InputError where that is not enough."""
     if isinstance(usual, TrajectoryLaw):
         do = "give it a pose list, MODEL:POSES, or move it with the target, MODEL:attached"
         raise InputError("poses along a trajectory are sampled for the target alone", where=placed.asset.name, do=do)

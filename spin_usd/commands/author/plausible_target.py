@@ -30,7 +30,7 @@ class ModelUnit:
     """Whether --units-per-metre says so."""
 
     def words(self, per_metre: float) -> str:
-        """Return the option or the line of the file that would say that so many units are a metre."""
+        """Return the option or the line of the file that would say how many units are a metre."""
         if self.given or self.file.suffix.lower() in MESHES:
             return f"--units-per-metre {per_metre:.10g}"
         return f"metersPerUnit = {1 / per_metre:.10g} in {self.file.name}"
@@ -44,8 +44,7 @@ class ModelUnit:
 
 
 def refuse_size(corners: Float, unit: ModelUnit) -> None:
-    """Raise InputError for a target with the corners `corners` (N, 3), metres, of which its size alone is enough to
-    know that it is not plausible."""
+    """Raise InputError for a target whose size alone is not plausible; its corners are `corners` (N, 3), metres."""
     size = np.ptp(corners, axis=0)
     if not is_plausible(size):
         raise _implausible(corners, unit, None, None, "")
@@ -66,7 +65,7 @@ def _implausible(
     corners: Float, unit: ModelUnit, camera: Camera | None, poses: PoseList | None, among: str
 ) -> InputError:
     def fits(scale: float) -> bool:
-        """Return whether most pictures would show all of a target that is so many times as large."""
+        """Return whether most pictures would show all of the target if it were larger by that factor."""
         if camera is None or poses is None:
             return True
         rotations = matrices_from_quaternions(poses.q_cam_body)

@@ -137,7 +137,7 @@ class _Resampling:
         self._samples = {sample.parameter: sample for sample in samples}
 
     def placed(self, draws: ParameterValues, constraints: Mapping[str, float]) -> ParameterValues:
-        """Return `draws`, of which those that the constraints bear on are sampled again until all are met."""
+        """Return `draws`; those that the constraints bear on are sampled again until all are met."""
         wanted = [_AskedConstraint(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
         moves_planet = any(parameter in draws for parameter in GROUPS[1])
         if not wanted and not moves_planet:
@@ -271,7 +271,7 @@ def check_ends(distribution: Distribution, check: Check) -> None:
 
 
 def cut(distribution: Distribution, limits: Range) -> Distribution:
-    """Return a normal distribution of which only samples within `limits` count; any other as it is."""
+    """Return a normal distribution cut to samples within `limits`; any other as it is."""
     if not isinstance(distribution, Normal):
         return distribution
     low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)

@@ -53,8 +53,8 @@ class SamplingSpec:
 
 
 def open_spec(given: str | Path, count: int | None = None) -> SamplingSpec:
-    """Open the specification of that name, in that file, or of which `given` is the text; `count` pictures of a text
-    that does not say how many. Raises InputError that names the file and the place in it."""
+    """Open the specification that `given` names, or is the file or the text of; a text that does not say how many
+    pictures it wants has `count`. Raises InputError that names the file and the place in it."""
     if is_sampling_text(str(given)):
         return _spec(sampling_document(str(given), count), None, "sample")
     file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("sample", str(given))

@@ -33,7 +33,7 @@ EARTH = "earth"  # the environment that a user's own maps are for, unless anothe
 BACK_PLATE = "back_plate"  # that for a user's own backgrounds
 
 MAP_WORDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
-"""What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
+"""What a map shows, and the words for it in files' names: the first kind that has a word in the name, else the albedo.
 
 Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
 
@@ -149,7 +149,7 @@ def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
 
 def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[OtherBody]) -> dict[str, Option]:
     """Return what was given that decides pictures beside the files, by the names of `author`'s options and the roles of
-    the `others`, of which targets come first."""
+    the `others`; targets come first."""
     sample = "" if options.sample is None else str(options.sample)
     resolution = None if options.resolution is None else str(options.resolution)
     recorded = {

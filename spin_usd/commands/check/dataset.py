@@ -163,7 +163,7 @@ def picture_call(store: Store, record: str) -> Call:
 def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator[Finding]:
     """Yield all that is wrong with the picture of that `call`, and add what its record lists to the inventory.
 
-    A picture of which a child dies has a finding; any other SpinError in place of the answer is raised.
+    A picture that kills a child has a finding; any other SpinError in place of the answer is raised.
     """
     where = call.arguments["record"]
     if isinstance(answer, ChildDiedError):

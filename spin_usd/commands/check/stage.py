@@ -18,7 +18,7 @@ def stage_call(root: Path) -> Call:
 
 
 def stage_answer(result: Any, root: Path) -> StageAnswer:
-    """Return the answer in the `result` of stage_call. One of which a child dies has a finding; another SpinError is
+    """Return the answer in the `result` of stage_call. A stage that kills a child has a finding; another SpinError is
     raised."""
     if isinstance(result, ChildDiedError):
         message = f"cannot be read: {result.found}"

@@ -1,4 +1,4 @@
-"""The pictures of an export, made here or by children, each of which takes a few at a time."""
+"""The pictures of an export, made here or by children that take a few at a time."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict

@@ -39,7 +39,7 @@ class ReadPicture:
         return record_of(self.variant, self.frame)
 
     def faults(self, of_files: Mapping[str, str]) -> str:
-        """Return all that is wrong with it: its record, and its files, of which faults are given by key; "" else."""
+        """Return all that is wrong with its record and its files; "" for nothing. Faults of files are given by key."""
         own = (of_files.get(key) for key in dict.fromkeys((self.keys.image, self.keys.labels)) if key)
         return self.fault or "; ".join(dict.fromkeys(filter(None, own)))
 

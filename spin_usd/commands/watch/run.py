@@ -229,7 +229,7 @@ class Follower:
 
 
 def half_blocks(png: bytes, columns: int) -> Iterator[str]:
-    """Yield the lines that show the picture (PNG, RGB) so many characters wide, in 24-bit colours (ISO 8613-6)."""
+    """Yield the lines that show the picture (PNG, RGB) in that number of columns, in 24-bit colours (ISO 8613-6)."""
     with TemporaryDirectory(prefix="spin_usd-") as folder:
         file = Path(folder, "picture.png")
         write_whole(file, png)

@@ -78,8 +78,8 @@ def read_gltf(path: Path) -> MeshAsset:
 
 
 def _refuse_unread(document: Document) -> None:
-    """Refuse extensions that move geometry and are not read, and required ones of which it is not known that they do
-    not: without them the model would be another."""
+    """Refuse extensions that are not read and move geometry, or are required and might move it: without them the model
+    would be another."""
     used = set(document.json.texts("extensionsUsed")) & set(MOVING)
     required = {name for name in document.json.texts("extensionsRequired") if not MOVES_NOTHING.match(name)}
     unknown = sorted((used | required) - HANDLED)

@@ -42,7 +42,7 @@ class Compressed:
 
 
 def decoded_view(said: Compressed, data: bytes) -> bytes:
-    """Return what the compressed `data` of a buffer view holds, of which that is `said`. Raises any built-in error for
+    """Return what the compressed `data` of a buffer view holds; `said` describes it. Raises any built-in error for
     damaged data."""
     count, stride = said.count, said.stride
     if not (0 < count <= MOST_IN_A_BYTE * len(data) and 0 < stride <= MAX_BLOCK and count * stride <= MAX_MODEL):

@@ -114,8 +114,8 @@ def _corner_keys(part: MeshPart) -> NDArray[np.uint64]:
 
 
 def _without_nan(asset: MeshAsset) -> MeshAsset:
-    """Normals that are no numbers become those of their faces, and colours and coordinates of a part of which some are
-    none are dropped; with notes."""
+    """Replace normals that are no numbers by those of their faces, and drop a part's colours or coordinates where some
+    are none; with notes."""
     parts, notes = [], []
     for part in asset.parts:
         if part.normals is not None and not np.isfinite(part.normals).all():

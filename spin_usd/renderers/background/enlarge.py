@@ -57,7 +57,7 @@ def _lengthened(values: Plane, factor: int) -> Plane:
 
 @lru_cache(maxsize=32)
 def _shares(factor: int, times: int) -> Float32:
-    """Return how far each of `factor` steps is on its way to the next point, so many `times`."""
+    """Return how far each of `factor` steps is on its way to the next point, repeated `times`."""
     return np.tile(np.arange(factor, dtype=np.float32) * np.float32(1 / factor), times)
 
 

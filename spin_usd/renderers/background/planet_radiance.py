@@ -240,7 +240,7 @@ class DetailMaker:
         return enlarged([total], stride)[0], variance
 
     def _clouds(self, clouds: Image, noise: Float32, variance: Float32) -> Clouds:
-        """Return the clouds: so much of them as their map says."""
+        """Return the clouds, in the amount that their map says."""
         (cover,) = cloud_map(clouds).at(self._places)
         (threshold,) = enlarged([threshold_of(cover)], self._stride)
         (firmness,) = self._nodes.enlarged([firmness_of(variance)])
@@ -260,7 +260,7 @@ class DetailMaker:
         return self._moved(ground, shore - water, shores(albedo)), shore
 
     def _shore(self, water: Float32, noise: Float32, sharper: Float32) -> Float32:
-        """Return the share of water of coasts that are ragged and, at the nodes, so much `sharper` than the map's."""
+        """Return the share of water of ragged coasts, `sharper` by that factor than the map's at the nodes."""
         ragged = np.minimum(sharper, 1) * (1 + sharper) * np.float32(4 * RAGGED)
         sharper, ragged = self._nodes.enlarged([sharper, ragged])
         shore = water + (water - np.float32(0.5)) * sharper
@@ -268,6 +268,6 @@ class DetailMaker:
         return np.clip(shore, 0, 1, out=shore)
 
     def _moved(self, ground: list[Float32], more: Float32, changes: Map) -> list[Float32]:
-        """Return the colours of ground of which so much `more` is water."""
+        """Return the colours of ground whose share of water is greater by `more`."""
         found = enlarged(changes.at(self._places), self._stride)
         return [channel + more * change for channel, change in zip(ground, found, strict=True)]

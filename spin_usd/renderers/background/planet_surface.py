@@ -21,7 +21,7 @@ CLOUD_HEIGHT, SHADE_HEIGHT = 0.28, 0.25  # of a unit of noise, in scale heights 
 MAX_AHEAD = np.float32(1.2)  # units of noise by which it changes at most on the way to a shadow
 SHADE = np.float32(0.6)  # of the light that a cloud's shadow takes
 CONTRAST = np.float32(0.6)
-"""By so much a steep slope that faces the Sun is brighter than level ground, and one behind it darker."""
+"""How much brighter than level ground a steep slope is that faces the Sun, and how much darker one behind it."""
 CLOSE = 6.0  # of the longest wave, below which pixels must be for any of them: one octave alone is a pattern of dots
 VEIL_WAVES = (0.025, 0.0015)  # the longest and the shortest of the fibres of high clouds, radians
 VEIL_STRETCH, VEIL_GAIN, VEIL_OPACITY = 4.0, 0.7, np.float32(0.25)
@@ -90,7 +90,7 @@ def threshold_of(cover: Float32) -> Float32:
 
 
 def firmness_of(variance: Float32) -> Float32:
-    """Return the firmness of clouds of noise of which so much variance is resolved; the rest makes edges softer."""
+    """Return the firmness of clouds whose noise is resolved to that variance; the rest makes edges softer."""
     return np.asarray(np.float32(LOGISTIC) / np.sqrt(np.float32(1 + SHARPNESS**2) - variance), np.float32)
 
 

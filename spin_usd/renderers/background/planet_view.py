@@ -121,7 +121,7 @@ class CellKinds:
     def of(cls, globe: Globe, meeting: Meeting) -> "CellKinds":
         """Return the kinds of the cells between the points of `meeting`.
 
-        From a limb so many pixels away, pixels grow by a half of that part from one to the next.
+        At N pixels from a limb, pixels grow by 1 / (2 N) from one to the next.
         """
         narrow = _of_corners(np.maximum, meeting.footprint) * SPACING <= WIDE
         smooth = narrow & (_of_corners(np.minimum, meeting.inside) >= SPACING + LIMB)

@@ -107,8 +107,8 @@ def _refuse_outside(source: str, root: Path) -> None:
     """Raise InputError for a model that takes more than images from elsewhere, or from what is no plain file: linked
     files, caches of geometry, volumes, fonts, sounds. Where the kernel confines this process, none was opened.
 
-    Texts show nothing; nor does a library of which a .blend only remembers that brushes or what was appended came from
-    there."""
+    Texts show nothing; nor does a library that a .blend only remembers as the origin of brushes or of what was
+    appended."""
     for text in list(bpy.data.texts):
         bpy.data.texts.remove(text)
     named = bpy.utils.blend_paths(absolute=True, packed=False, local=False)

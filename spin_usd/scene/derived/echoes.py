@@ -96,7 +96,7 @@ def _first_echoes(scene: Scene, T_cam_beams: Transform, directions: Float, first
 
 
 def _echoes(T_cam_beams: Transform, directions: Float, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
-    """Return what the beams meet of the body alone, whose part ids are so much higher than its mesh's."""
+    """Return what the beams meet of the body alone; its part ids are higher than its mesh's by that offset."""
     mesh = body.target.mesh
     T_body_beams = body.T_cam_body.inverse() @ T_cam_beams
     origin = T_body_beams.translation - mesh.centre

@@ -139,8 +139,8 @@ def set_channels(path: Path, channels: str) -> None:
 
 
 def set_resolution(layer: Sdf.Layer, resolution: str) -> tuple[str, ...]:
-    """Give the camera of the layer so many pixels, "W" or "WxH", and return notes on it. What it sees stays: focal
-    lengths and principal point are scaled, and so are the optics' lengths in pixels. Raises InputError."""
+    """Give the camera of the layer "W" or "WxH" pixels, and return notes on it. What it sees stays: focal lengths and
+    principal point are scaled, and so are the optics' lengths in pixels. Raises InputError."""
     found = re.fullmatch(r"([1-9]\d{0,4})(?:[x,]([1-9]\d{0,4}))?", resolution)
     if found is None:
         raise InputError(f"resolution {resolution!r} is no number of pixels", do="write for example 256, or 512x384")

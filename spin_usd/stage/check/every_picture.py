@@ -79,8 +79,8 @@ def scene_findings(
 
 
 def _variants(stage: Usd.Stage) -> tuple[str, ...]:
-    """List the variants of the stage's pictures; of one whose cameras cannot be told apart its augmentations, each of
-    which says why."""
+    """List the variants of the stage's pictures. Of a stage whose cameras cannot be told apart they are its
+    augmentations: each says why."""
     with suppress(SpinError):
         return picture_variants(stage)
     return variants(stage)

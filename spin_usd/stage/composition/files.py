@@ -217,7 +217,7 @@ def _named_outside(layer: str) -> Iterator[str]:
 
 def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
     """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>. They must lie in
-    one of `folders`, of which absolute paths may name all but the first."""
+    one of `folders`; absolute paths may name all of these but the first."""
     do = "use a relative path to a file in the stage's own folder, or of a model below author's --root FOLDER"
     if "\0" in named:
         raise StageError(f"refers to {named!r}, which no file is called", where=layer, do=do)

@@ -101,8 +101,8 @@ class BodyReader:
 
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
         """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the
-        same mesh where materials alone did; None for an occluder of which nothing is visible. Raises StageError for
-        such a target."""
+        same mesh where materials alone did; None for an occluder that is not visible at all. Raises StageError for such
+        a target."""
         same_size = self._scale is not None and abs(scale - self._scale) < UNIT_SCALE_TOLERANCE
         if same_size and self._varies is Variation.NONE:
             return self._last

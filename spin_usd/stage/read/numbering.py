@@ -90,8 +90,8 @@ class Numbering:
         return self._bodies[str(body.GetPath())]
 
     def part_offset(self, body: Usd.Prim) -> int:
-        """Count the parts of the bodies before the one in the axes of that prim: its part ids in labels are so much
-        higher than its parts' numbers."""
+        """Count the parts of the bodies before the one in the axes of that prim: this is what its part ids in labels
+        are above its parts' numbers."""
         return self._before[str(body.GetPath())]
 
     @cached_property

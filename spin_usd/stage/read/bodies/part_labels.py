@@ -1,4 +1,4 @@
-"""Semantic labels: which part of the target, and of which class, a prim is."""
+"""Semantic labels: the part of the target that a prim is, and its class."""
 
 from dataclasses import dataclass, replace
 
