@@ -1,11 +1,13 @@
 """The options of the commands: each stands here or with its command once, with type, default, help and limits.
 
 A command's options are a frozen dataclass. Each field is an option of the command line (`terminal.parameters`),
-an argument of the function that `import spin_usd` offers (`takes`), and what the work itself is given. A field without
-an `Option`, such as `on_progress`, is the function's alone.
+an argument of the function that `import spin_usd` offers (`takes`), and what the work itself is given: the command
+line builds it and hands it over whole (`run_with`). A field without an `Option`, such as `on_progress`, is the
+function's alone.
 """
 
 from collections.abc import Callable, Collection, Sequence
+from copy import copy
 from dataclasses import KW_ONLY, MISSING, Field, dataclass, fields
 from functools import wraps
 from inspect import Parameter, Signature, cleandoc, signature
@@ -13,7 +15,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from textwrap import wrap
 from types import UnionType
-from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ParamSpec, Protocol, Self, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from spin_usd.completions import listed_in
 from spin_usd.errors import InputError
@@ -81,10 +83,6 @@ class Options:
             if option and isinstance(value, int | float):
                 _refuse_beyond(field.name, value, option)
 
-    def arguments(self, **changed: object) -> dict[str, Any]:
-        """Return the options as arguments of the function that takes them, some of them `changed`."""
-        return {field.name: getattr(self, field.name) for field in fields(self)} | changed
-
     def as_json(self) -> dict[str, Any]:
         """Return the options as JSON has them, for a child process, which makes them of it again; no callbacks."""
         hints = get_type_hints(type(self), include_extras=True)
@@ -102,6 +100,10 @@ class Listening(Options):
     def progress(self) -> Progress:
         return no_progress if self.on_progress is None else self.on_progress
 
+    def telling(self, on_progress: Progress) -> Self:
+        """Return the options with that listener; all else was validated."""
+        return _with_listeners(self, on_progress=on_progress)
+
 
 @dataclass(frozen=True, kw_only=True)
 class ListeningToNotes(Listening):
@@ -113,12 +115,24 @@ class ListeningToNotes(Listening):
     def note(self) -> Note:
         return no_note if self.on_note is None else self.on_note
 
+    def telling(self, on_progress: Progress, on_note: Note | None = None) -> Self:
+        """Return the options with these listeners; all else was validated."""
+        return _with_listeners(self, on_progress=on_progress, on_note=on_note)
 
-def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], Callable[P, R]]:
+
+class PublicFunction(Protocol[P, O, R]):
+    """A function that takes the fields of options as its arguments; what is wrapped takes them whole."""
+
+    __wrapped__: Callable[[O], R]
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R: ...
+
+
+def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], PublicFunction[P, O, R]]:
     """Return a decorator that gives a function the fields of the `options`, a dataclass, as its arguments; its
     docstring then says what each is."""
 
-    def decorate(function: Callable[[O], R]) -> Callable[P, R]:
+    def decorate(function: Callable[[O], R]) -> PublicFunction[P, O, R]:
         hints, own = get_type_hints(options), signature(options).parameters.values()
         parameters = [each.replace(annotation=hints[each.name]) for each in sorted(own, key=_place)]
         arguments = Signature(parameters, return_annotation=get_type_hints(function)["return"])
@@ -132,9 +146,15 @@ def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], Callable[P, R
         call.__signature__ = arguments  # type: ignore[attr-defined]
         call.__annotations__ = {each.name: each.annotation for each in parameters}
         call.__doc__ = _documented(cleandoc(function.__doc__ or ""), options, list(arguments.parameters))
-        return call
+        return cast(PublicFunction[P, O, R], call)
 
     return decorate
+
+
+def run_with(function: PublicFunction[P, O, R], options: O) -> R:
+    """Run the function on options that are built already, as a command's are."""
+    with reading():
+        return function.__wrapped__(options)
 
 
 def described(hint: Any) -> tuple[Any, Option | None]:
@@ -167,6 +187,14 @@ def plain(value: object) -> object:
     if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
         value = value.item()  # type: ignore[attr-defined]
     return value
+
+
+def _with_listeners(options: O, **listeners: Callable[..., None] | None) -> O:
+    """Return a copy of the options with these listeners. It is not validated again, as one that is built is."""
+    told = copy(options)
+    for name, listener in listeners.items():
+        object.__setattr__(told, name, listener)
+    return told
 
 
 def _as_json(value: object) -> object:

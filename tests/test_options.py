@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import spin_usd
-from spin_usd.options import Argument, Listening, Option, takes
+from spin_usd.options import Argument, Listening, Option, Options, run_with, takes
 
 WRONG: list[tuple[str, dict[str, Any], str]] = [
     ("render", {"workers": 1.5}, "workers is 1.5; make it a whole number or None"),
@@ -73,3 +73,24 @@ def test_a_position_is_checked_as_a_name_is() -> None:
 def test_python_itself_refuses_what_no_parameter_takes() -> None:
     with pytest.raises(TypeError, match="unexpected keyword argument 'nmbers'"):
         example("x", nmbers=[1])  # type: ignore[call-arg]
+
+
+def test_options_that_are_built_are_not_validated_again(monkeypatch) -> None:
+    built = Example("x", numbers=[1])
+    monkeypatch.setattr(Options, "__post_init__", lambda _: pytest.fail("they were built again"))
+    assert run_with(example, built.telling(print)) is built.numbers
+
+
+def test_listeners_are_told_by_the_options_that_were_given_them_alone() -> None:
+    built = Example("x")
+    assert built.telling(print).progress is print
+    assert built.on_progress is None
+
+
+def test_what_is_run_with_options_fails_as_the_function_does() -> None:
+    @takes(Options)
+    def function(_: Options) -> None:
+        b"\xff".decode()
+
+    with pytest.raises(spin_usd.SpinError, match="not UTF-8"):
+        run_with(function, Options())

@@ -10,6 +10,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.commands.augment.options import AugmentOptions
 from spin_usd.errors import InputError
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
@@ -39,7 +40,7 @@ def augment(
             "augment needs a stage and --spec", do="give both, or --list for what a specification can sample"
         )
     with shown(context.obj["quiet"]) as progress:
-        report = spin_usd.augment(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.augment, options.telling(progress))
     if as_json:
         print_out(json.dumps(to_builtins(report)))
         return

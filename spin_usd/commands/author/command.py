@@ -10,7 +10,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.errors import InputError
-from spin_usd.options import flag_of
+from spin_usd.options import flag_of, run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.parameters import Json
@@ -35,7 +35,7 @@ def author(
         _write_minimal(context, Path(options.out), as_json)
         return
     with shown(context.obj["quiet"]) as progress:
-        report = spin_usd.author(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.author, options.telling(progress))
     if as_json:
         print_out(json.dumps(to_builtins(report)))
         return

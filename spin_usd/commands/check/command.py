@@ -13,6 +13,7 @@ import typer
 import spin_usd
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.errors import FINDINGS
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.terminal.lines import (
@@ -53,7 +54,7 @@ def check(
     from spin_usd.processes.child_ahead import child_ahead
 
     with child_ahead("check_stage", "check_picture"), shown(context.obj["quiet"]) as progress:
-        checked = spin_usd.check(**options.arguments(on_progress=progress, on_note=show_note))
+        checked = run_with(spin_usd.check, options.telling(progress, show_note))
     if as_json:
         show_report(checked)
     else:

@@ -4,6 +4,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.debug.options import DebugOptions
+from spin_usd.options import run_with
 from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.progress import shown
 
@@ -14,6 +15,6 @@ def debug(context: typer.Context, options: DebugOptions) -> None:
     Blender 5.2 opens it, and F12 renders the picture before optics and detector. The text README in it says more.
     """
     with shown(context.obj["quiet"]) as progress:
-        made = spin_usd.debug(**options.arguments(on_progress=progress))
+        made = run_with(spin_usd.debug, options.telling(progress))
     show_notes(made.notes)
     print_out(f"{made.path}   (frame {made.frame} of {made.variant})")

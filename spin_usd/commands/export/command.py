@@ -10,6 +10,7 @@ import typer
 import spin_usd
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
@@ -35,7 +36,7 @@ def export(
     from spin_usd.processes.child_ahead import child_ahead
 
     with child_ahead("export"), shown(context.obj["quiet"]) as progress:
-        report = spin_usd.export(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.export, options.telling(progress))
     print_out(json.dumps(asdict(report)) if as_json else _sentence(report))
 
 

@@ -9,6 +9,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.errors import FINDINGS
+from spin_usd.options import run_with
 from spin_usd.terminal.lines import BAD, Painted, print_err, print_out, show_note
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -25,7 +26,7 @@ def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = 
     from spin_usd.store.stage_path import existing_stage
 
     with shown(context.obj["quiet"]) as progress:
-        found = spin_usd.measure(**options.arguments(on_progress=progress, on_note=show_note))
+        found = run_with(spin_usd.measure, options.telling(progress, show_note))
     folder = options.out or folder_of(existing_stage(Path(options.stage)))
     if as_json:
         print_out(json.dumps(to_builtins(found)))

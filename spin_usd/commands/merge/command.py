@@ -8,6 +8,7 @@ import typer
 import spin_usd
 from spin_usd.commands.merge.options import MergeOptions
 from spin_usd.errors import FINDINGS
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_err, print_out
 from spin_usd.terminal.parameters import Json
@@ -17,7 +18,7 @@ from spin_usd.terminal.progress import shown
 def merge(context: typer.Context, options: MergeOptions, *, as_json: Json = False) -> None:
     """Put datasets of one stage, such as the shards of a run, into one."""
     with shown(context.obj["quiet"]) as progress:
-        report = spin_usd.merge(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.merge, options.telling(progress))
     if as_json:
         print_out(json.dumps(asdict(report)))
     else:

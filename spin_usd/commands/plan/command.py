@@ -8,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.plan.options import PlanOptions
+from spin_usd.options import run_with
 from spin_usd.pluralise import duration
 from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
@@ -27,7 +28,7 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
     from spin_usd.processes.child_ahead import child_ahead
 
     with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
-        report = spin_usd.plan(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.plan, options.telling(progress))
     show_notes(report.notes)
     if as_json:
         show_report(report.document)

@@ -7,6 +7,7 @@ import typer
 import spin_usd
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.commands.render.options import RenderOptions
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_note, show_notes, show_report
 from spin_usd.terminal.parameters import Json
@@ -21,7 +22,7 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
     from spin_usd.processes.child_ahead import child_ahead
 
     with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
-        report = spin_usd.render(**options.arguments(on_progress=progress, on_note=show_note))
+        report = run_with(spin_usd.render, options.telling(progress, show_note))
     show_notes(report.doubts)
     if as_json:
         show_report(report)

@@ -7,6 +7,7 @@ import typer
 import spin_usd
 from spin_usd.commands.reproduce.options import ReproduceOptions
 from spin_usd.errors import FINDINGS
+from spin_usd.options import run_with
 from spin_usd.terminal.lines import BAD, GOOD, Painted, print_out, show_note, show_notes
 from spin_usd.terminal.parameters import Json
 
@@ -18,7 +19,7 @@ OTHER_DEVICE = (
 
 def reproduce(options: ReproduceOptions, *, as_json: Json = False) -> None:
     """Make one picture again from its provenance and compare it with the one there."""
-    made = spin_usd.reproduce(**options.arguments())
+    made = run_with(spin_usd.reproduce, options)
     if as_json:
         print_out(json.dumps(made.as_json()))
     else:

@@ -6,6 +6,7 @@ import typer
 
 import spin_usd
 from spin_usd.commands.score.options import ScoreOptions
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
@@ -27,7 +28,7 @@ def score(context: typer.Context, options: ScoreOptions, *, as_json: Json = Fals
     from msgspec import UNSET
 
     with shown(context.obj["quiet"]) as progress:
-        report = spin_usd.score(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.score, options.telling(progress))
     show_notes(report.notes)
     if as_json:
         show_report(report)

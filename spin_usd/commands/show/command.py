@@ -7,6 +7,7 @@ import typer
 import spin_usd
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.errors import FINDINGS
+from spin_usd.options import run_with
 from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_err
 from spin_usd.terminal.lines import print_out as print_lines
@@ -21,7 +22,7 @@ NAMED = 10  # damaged pictures that are named; the page shows all
 def show(context: typer.Context, options: ShowOptions) -> None:
     """Write a page that shows a dataset in a browser: pictures, labels, values, distributions. It needs no server."""
     with shown(context.obj["quiet"]) as progress:
-        report = spin_usd.show(**options.arguments(on_progress=progress))
+        report = run_with(spin_usd.show, options.telling(progress))
     for name, fault in list(report.damaged.items())[:NAMED]:
         print_err(f"damaged: {name}: {fault}")
     print_lines(_sentence(report))
