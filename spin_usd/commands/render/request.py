@@ -1,4 +1,4 @@
-"""The plan of what a user asks of `render` or `plan`, and which files it comes to."""
+"""The plan of what a user asks of `render` or `plan`, which files it comes to, and about how long these take."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,9 +11,12 @@ from spin_usd.planning.machine_speed import keep_trial, kept_trial
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
 from spin_usd.planning.shard import Shard
+from spin_usd.planning.variant_table import variant_table
 from spin_usd.planning.work import CommonWork
+from spin_usd.pluralise import duration, pluralise
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.progress import Progress
+from spin_usd.store.pictures_left import WantedFiles
 
 LACKING = {
     "lidar": ("LiDAR", "author it with --lidar, for example --lidar flash, or leave that label out"),
@@ -92,3 +95,10 @@ def common_work(request: RenderRequest, plan: Plan) -> CommonWork:
         frame_pixels=width * height,
         device=plan.settings.device,
     )
+
+
+def foretold(request: RenderRequest, plan: Plan, wanted: WantedFiles, out: Path, workers: int, cores: int) -> str:
+    """Say about how long a run into the dataset `out` takes, with so many workers that share these processors."""
+    table = variant_table(plan, common_work(request, plan), wanted, out)
+    pictures, by = pluralise(len(plan.pictures), "picture"), pluralise(workers, "worker")
+    return f"{pictures} with {by}: about {duration(table.seconds(workers, cores))}"

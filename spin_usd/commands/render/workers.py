@@ -19,10 +19,11 @@ from spin_usd.commands.render.report import RunListener
 from spin_usd.commands.render.task_queue import RenderTask, TaskQueue
 from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.errors import OutputError, RenderError
+from spin_usd.options import MAX_WORKERS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.time_limit import TimeLimits
-from spin_usd.processes.child import Child
+from spin_usd.processes.child import Child, in_process
 from spin_usd.processes.child_limits import PATIENCE_S, START_PATIENCE_S, machine_memory, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError, DeathCause, Retries
 from spin_usd.processes.open_renderer import renderer_entry
@@ -43,6 +44,17 @@ def default_workers() -> int:
     return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
 
 
+def workers_and_cores(tasks: int, asked: int | None, *, cluster: bool) -> tuple[int, int]:
+    """Return how many workers there are at most for so many tasks, and how many processors these share: in a cluster
+    each has its own. `asked`: how many workers the user wants."""
+    if cluster:
+        count = min(asked or MAX_WORKERS, tasks)
+        return count, count
+    if in_process():  # Blender's state is the process's
+        return 1, len(usable_cpus())
+    return min(asked or default_workers(), tasks), len(usable_cpus())
+
+
 class WorkerProcesses:
     """Starts the workers of a run into the `destination` under its `lease`.
 
@@ -51,7 +63,7 @@ class WorkerProcesses:
     """
 
     def __init__(self, destination: Destination, lease: Lease, request: RenderRequest) -> None:
-        self.destination, self._lease = destination, lease
+        self.destination, self.lease = destination, lease
         self._memory = rendering_memory(graphics=request.device != CPU)
         renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
         self._modules = (WORKER_MODULE, *renderer, HULL_MODULE)
@@ -69,7 +81,7 @@ class WorkerProcesses:
 
     def starter(self, options: WorkerOptions, workers: int) -> StartWorker:
         """Return what starts a worker by its number, of so many at most."""
-        return self.destination.start(options, self._lease, workers) or partial(self._start, options, workers)
+        return self.destination.start(options, self.lease, workers) or partial(self._start, options, workers)
 
     def _start(self, options: WorkerOptions, workers: int, number: int) -> Child:
         child, self._ahead = self._ahead or self._process(), None
@@ -78,7 +90,7 @@ class WorkerProcesses:
         return child
 
     def _process(self) -> Child:
-        lease = self._lease
+        lease = self.lease
         return Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=self._memory, modules=self._modules)
 
 

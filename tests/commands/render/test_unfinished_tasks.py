@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 import spin_usd as package
-from spin_usd.commands.render.dataset_run import OTHER_OPTIONS, OTHER_SOFTWARE, OTHER_STAGE, why_outdated
+from spin_usd.commands.render.unfinished_tasks import OTHER_OPTIONS, OTHER_SOFTWARE, OTHER_STAGE, why_outdated
 from spin_usd.files.folder import Folder
 from spin_usd.store.read_documents import read_record
 
