@@ -1,0 +1,88 @@
+"""The files of a picture as a worker writes them: encoded, linked from the cache or kept in it, and their record."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from msgspec import to_builtins
+from numpy.typing import NDArray
+
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_file
+from spin_usd.formats.array_file import encoded_array
+from spin_usd.labels.table import LABELS
+from spin_usd.picture.kinds import IMAGE, RADIANCE
+from spin_usd.records.record import Record, RecordedFile
+from spin_usd.scene.channels import Channels
+from spin_usd.scene.model import Scene
+from spin_usd.store.atomic import link_atomically, write_atomically, write_json
+from spin_usd.store.cache import Cache, CacheEntry
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.names import record_of
+from spin_usd.store.read_documents import read_record, recorded_files
+
+
+class FileWriter:
+    """Writes the files of pictures into the dataset of `store`. `work`: the folder of its temporary files."""
+
+    def __init__(self, store: Store, cache: Cache, *, work: Path, image_suffix: str) -> None:
+        self._store, self._cache, self._work, self._image_suffix = store, cache, work, image_suffix
+
+    def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
+        """Write one file; returns its entry in the record."""
+        name = self._name(scene, kind)
+        encode = _encoding(name, kind, array, channels)
+        digest = write_atomically(self._store.folder, name, encode, work=self._work, forced=False)
+        return RecordedFile(path=name, sha256=digest, **channels.described)
+
+    def write_label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
+        """Write one label, which the cache keeps too; returns its entry in the record."""
+        name = self._name(scene, kind)
+        encode = _encoding(name, kind, array, channels)
+        kept = self._cache.keep(kind, key, LABELS[kind].suffix, encode, also=name)
+        return RecordedFile(path=name, sha256=kept.sha256, **channels.described)
+
+    def link(self, scene: Scene, cached: CacheEntry) -> RecordedFile:
+        """Link one label that the cache had; returns its entry in the record."""
+        kind = cached.purpose.kind
+        name = self._name(scene, kind)
+        link_atomically(self._store.folder, name, cached.file, work=self._work)
+        return RecordedFile(path=name, sha256=cached.sha256, **LABELS[kind].channels.described)
+
+    def _name(self, scene: Scene, kind: str) -> str:
+        return f"{kind}/{scene.frame.variant}/{scene.frame.name}{_suffix_of(kind, self._image_suffix)}"
+
+    def remove(self, file: RecordedFile) -> None:
+        """Remove one file."""
+        remove_file(self._store.folder, file.path)
+
+    def withdraw(self, variant: str, frame: str) -> Record | None:
+        """Remove a picture's old record, so that none ever describes files being replaced; returns it, None where there
+        was none that can be used."""
+        name, record = record_of(variant, frame), None
+        with suppress(InputError):
+            record = read_record(self._store.folder, name)
+        remove_file(self._store.folder, name)
+        return record
+
+    def write_record(self, record: Record, before: Record | None) -> None:
+        """Write the record, and remove the files of the one before that are not of this one."""
+        name = record_of(record.variant, record.frame)
+        write_json(self._store.folder, name, to_builtins(record), work=self._work)
+        had = recorded_files(before, record.variant, record.frame).values()
+        for stale in set(had) - {file.path for file in record.files.values()}:
+            remove_file(self._store.folder, stale)
+
+
+def _encoding(name: str, kind: str, array: NDArray[Any], channels: Channels) -> Callable[[], bytes]:
+    """Return the function that encodes the file `name` of that `kind`."""
+    return partial(encoded_array, array, PurePosixPath(name).suffix, kind=kind, channels=channels)
+
+
+def _suffix_of(kind: str, image_suffix: str) -> str:
+    """Return the file name extension of a kind of file."""
+    if kind == IMAGE:
+        return image_suffix
+    return ".exr" if kind == RADIANCE else LABELS[kind].suffix
