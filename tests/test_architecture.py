@@ -129,7 +129,7 @@ MAY_OPEN = {
     "exchange/layout/save_models.py": WORK,
     "commands/export/writer.py": WORK,
     "commands/keypoints": WORK,
-    "commands/measure/run.py": MADE,
+    "commands/measure/measurement_folder.py": MADE,
     "planning/make_plan.py": WORK,
     "store/atomic.py": WORK,
     "store/hidden_folder.py": WORK,

@@ -2,14 +2,18 @@
 
 from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
+from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.errors import OutputError, RenderError
+from spin_usd.planning.make_plan import Plan
 from spin_usd.processes.child import Child
-from spin_usd.processes.child_limits import START_PATIENCE_S
+from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
+from spin_usd.processes.processors import share_of
+from spin_usd.store.dataset_folder import Lease
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,3 +149,18 @@ class Processes:
 def _death(event: Answered[_Process] | Failed[_Process]) -> ChildDiedError | None:
     """Return how the process died; None where it lives."""
     return event.reason if isinstance(event, Failed) and isinstance(event.reason, ChildDiedError) else None
+
+
+def start_process(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
+    """Start a process of that kind, the `number`th of `count`."""
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
+    child.send(
+        "open_measuring",
+        stage=str(plan.root),
+        variant=plan.variants[0],
+        folder=str(runs.root),
+        work=str(runs.work),
+        cpus=share_of(number, count),
+        **asdict(kind),
+    )
+    return child

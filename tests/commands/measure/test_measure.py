@@ -16,11 +16,12 @@ import spin_usd as spin_usd_api
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.commands.measure.campaign import Campaign, PercentDone
+from spin_usd.commands.measure.execution_task import ExecutionTask
+from spin_usd.commands.measure.measured_pictures import time_limit
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.commands.measure.picture_task import EVERYTHING, PictureTask, SavingsTask
 from spin_usd.commands.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.commands.measure.renders import RenderStore
-from spin_usd.commands.measure.run import ExecutionTask, time_limit
 from spin_usd.errors import InputError, StageError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.child import Child

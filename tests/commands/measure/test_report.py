@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from spin_usd.commands.measure.measurement_folder import write_report
 from spin_usd.commands.measure.plot import kind_of, plot
-from spin_usd.commands.measure.run import write_report
 from tests.cases.measurements import figures, measurement, setting, usual
 from tests.conftest import REPOSITORY
 
