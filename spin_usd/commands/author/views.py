@@ -59,7 +59,7 @@ def look_notes(reader: StageReader) -> tuple[str, ...]:
     """Return notes on a target that cannot be seen, on metal that shows black, and on light of its own that will not
     show."""
     frame = reader.frames[0]
-    materials = reader.target_at(frame.time_code).materials
+    materials = reader.bodies.target_at(frame.time_code).materials
     if all(material.opacity == 0 for material in materials):
         return ("every material of the target has opacity 0: pictures show at most its reflections, labels all of it",)
     try:

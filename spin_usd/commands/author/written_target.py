@@ -76,7 +76,7 @@ def check_written(
     Raises InputError when its size is another than the file's, StageError or UnsupportedError as a render would.
     """
     time_code = reader.frames[0].time_code
-    target = reader.target_at(time_code)
+    target = reader.bodies.target_at(time_code)
     notes = (*in_sentences(reader.notes), *look_notes(reader))
     if file.suffix.lower() in MESHES:
         source = mesh_bounds(file, units_per_metre) if at_rest else None
@@ -86,7 +86,7 @@ def check_written(
     if source is None:
         return ("the target's size could not be compared with its file's: no other reader opens it", *notes)
     seen = all(finding.code != "material-transparent" for finding in reader.notes)
-    _refuse_another_size(file, target.mesh.box if seen else reader.whole_target_at(time_code).mesh.box, source)
+    _refuse_another_size(file, target.mesh.box if seen else reader.bodies.whole_target_at(time_code).mesh.box, source)
     return notes
 
 

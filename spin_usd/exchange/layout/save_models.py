@@ -43,4 +43,6 @@ def _targets(
         wanted = set(names)
         for frame in reader.frames:
             if frame.name in wanted:
-                yield from ((frame, number, target) for number, target in reader.targets_at(frame.time_code).items())
+                yield from (
+                    (frame, number, target) for number, target in reader.bodies.targets_at(frame.time_code).items()
+                )

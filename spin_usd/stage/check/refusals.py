@@ -27,11 +27,10 @@ from spin_usd.stage.read.lights import LightReader, read_light, refuse_light, vi
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.read.shutter import read_opening
-from spin_usd.stage.read.stage_reader import metres_per_unit
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.parser_faults import parser_faults
-from spin_usd.stage.usd.root_metadata import Notes, root_number
+from spin_usd.stage.usd.root_metadata import Notes, metres_per_unit, root_number
 from spin_usd.stage.usd.transforms import NORM_TOLERANCE, check_chain, op_types, orient_norm_error
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_invisible, own_purpose

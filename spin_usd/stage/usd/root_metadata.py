@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.finding import WARNING, Finding
@@ -23,6 +23,19 @@ def root_number(stage: Usd.Stage, name: str) -> float:
         where = stage.GetRootLayer().realPath
         raise StageError(f"{name} is {value!r}", where=where, do="author a number")
     return float(value)
+
+
+def metres_per_unit(stage: Usd.Stage) -> float:
+    """Return the length of a stage unit. Raises StageError for units or an up axis that are not valid."""
+    where = stage.GetRootLayer().realPath
+    metres = root_number(stage, METRES_PER_UNIT)
+    if not UNITS[0] <= metres <= UNITS[1]:
+        do = f"make it positive, {UNITS[0]:g} to {UNITS[1]:g}"
+        raise StageError(f"metersPerUnit is {metres:g}", where=where, do=do)
+    up = str(UsdGeom.GetStageUpAxis(stage))
+    if up not in ("Y", "Z"):
+        raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")
+    return metres
 
 
 @dataclass(eq=False)

@@ -368,7 +368,7 @@ def test_a_variant_set_without_a_selection_is_named_and_can_be_given_one(authore
     for given, size in (("model=full", 2), ("model=lite", 1)):
         report = authored(folder / "craft.usda", any_size=True, variant=[given], out=tmp_path / given)
         reader = StageReader(report.root)
-        assert np.ptp(reader.target_at(reader.frames[0].time_code).mesh.box, axis=0).max() == pytest.approx(size)
+        assert np.ptp(reader.bodies.target_at(reader.frames[0].time_code).mesh.box, axis=0).max() == pytest.approx(size)
 
 
 @pytest.mark.parametrize(("given", "saying"), [("no=full", "has no variant no=full"), ("model", "is not SET=NAME")])

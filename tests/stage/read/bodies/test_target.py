@@ -415,7 +415,7 @@ def test_faces_that_cannot_be_seen_are_left_out_and_told(make_stage, inputs, kep
     assert len(mesh.faces) == (12 if kept else 10)
     told = [] if kept else [("material-transparent", "/World/Target/Blue")]
     assert [(note.code, note.where) for note in reader.notes] == told
-    assert len(reader.whole_target_at(0).mesh.faces) == 12
+    assert len(reader.bodies.whole_target_at(0).mesh.faces) == 12
 
 
 def test_a_gprim_that_cannot_be_seen_has_no_faces_and_keeps_its_number(read_scene) -> None:
