@@ -1,18 +1,15 @@
 """`spin-usd check --repair`: makes again what is missing or damaged in a dataset, from its own stage."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
-from msgspec import UNSET
-
+from spin_usd.commands.check.damage import altered_layer, damaged_pictures, listed_again, obstacle
 from spin_usd.commands.check.dataset import dataset_findings
-from spin_usd.commands.check.digests import RENDER_AGAIN
+from spin_usd.commands.check.recorded_requests import of_variants, requests, valid_records
 from spin_usd.commands.check.report import CheckReport
-from spin_usd.commands.check.strays import STRAY
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError, SpinError
@@ -20,25 +17,16 @@ from spin_usd.files.changes import remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import Node, NodeType
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.labels.table import LABELS
-from spin_usd.options import PictureOptions, RunOptions
-from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
-from spin_usd.planning.effort_choice import Basis, Chosen
+from spin_usd.options import RunOptions
 from spin_usd.planning.request import RenderRequest
 from spin_usd.progress import Note, Progress, no_note
-from spin_usd.records.record import EffortChoice, Record
-from spin_usd.scene.finding import ERROR, Finding
-from spin_usd.store.atomic import write_text
-from spin_usd.store.cache import Purpose, entries, uses
+from spin_usd.records.record import Record
 from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error
-from spin_usd.store.file_digests import has_list, sums, unlisted
-from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, picture_of, record_of
+from spin_usd.store.names import DESCRIPTION, STAGE, record_of
 from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"
-Records = Mapping[str, Record]
-"""Valid records by their pictures' names, "variant/frame"."""
 
 
 def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckReport:
@@ -100,7 +88,7 @@ class _Repair:
             variants = tuple(dict.fromkeys(record.variant for record in self.records.values()))
             with removed(self.store.folder, DESCRIPTION):
                 for request in requests(self._root, self.records, self.records):
-                    self._render(_of_variants(request, variants), frozenset())
+                    self._render(of_variants(request, variants), frozenset())
             yield DESCRIPTION
 
     def _refuse_unsure(self) -> None:
@@ -151,7 +139,7 @@ class _Repair:
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
         """Make the pictures of these names; yield those that are there then."""
         variants = tuple(sorted({name.partition("/")[0] for name in names}))
-        report = self._render(_of_variants(request, variants), frozenset(names))
+        report = self._render(of_variants(request, variants), frozenset(names))
         failed = {each.picture: each.reason for each in report.failed}
         self.unrepaired.extend(f"{name}: {reason}" for name, reason in failed.items())
         for name in sorted(names - failed.keys()):
@@ -180,132 +168,3 @@ def removed(folder: Folder, name: str) -> Iterator[None]:
         if before is not None and folder.type_of(name) is None:
             write_bytes(folder, name, before)
         raise
-
-
-def altered_layer(store: Store, records: Records) -> str | None:
-    """Return the name of a layer that no record knows as it is; None where there is none. Pictures made of it would be
-    others, and their new records would vouch for it."""
-    known, folder = _known(records), store.folder
-    there = {name for name in known if folder.type_of(name) is NodeType.FILE}
-    return next((name for name in sorted(known) if name not in there or folder.sha256(name) not in known[name]), None)
-
-
-def listed_again(store: Store, records: Records) -> Iterator[str]:
-    """Write SHA256SUMS again where it is lost or damaged, and yield its name. Raises InputError, which leaves the
-    list's name to who calls, where no record says of a file that the list lacks that this is as it was."""
-    known, folder = _known(records), store.folder
-    if folder.type_of(STAGE) is not NodeType.FOLDER:
-        return
-    names = [path.relative_to(store.root).as_posix() for path in unlisted(store.stage)]
-    unsure = [name for name in names if folder.sha256(name) not in known[name]]
-    if has_list(store.stage) and unsure == names:  # the files are wrong, if any
-        return
-    if unsure:
-        found = f"cannot be written again: no record says that {unsure[0]} is as it was"
-        raise InputError(found, do=RENDER_AGAIN)
-    with store.locked() as lease:
-        write_text(folder, STAGE_SUMS, sums(store.stage), work=lease.work)
-    yield STAGE_SUMS
-
-
-def _known(records: Records) -> defaultdict[str, set[str]]:
-    """Return the digests that each layer had when pictures were made of it."""
-    known = defaultdict[str, set[str]](set)
-    for record in records.values():
-        for name, sha256 in record.provenance.stage.layers:
-            known[name].add(sha256)
-    return known
-
-
-def requests(stage: Path, names: Iterable[str], records: Records) -> dict[RenderRequest, set[str]]:
-    """Return the pictures of these names by the request that makes them as they were: what their own record says, and
-    where that is lost, what most records of their variant say, or most of all. None where there is no record."""
-    recorded = {name: _request(stage, record) for name, record in records.items()}
-    by_variant = defaultdict[str, Counter[RenderRequest]](Counter)
-    for name, request in recorded.items():
-        by_variant[_variant(name)][request] += 1
-    of_all = sum(by_variant.values(), Counter[RenderRequest]())
-    found = defaultdict[RenderRequest, set[str]](set)
-    for name in names if of_all else ():
-        usual = by_variant.get(_variant(name)) or of_all
-        found[recorded.get(name) or usual.most_common(1)[0][0]].add(name)
-    return dict(found)
-
-
-def _of_variants(request: RenderRequest, variants: tuple[str, ...]) -> RenderRequest:
-    return replace(request, options=replace(request.options, variants=variants))
-
-
-def _variant(name: str) -> str:
-    return name.partition("/")[0]
-
-
-def _request(stage: Path, record: Record) -> RenderRequest:
-    """Return the request for all pictures that were made as this one; it names no variant and no frame."""
-    kinds, settings, chosen = record.files, record.settings, record.provenance.render.chosen
-    options = PictureOptions(
-        stage,
-        seed=settings.seed,
-        renderer=settings.renderer,
-        device=settings.device,
-        labels=tuple(kind for kind in LABELS if kind in kinds) or "none",
-        labels_only=IMAGE not in kinds,
-        radiance=RADIANCE in kinds,
-        **record.options,
-    )
-    return RenderRequest(options=options, effort=settings.effort, chosen=None if chosen is UNSET else _chosen(chosen))
-
-
-def _chosen(recorded: EffortChoice) -> Chosen:
-    """Make the reason of an effort again; what was expected of it is not recorded."""
-    measured = recorded.measurement
-    basis = None if measured is UNSET else Basis(sha256=measured, variant="", stage="")
-    return Chosen(by=recorded.by, asked=recorded.asked, reason=recorded.reason, basis=basis)
-
-
-def valid_records(store: Store) -> Records:
-    """Read the dataset's records, but those that are damaged."""
-    found: dict[str, Record] = {}
-    for name in store.records():
-        with suppress(InputError):
-            frame, variant = picture_of(name)
-            found[f"{variant}/{frame}"] = read_record(store.folder, name)
-    return found
-
-
-def damaged_pictures(store: Store, findings: Iterable[Finding], records: Records) -> set[str]:
-    """Return the names of pictures that something is wrong with: of their record, of a file, or of what they use of the
-    cache; and of those whose files no record lists."""
-    listed = list(findings)
-    wrong = (finding.where for finding in listed if finding.severity == ERROR or finding.code == STRAY)
-    found = {name for where in wrong for name in _of_file(where)}
-    damaged = {finding.where for finding in listed if finding.where.startswith(f"{CACHE}/")}
-    return found | set(_users(store, damaged, records))
-
-
-def obstacle(name: str, strange: Iterable[Node]) -> Node | None:
-    """Return what keeps the picture of that name from being made again: a link or the like in place of one of its own
-    files, of a folder of the dataset, or in the stage. None where nothing does."""
-    return next((node for node in strange if _is_shared(node.name) or name in _of_file(node.name)), None)
-
-
-def _is_shared(name: str) -> bool:
-    """Return whether what has that name serves many pictures: a file of one alone lies below two folders, and in the
-    cache below three."""
-    first, depth = name.partition("/")[0], name.count("/")
-    return first == STAGE or depth < (3 if first == CACHE else 2)
-
-
-def _of_file(name: str) -> Iterator[str]:
-    """Yield the picture that has this file, where one of a dataset's pictures could have it."""
-    match PurePosixPath(name).parts:
-        case [kind, variant, file] if kind in (*KINDS, RECORDS):
-            yield f"{variant}/{PurePosixPath(file).stem}"
-
-
-def _users(store: Store, damaged: set[str], records: Records) -> Iterator[str]:
-    """Yield one picture for each damaged file of the cache that some picture uses: that makes it again."""
-    user: dict[Purpose, str] = {purpose: name for name, record in records.items() for purpose in uses(record)}
-    for entry in entries(store):
-        if entry.file.name in damaged and entry.purpose in user and not entry.whole:
-            yield user[entry.purpose]

@@ -5,7 +5,9 @@ import shutil
 
 import pytest
 
-from spin_usd.commands.check.repair import listed_again, repair, valid_records
+from spin_usd.commands.check.damage import listed_again
+from spin_usd.commands.check.recorded_requests import valid_records
+from spin_usd.commands.check.repair import repair
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
 from spin_usd.options import RunOptions
