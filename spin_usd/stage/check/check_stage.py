@@ -14,7 +14,9 @@ from pxr import Ar, Sdf, Usd, UsdValidation
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.stage.check.cameras import camera_findings
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
+from spin_usd.stage.check.poses import capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.prims import (
     draw_mode_findings,
     extent_findings,
@@ -25,7 +27,6 @@ from spin_usd.stage.check.prims import (
     property_findings,
     xform_findings,
 )
-from spin_usd.stage.check.refusals import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.variant_opinions import variant_findings
 from spin_usd.stage.composition.files import named_assets, opened_assets
 from spin_usd.stage.composition.materialx import names_document

@@ -14,9 +14,9 @@ from pxr import Pcp, Sdf, Usd
 
 from spin_usd.errors import StageError
 from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.stage.check.cameras import camera_findings
 from spin_usd.stage.check.every_picture import MAX_VARIANTS
 from spin_usd.stage.check.prims import property_findings
-from spin_usd.stage.check.refusals import camera_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.opinions import has_opinion
