@@ -50,7 +50,8 @@ def drawn(scenes, blender):
     """The radiance of each scene, without twins, as if all of it glowed, and with them."""
     paired = {name: blender.radiance(scene, Effort(samples=SAMPLES), seed=1) for name, scene in scenes.items()}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("spin_usd.renderers.blender.renderer.emits", lambda target: True)
+        for where in ("renderer", "bodies"):
+            patch.setattr(f"spin_usd.renderers.blender.{where}.emits", lambda target: True)
         return {
             name: (blender.radiance(scene, Effort(samples=SAMPLES), seed=1), paired[name])
             for name, scene in scenes.items()
