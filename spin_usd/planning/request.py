@@ -91,7 +91,7 @@ class RenderRequest:
         return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
 
     @property
-    def where_possible(self) -> tuple[str, ...]:
+    def labels_where_possible(self) -> tuple[str, ...]:
         """Labels that are made too where the stage has what they need."""
         return tuple(NEEDS) if "all" in names_in(self.options.labels) else ()
 

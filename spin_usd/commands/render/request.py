@@ -46,7 +46,7 @@ def plan(
     question = PlanRequest(
         request=request,
         devices=request.devices(),
-        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.where_possible, *had)),
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.labels_where_possible, *had)),
         copy_to=copy_to,
         explain=explain,
         shard=shard,
@@ -61,7 +61,7 @@ def plan(
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
-    of what is made where_possible what the stage can have. Raises InputError for another label that it cannot have, and
+    of labels_where_possible those that the stage can have. Raises InputError for another label that it cannot have, and
     for one that cannot hold so many targets."""
     _refuse_targets(request, len(plan.content.targets))
     missing = {name for name, needed in NEEDS.items() if not getattr(plan.content, needed)}
@@ -71,7 +71,7 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
             raise InputError(f"has no {what}, which the label {kind} needs", where=request.stage, do=do)
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
     more = LABELS_OF_SEVERAL if of_pixels and plan.content.bodies > 1 else ()
-    possible = set(request.where_possible) - missing
+    possible = set(request.labels_where_possible) - missing
     return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *possible))
 
 
