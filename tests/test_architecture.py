@@ -31,7 +31,7 @@ ONLY_IN = {
     "pyarrow": ("exchange/parquet.py",),
     "embreex": ("renderers/embree",),
     "cv2": (
-        "commands/check/in_child/picture.py",
+        "commands/check/in_child/pose.py",
         "commands/score/page.py",
         "exchange/video.py",
         "labels/preview.py",

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from msgspec import to_builtins
 
+from spin_usd.commands.check.in_child.boxes import box_findings
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import targets_of
 from spin_usd.commands.check.in_child.keypoints import depths_around, keypoint_findings
 from spin_usd.commands.check.in_child.labels import count_findings
-from spin_usd.commands.check.in_child.picture import MIN_DEGREES, box_findings, pose_error, pose_findings
+from spin_usd.commands.check.in_child.pose import MIN_DEGREES, pose_error, pose_findings
 from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
