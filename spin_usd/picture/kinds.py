@@ -25,6 +25,6 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
 IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
 RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels are of no renderer."""
-KINDS = (IMAGE, RADIANCE, *LABELS)
+FILE_KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
 DEVICE_PASS = "beauty pass on a device"  # a graphics processor, which workers share

@@ -7,7 +7,7 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS, NEEDS
 from spin_usd.options import PictureOptions, names_in
-from spin_usd.picture.kinds import IMAGE, KINDS, RADIANCE
+from spin_usd.picture.kinds import FILE_KINDS, IMAGE, RADIANCE
 from spin_usd.planning.effort_choice import Chosen, setting_of
 from spin_usd.planning.shard import Shard
 from spin_usd.processes.devices import AUTO, refuse_unknown_device, require_device, usable_devices
@@ -107,7 +107,7 @@ class RenderRequest:
     def kinds(self) -> tuple[str, ...]:
         """The kinds of file asked for of each picture."""
         wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.options.radiance else [])}
-        return tuple(kind for kind in KINDS if kind in wanted)
+        return tuple(kind for kind in FILE_KINDS if kind in wanted)
 
     @property
     def renders(self) -> bool:

@@ -12,14 +12,14 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import Node, NodeType
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.stop_signals import postponed
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
 from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, is_record
 from spin_usd.store.stage_path import ROOT_LAYER
 
-OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE, SHARDS)
+OWN = (DESCRIPTION, STAGE, RECORDS, *FILE_KINDS, CACHE, SHARDS)
 LOCK = ".lock"
 PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
 LOOK_EVERY_S = 0.05
@@ -68,7 +68,7 @@ class Store:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of file that pictures have, or had."""
-        return tuple(kind for kind in KINDS if self.folder.type_of(kind) is NodeType.FOLDER)
+        return tuple(kind for kind in FILE_KINDS if self.folder.type_of(kind) is NodeType.FOLDER)
 
     def work(self, token: str) -> Path:
         """Temporary files of the run whose lock has that token; gone when none is running."""

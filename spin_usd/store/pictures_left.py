@@ -14,7 +14,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import NEEDS
 from spin_usd.nesting import finite_json
-from spin_usd.picture.kinds import IMAGE, KINDS, LAYOUTS, RENDERED
+from spin_usd.picture.kinds import FILE_KINDS, IMAGE, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import KEYS
@@ -62,7 +62,7 @@ def kinds_left(
     if record is None or not _is_finished(store, record, had, picture, wanted):
         if record and had and not _is_current(record, had, picture):
             outdated(record, stage)
-        return tuple(kind for kind in KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
+        return tuple(kind for kind in FILE_KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
     finished(record)
     provenance = record.provenance
     if (record.index, provenance.time_code, provenance.stage) != (picture.index, picture.time_code, stage):

@@ -9,7 +9,7 @@ from msgspec.json import Decoder, decode
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.records.record import Record
 from spin_usd.store.json_schema import read_json, valid
@@ -57,4 +57,4 @@ def recorded_files(record: Record | None, variant: str, frame: str) -> dict[str,
     picture's."""
     paths = {kind: file.path for kind, file in record.files.items()} if record else {}
     named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
-    return paths if paths.keys() <= set(KINDS) and all(named) else {}
+    return paths if paths.keys() <= set(FILE_KINDS) and all(named) else {}

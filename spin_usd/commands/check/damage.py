@@ -9,7 +9,7 @@ from spin_usd.commands.check.recorded_requests import Records
 from spin_usd.commands.check.strays import STRAY
 from spin_usd.errors import InputError
 from spin_usd.files.node import Node, NodeType
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
@@ -45,7 +45,7 @@ def _is_shared(name: str) -> bool:
 def _of_file(name: str) -> Iterator[str]:
     """Yield the picture that has this file, where one of a dataset's pictures could have it."""
     match PurePosixPath(name).parts:
-        case [kind, variant, file] if kind in (*KINDS, RECORDS):
+        case [kind, variant, file] if kind in (*FILE_KINDS, RECORDS):
             yield f"{variant}/{PurePosixPath(file).stem}"
 
 

@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.files.folder import Folder
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.names import record_of
 
@@ -22,7 +22,7 @@ def stray_findings(inventory: Inventory) -> Iterator[Finding]:
     that is in none. What a record that cannot be used may list is left out."""
     by_record = defaultdict[str | None, list[str]](list)
     for name in sorted(inventory.present - inventory.files):
-        if name.partition("/")[0] in KINDS:
+        if name.partition("/")[0] in FILE_KINDS:
             by_record[_record(name)].append(name)
     for record, names in by_record.items():
         if record is None or record in inventory.present - inventory.unread:

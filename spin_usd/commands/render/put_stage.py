@@ -13,7 +13,7 @@ from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
 from spin_usd.options import RunOptions
-from spin_usd.picture.kinds import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS
+from spin_usd.picture.kinds import FILE_KINDS, IMAGE, IMAGE_MEANING, RADIANCE, RADIANCE_CHANNELS
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.shard import Manifest, Shard, write_manifest
 from spin_usd.records.descriptions import DatasetDescription, StageEntry
@@ -78,7 +78,7 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
         classes={str(number): name for name, number in classes.items()},
         variants=list(hashes),
         frames=len(plan.names),
-        files={kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before.files)},
+        files={kind: MEANINGS[kind] for kind in FILE_KINDS if kind in kinds or (before and kind in before.files)},
     )
     described: dict[str, Any] = to_builtins(description)
     return described

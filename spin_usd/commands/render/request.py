@@ -6,7 +6,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.labels.table import LABELS, LABELS_OF_SEVERAL, NEEDS, PIXEL_LABELS
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.planning.machine_speed import keep_trial, kept_trial
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest, RenderRequest
@@ -72,7 +72,7 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
     more = LABELS_OF_SEVERAL if of_pixels and plan.content.bodies > 1 else ()
     possible = set(request.labels_where_possible) - missing
-    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *possible))
+    return tuple(kind for kind in FILE_KINDS if kind in (*request.kinds, *more, *possible))
 
 
 def _refuse_targets(request: RenderRequest, count: int) -> None:

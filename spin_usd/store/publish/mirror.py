@@ -19,7 +19,7 @@ from spin_usd.files.changes import make_folder, remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
 from spin_usd.nesting import typed_json
-from spin_usd.picture.kinds import KINDS
+from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.records.record import Record
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.hidden_folder import hidden_folder
@@ -76,7 +76,7 @@ class Mirror:
 
     def _snapshot(self) -> Snapshot:
         root = self.store.root
-        names = [name for folder in (STAGE, RECORDS, *KINDS) for name in self.store.folder.files(folder)]
+        names = [name for folder in (STAGE, RECORDS, *FILE_KINDS) for name in self.store.folder.files(folder)]
         if self.store.folder.type_of(DESCRIPTION):
             names.append(DESCRIPTION)
         status = ((name, (root / name).stat()) for name in names)
