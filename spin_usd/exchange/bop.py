@@ -52,7 +52,7 @@ from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.pluralise import pluralise
 from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.body import OCCLUDER
-from spin_usd.scene.model import augmentation_and_camera
+from spin_usd.scene.scene import augmentation_and_camera
 
 DEPTH = "depth"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}

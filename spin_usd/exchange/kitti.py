@@ -29,7 +29,7 @@ from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.displacement import PointState
 from spin_usd.reading.picture import Picture
-from spin_usd.scene.model import augmentation_and_camera
+from spin_usd.scene.scene import augmentation_and_camera
 
 STEPS = 256.0  # of a metre, or a pixel
 FIRST_CENTRE = 0.0  # where the first pixel has its centre

@@ -9,7 +9,7 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
 from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.scene import NOMINAL
 
 SCHEMA = '"schema": "record-1"'
 

@@ -11,7 +11,7 @@ from spin_usd.labels.preview import by_id
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.part_classes import class_of_parts
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 def classes(scene: Scene, surface: Surface) -> NDArray[np.uint16]:

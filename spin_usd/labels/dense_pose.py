@@ -10,7 +10,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_position
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
 STRETCHED = 2  # what a lens may make of a small distance at the rim of a picture

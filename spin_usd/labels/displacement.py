@@ -18,7 +18,7 @@ from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
 from spin_usd.scene.derived.surface import Rows, Surface, weights_at
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 HOLDS = "is 1 = seen there, 2 = hidden, 3 = outside the frame, 4 = where the lens sees nothing (R and G are 0)"
 OFF_PX = 1e-3  # float32 of the dense pose, and of displacements over a few thousand pixels

@@ -15,7 +15,7 @@ from spin_usd.scene.content import content
 from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.echoes import Echoes
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from spin_usd.labels.preview import as_the_lidar_sees
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.echoes import Echoes
 from spin_usd.scene.lidar import Lidar
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 POINT = np.dtype(
     [

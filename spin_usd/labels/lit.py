@@ -21,7 +21,7 @@ from spin_usd.scene.derived.shadows import in_shadow, lifted
 from spin_usd.scene.derived.sunlight import brightest
 from spin_usd.scene.derived.surface import Rows, Surface
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 ROUNDING = 1e-6  # of the cosine between a normal and the Sun, in float32
 

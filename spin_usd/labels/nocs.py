@@ -16,7 +16,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import image
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Rows, Surface
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 STEPS = 65534  # from one end of the box, 1, to the other, 65535: 0 is nothing
 FLOAT32 = 1.2e-7  # of the coordinates in a dense pose

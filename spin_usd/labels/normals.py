@@ -16,7 +16,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_direction
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 UNIT = 1e-6  # float32 rounds each component to 6e-8
 SAME = 1e-6  # between components of normals that are of one plane

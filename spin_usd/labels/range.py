@@ -10,7 +10,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture, larges
 from spin_usd.labels.preview import by_distance
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 RELATIVE = 1e-6  # float32 rounds to 6e-8; depth, body coordinates and pose each add as much
 

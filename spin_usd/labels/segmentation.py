@@ -10,7 +10,7 @@ from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_id
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.surface import Surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 def segmentation(scene: Scene, surface: Surface) -> NDArray[np.uint16]:

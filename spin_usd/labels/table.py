@@ -19,7 +19,7 @@ from spin_usd.labels.nocs import NOCS
 from spin_usd.labels.normals import NORMALS_BODY, NORMALS_CAM
 from spin_usd.labels.range import RANGE
 from spin_usd.labels.segmentation import SEGMENTATION
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 _ALL: tuple[Label | CloudLabel, ...] = (
     DEPTH,

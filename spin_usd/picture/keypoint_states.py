@@ -10,7 +10,7 @@ from spin_usd.geometry.bounds import NEAR
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import surface_points
 from spin_usd.scene.keypoints import KeypointState
-from spin_usd.scene.model import OneBody
+from spin_usd.scene.scene import OneBody
 
 SKIN = 5e-3  # of the longest edge of the target's bounding box
 ROUNDING = 1e-6  # of the same: of depths

@@ -33,8 +33,8 @@ from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import CPU
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.detector import in_the_dark, when_full
 from spin_usd.sensor.develop import develop

@@ -11,7 +11,7 @@ from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.faces import by_body
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 NOTHING = -1
 SUPPORTS = ("depth", "range", "dense_pose")  # labels that are 0 just where nothing is

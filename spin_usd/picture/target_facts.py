@@ -14,7 +14,7 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import cut_off, surface_box
 from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.mesh import BOX
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 MAX_RAYS = 1 << 14  # beside each side of the frame: pixels are counted one by one up to that, and sampled beyond
 

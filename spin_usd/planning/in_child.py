@@ -25,7 +25,7 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.model import NOMINAL, Scene, augmentation_and_camera
+from spin_usd.scene.scene import NOMINAL, Scene, augmentation_and_camera
 from spin_usd.stage.author.target_root import origin_of
 from spin_usd.stage.composition.copy_stage import copy_stage
 from spin_usd.stage.read.stage_reader import StageReader

@@ -13,7 +13,7 @@ from spin_usd.planning.work import features
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema

@@ -12,7 +12,7 @@ from spin_usd.planning.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.skipped import BITS, Facts, SkippedWork, skipped_work
 from spin_usd.scene.derived.content_keys import RenderSettings
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS = "render", "background", "optics", "detector", "labels"
 NOWHERE, NONE = "the target is nowhere else", "the stage has none"

@@ -9,7 +9,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 SIDES = 128  # directions looked from: some 13 degrees apart
 SIDE_PX = 64  # of the square that is looked at

@@ -13,7 +13,7 @@ from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import CPU, LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 Units = dict[str, float]
 BEHIND = ("planet", "stars", "back plate", "dome")

@@ -24,7 +24,7 @@ from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.reading.window import Window, margin_of, size_of
 from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.scene.model import augmentation_and_camera, variant_of
+from spin_usd.scene.scene import augmentation_and_camera, variant_of
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import CHECK, decoded_record
 

@@ -17,7 +17,7 @@ from spin_usd.geometry import fisheye, lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.scene.model import OneBody, Scene, ThinLens
+from spin_usd.scene.scene import OneBody, Scene, ThinLens
 
 # float32 resolves a range of 16 radii to radius * 2**-20: depth order to a millionth of the target's size, and by the
 # camera's axes pixels to 2**-24 of their distance from the principal point.

@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.bands import tight_bands
 from spin_usd.geometry.blur import magnification
 from spin_usd.geometry.region import Region
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 # What starting a render costs, in samples of empty pixels: some 15 ms against half a microsecond.
 BAND_COST_SAMPLES = 30_000

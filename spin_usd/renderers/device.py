@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from spin_usd.errors import UnsupportedError
 from spin_usd.renderers.camera_shader import NEAR_RADII, View
 from spin_usd.scene.effort import CPU
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.model import Scene, Shutter
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene, Shutter
 
 MIN_PX = 4  # a side: Blender renders no smaller image
 

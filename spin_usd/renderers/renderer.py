@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
+from spin_usd.scene.scene import Scene
 
 
 class Renderer(Protocol):

@@ -19,7 +19,7 @@ from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, DomeLight, Light
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 BITS, MEASURED, UNBIASED = "the same bits", "measured to be the same", "nearer to the truth"
 GLINTING = 0.1  # radians, angular diameter of a light: a larger one is found often enough by chance

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float, frozen
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.derived.vignetting import polynomial_gain
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.sensor.detector import collect, detect, without_noise
 from spin_usd.sensor.exposure import exposed

@@ -7,7 +7,7 @@ import numpy as np
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Image
 from tests.cases import scenes
 

@@ -11,7 +11,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId, OneBody, Scene, Shutter
+from spin_usd.scene.scene import FrameId, OneBody, Scene, Shutter
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
 

@@ -9,7 +9,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId, OneBody
+from spin_usd.scene.scene import FrameId, OneBody
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
 from tests.cases import scenes

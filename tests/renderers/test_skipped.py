@@ -12,7 +12,7 @@ from spin_usd.renderers.blender.textures import forget_render_data
 from spin_usd.renderers.skipped import BITS, RULES, Requirements, check_rule_names
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Scene, ThinLens
+from spin_usd.scene.scene import Scene, ThinLens
 from tests.cases import scenes
 from tests.cases.lit_scenes import BALL, DOME, EARTH, GLOWING, MATT, METAL, PINHOLE, SUN, TUBE, a_scene, image, textured
 from tests.cases.scenes import in_motion, with_first

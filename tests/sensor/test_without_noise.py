@@ -7,8 +7,8 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import AutoExposure, Optics, Sensor
 from spin_usd.sensor.develop import develop, developed_without_noise
 from tests.cases import scenes

@@ -29,7 +29,7 @@ from spin_usd.accuracy.error import Reference
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 EFFORTS = {

@@ -26,7 +26,7 @@ from benchmarks.spread import shown, spread
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 WIDTH, HEIGHT, FOCAL = 1920, 1200, 2988.5795163815555  # of SPEED+'s camera

@@ -22,7 +22,7 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import Surface, visible_surface
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 PASS, POINTS, HEATMAPS = "faces seen", "points on them", "heatmaps, 192x128"

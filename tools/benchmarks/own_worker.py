@@ -16,7 +16,7 @@ from spin_usd.picture.kinds import RADIANCE
 from spin_usd.planning.request import RenderRequest
 from spin_usd.processes.child import Child
 from spin_usd.scene.derived.content_keys import RenderSettings
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 class OwnWorker:

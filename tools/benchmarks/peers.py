@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture, Tiles
 
 HERE = Path(__file__).resolve().parent

@@ -17,7 +17,7 @@ from spin_usd.renderers.background.sky import sky
 from spin_usd.resources import stages
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"

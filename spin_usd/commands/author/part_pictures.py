@@ -17,8 +17,8 @@ from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.sample import stream
-from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.scene.scene import NOMINAL
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine

@@ -13,8 +13,8 @@ from spin_usd.scene.derived.views import Views, suns_of, views_of
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
 from spin_usd.scene.poses import PoseList
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.read.stage_reader import StageReader
 

@@ -22,7 +22,7 @@ from spin_usd.scene.derived.content_keys import (
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.sensor.exposure import exposed
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader

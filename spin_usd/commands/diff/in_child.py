@@ -11,7 +11,7 @@ from spin_usd.progress import Progress
 from spin_usd.records.difference import ComparedPictures, DiffReport
 from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import NOMINAL, FrameId, augmentation_and_camera
+from spin_usd.scene.scene import NOMINAL, FrameId, augmentation_and_camera
 from spin_usd.stage.composition.differences import differences
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION

@@ -26,8 +26,8 @@ from spin_usd.options import names_in
 from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
-from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
+from spin_usd.scene.scene import NOMINAL
 from spin_usd.scene.target import MAX_PARTS
 from spin_usd.store.tags import TAGS, tagged
 

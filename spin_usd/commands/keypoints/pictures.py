@@ -18,7 +18,7 @@ from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
 from spin_usd.scene.body import Body
 from spin_usd.scene.keypoints import Keypoints, KeypointState
-from spin_usd.scene.model import FrameId, OneBody
+from spin_usd.scene.scene import FrameId, OneBody
 from spin_usd.scene.sensor import Sensor
 
 KEPT = 64  # images that are kept: some megabytes

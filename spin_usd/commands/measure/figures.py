@@ -19,8 +19,8 @@ from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.sensor.develop import develop, developed_without_noise
 from spin_usd.sensor.exposure import exposed
 

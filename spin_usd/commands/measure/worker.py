@@ -28,8 +28,8 @@ from spin_usd.renderers.skipped import Requirements
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 RESET_PEAK = "5"  # proc(5), /proc/pid/clear_refs: reset the peak resident set size to the current one

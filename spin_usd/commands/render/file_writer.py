@@ -16,7 +16,7 @@ from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import IMAGE, RADIANCE
 from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.channels import Channels
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.store.cache import Cache, CacheEntry
 from spin_usd.store.dataset_folder import Store

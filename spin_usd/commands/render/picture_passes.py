@@ -20,8 +20,8 @@ from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.derived.content_keys import RenderSettings, render_seed
 from spin_usd.scene.derived.echoes import laser_range
 from spin_usd.scene.derived.light_groups import in_unit_light
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.store.cache import RENDERS, Cache, CacheEntry
 
 RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had

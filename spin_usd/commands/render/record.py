@@ -47,7 +47,7 @@ from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.light import DistantLight, DomeLight, Light, PointLight
-from spin_usd.scene.model import Rig, Scene
+from spin_usd.scene.scene import Rig, Scene
 
 OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on where the Sun is."""

@@ -15,7 +15,7 @@ from spin_usd.processes.devices import refuse_unknown_device, require_device
 from spin_usd.processes.open_renderer import require_renderer
 from spin_usd.reading.dataset import Dataset
 from spin_usd.scene.effort import CPU
-from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.scene import NOMINAL
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record

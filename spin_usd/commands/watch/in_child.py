@@ -30,7 +30,7 @@ from spin_usd.scene.derived.content_keys import RenderSettings, background_seed,
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import REDUCTIONS, Effort
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.target import Target
 from spin_usd.sensor.develop import develop
 from spin_usd.stage.composition.files import EXTENSIONS, files_of

@@ -19,7 +19,7 @@ from spin_usd.renderers.background.planet_sunlight import suns_of_planets
 from spin_usd.renderers.background.planet_view import Hidden, PlanetView
 from spin_usd.scene.environment import BackPlate
 from spin_usd.scene.light import DistantLight, DomeLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Image
 
 SMALL_PX = 8.0  # radius of a planet that is rendered ray by ray, not pixel by pixel

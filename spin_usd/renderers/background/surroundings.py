@@ -17,7 +17,7 @@ from spin_usd.renderers.background.planet_sunlight import suns_of_planets
 from spin_usd.scene.content import content
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Color
 
 HEIGHT = 256  # texels of 0.7 degrees: a planet has no finer light to give to what is not a mirror

@@ -19,7 +19,7 @@ from spin_usd.renderers.renderer import OpenableScene
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.faces import parts_of
 from spin_usd.scene.light import DomeLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 README = "README"
 MAX_STOPS = 32.0  # of the exposure with which Blender shows a picture; it would clamp more in silence

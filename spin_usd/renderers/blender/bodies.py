@@ -8,7 +8,7 @@ from spin_usd.renderers.blender.motion import MotionSetup
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.derived.light_groups import emits
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 
 class BodySetup:

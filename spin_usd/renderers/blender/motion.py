@@ -16,7 +16,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.geometry.rotation import quaternion_from_matrix, turn_between
 from spin_usd.renderers.blender.nodes import assign
-from spin_usd.scene.model import OneBody, Shutter
+from spin_usd.scene.scene import OneBody, Shutter
 
 FIRST_RAY, LAST_RAY = 1 / 512, 509 / 512  # of the time for which Cycles exposes
 STILL = {"use_motion_blur": False}

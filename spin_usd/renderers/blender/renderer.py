@@ -35,8 +35,8 @@ from spin_usd.renderers.skipped import Requirements, check_rule_names
 from spin_usd.scene.derived.light_groups import LightGroups, emits
 from spin_usd.scene.derived.nearest import nearest
 from spin_usd.scene.effort import CPU, Effort
-from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Radiance, Visibility
+from spin_usd.scene.scene import OneBody, Scene
 
 Float32 = NDArray[np.float32]
 

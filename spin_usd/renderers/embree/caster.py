@@ -21,8 +21,8 @@ from spin_usd.scene.derived.lookup import is_there
 from spin_usd.scene.derived.nearest import nearest, nearest_faces
 from spin_usd.scene.light import Links
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Visibility
+from spin_usd.scene.scene import OneBody, Scene
 from spin_usd.scene.target import Target
 
 BEHIND = 5e-7  # of the target's radius: how far behind a hole a ray goes on; float32 is good to 1e-7 there

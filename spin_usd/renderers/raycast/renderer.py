@@ -26,8 +26,8 @@ from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, surface_points, weights_at
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, PointLight, RectLight, Shaping
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.target import Target
 
 # Successive points of this step, modulo one, fill the unit square evenly: M. Roberts, "The unreasonable effectiveness

@@ -17,7 +17,7 @@ from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import AreaLight
-from spin_usd.scene.model import Scene, augmentation_and_camera
+from spin_usd.scene.scene import Scene, augmentation_and_camera
 from spin_usd.scene.target import Target
 
 VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise

@@ -18,7 +18,7 @@ from spin_usd.geometry.triangles import unit_normals
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.target import Target
 
 GRAZING = 1e-12  # cosine below which a beam runs within its triangle's plane

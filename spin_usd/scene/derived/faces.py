@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 
 Numbers = NDArray[np.integer]
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.scene.light import DistantLight, DomeLight, Light
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Color
 

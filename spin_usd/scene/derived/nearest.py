@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.scene.derived.surface import surface_points
-from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility
+from spin_usd.scene.scene import Scene
 
 
 def nearest_faces(scene: Scene, alone: Sequence[NDArray[np.int32]], xy: Float) -> NDArray[np.int32]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 
 def class_ids(names: Iterable[str]) -> dict[str, int]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.scene.light import Links
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import OneBody, Scene
+from spin_usd.scene.scene import OneBody, Scene
 from spin_usd.scene.target import Target
 
 LIFT = 1e-5  # of the target's radius: rays from the surface start this far above it; float32 is good to 1e-7 there

@@ -21,8 +21,8 @@ from spin_usd.geometry.triangles import dot, lengths, normals, unit_normals
 from spin_usd.scene.derived.faces import by_body, corners_of, normals_of, parts_of
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import OneBody, Scene
 from spin_usd.scene.passes import Visibility
+from spin_usd.scene.scene import OneBody, Scene
 
 GRAZING = 1e-12  # cosine below which a ray runs within its triangle's plane
 TINY = np.finfo(np.float64).tiny

@@ -14,7 +14,7 @@ from spin_usd.geometry.bounds import NEAR
 from spin_usd.geometry.camera import MAX_PIXELS_PER_SIDE, Camera
 from spin_usd.geometry.lens import invertible_radius
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import OneBody
+from spin_usd.scene.scene import OneBody
 
 BEYOND_PX = MAX_PIXELS_PER_SIDE  # a box ends so far outside the frame: what is beside the camera lies at infinity
 RIM_STEPS = 1 << 16  # on SPEED+ the box may be 1e-3 px short between two

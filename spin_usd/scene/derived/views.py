@@ -18,7 +18,7 @@ from spin_usd.json_fields import Count
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 
 TINY = np.finfo(np.float64).tiny
 FEW_PX = 5.0  # across: a target that is smaller is a dot

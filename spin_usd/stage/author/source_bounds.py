@@ -12,7 +12,7 @@ from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.triangles import newell
-from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.scene import NOMINAL
 from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.composition.images import Images

@@ -15,8 +15,8 @@ from spin_usd.progress import Progress
 from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, size_text
 from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.scene.model import Scene, augmentation_and_camera
 from spin_usd.scene.plausible import SIZES, is_plausible
+from spin_usd.scene.scene import Scene, augmentation_and_camera
 from spin_usd.scene.target import Target
 from spin_usd.stage.check.identical_variants import IdenticalVariants
 from spin_usd.stage.check.refusals import refusals

@@ -8,7 +8,7 @@ from pathlib import Path
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.model import NOMINAL, FrameId, Scene, augmentation_and_camera
+from spin_usd.scene.scene import NOMINAL, FrameId, Scene, augmentation_and_camera
 from spin_usd.stage.read.stage_reader import StageReader
 
 # Any settings do: they are the same for all pictures that are compared.

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from pxr import Ar, Sdf, Usd, UsdUtils
 
 from spin_usd.errors import StageError, UnknownPictureError
-from spin_usd.scene.model import NOMINAL
+from spin_usd.scene.scene import NOMINAL
 from spin_usd.stage.composition.files import Files, files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_layer import default_prim_on, stage_on

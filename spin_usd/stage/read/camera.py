@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.model import variant_of
+from spin_usd.scene.scene import variant_of
 from spin_usd.stage.composition.open_stage import VARIANT_NAME, variants
 from spin_usd.stage.read.lens import OMNI_ZEROS, camera_of
 from spin_usd.stage.usd import schema

@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Usd
 
 from spin_usd.errors import StageError, UnknownPictureError
-from spin_usd.scene.model import FrameId
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
+from spin_usd.scene.scene import FrameId
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXT, WHOLE, read, read_samples

@@ -5,7 +5,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.derived.vignetting import least_gain
-from spin_usd.scene.model import ThinLens
+from spin_usd.scene.scene import ThinLens
 from spin_usd.scene.sensor import Optics
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import ABOVE_0, SHARE, Range, read, refuse_unapplied, typed_value, value_in

@@ -11,7 +11,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM, T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.lidar import Lidar, RangeFinder
-from spin_usd.scene.model import Rig
+from spin_usd.scene.scene import Rig
 from spin_usd.stage.read.body_reader import common_frame
 from spin_usd.stage.read.camera import read_camera
 from spin_usd.stage.usd import schema

@@ -14,7 +14,7 @@ from spin_usd import author
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.formats.image_file import read_image
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.sun_and_planet import read_sky
 from spin_usd.stage.check.check_stage import check_stage

@@ -13,7 +13,7 @@ from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Texture
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.copy_stage import copy_stage

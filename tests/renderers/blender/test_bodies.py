@@ -12,7 +12,7 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Shutter
+from spin_usd.scene.scene import Shutter
 from tests.cases.bodies import moved, three_bodies, without
 from tests.cases.scenes import BARREL, box, pose, scene, target, with_first
 

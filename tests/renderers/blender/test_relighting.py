@@ -12,7 +12,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import CylinderLight, DistantLight, DomeLight, RectLight, SphereLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import ThinLens
+from spin_usd.scene.scene import ThinLens
 from spin_usd.scene.sensor import LUMINANCE
 from spin_usd.scene.texture import Image
 from tests.cases import scenes

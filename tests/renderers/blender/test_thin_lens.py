@@ -9,7 +9,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import ThinLens
+from spin_usd.scene.scene import ThinLens
 
 GLOWING = Material(path="/glowing", diffuse_color=(0, 0, 0), emissive_color=(1, 1, 1), use_specular_workflow=True)
 CAMERA = Camera(width=64, height=48, fx=64, fy=64, cx=32, cy=24)

@@ -19,7 +19,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.model import FrameId
+from spin_usd.scene.scene import FrameId
 from spin_usd.scene.target import Part
 from tests.cases.bodies import moved, three_bodies
 from tests.cases.scenes import pose, scene, soup, target, with_first

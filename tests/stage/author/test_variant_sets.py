@@ -18,7 +18,7 @@ from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geomet
 from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import Optics
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.author.camera_layer import DETECTOR, PSF_SIGMA

@@ -29,7 +29,7 @@ from spin_usd.renderers.renderer import LabelPass
 from spin_usd.scene.derived.coincidence import GAP
 from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.model import Scene
+from spin_usd.scene.scene import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.read_documents import read_record
 
