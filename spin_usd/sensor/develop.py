@@ -226,7 +226,10 @@ def gaussian(variance: float) -> Image:
     if variance < EXACT:
         from scipy.optimize import brentq  # not above: scipy is slow to load, and few need it
 
-        exponent = brentq(lambda e: _variance(n, e) - variance, exponent / 100, exponent, xtol=1e-15)
+        wide = exponent / 100
+        while _variance(n, wide) <= variance:  # the narrower it is, the more does the sampled one differ
+            wide /= 10
+        exponent = brentq(lambda e: _variance(n, e) - variance, wide, exponent, xtol=1e-15)
     samples = np.exp(-exponent * n**2)
     samples = samples[samples > NEGLIGIBLE]
     return np.asarray(samples / samples.sum(), np.float32)
