@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -21,6 +22,7 @@ from msgspec import to_builtins
 
 from spin_usd import errors
 from spin_usd.errors import SpinError
+from spin_usd.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
 from spin_usd.processes.child_main import said_of
@@ -276,6 +278,8 @@ class ChildHere(Child):
             answer = {"result": self._calls.answer(call, asked)}
         except Exception as fault:
             answer = {"error": said_of(fault, asked)}
+            if expected(fault) is None:  # a defect, which is looked for here
+                traceback.print_exc()
         self._say(answer)
 
     def messages(self) -> Iterator[Mapping[str, Any]]:
