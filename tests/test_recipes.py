@@ -29,6 +29,7 @@ COPIED = (
     "tests/test_architecture.py",
     "tests/architecture.toml",
     "tests/conftest.py",
+    "tests/library.py",
     "tests/commands/check/test_rules.py",
 )
 CONTRIBUTING = (REPOSITORY / "CONTRIBUTING.md").read_text()
