@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import digest
 from spin_usd.scene.derived.eclipse import eclipsed
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.scene import NOMINAL, FrameId, Scene, Shutter, augmentation_and_camera, variant_of
+from spin_usd.scene.scene import NOMINAL, FrameId, OneBody, Scene, Shutter, augmentation_and_camera, variant_of
 from spin_usd.stage.composition.images import Decoded, Images
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
@@ -151,7 +151,7 @@ class StageReader:
             centre = T_cam_body.points(target.mesh.centre)
             refuse_hidden_target(environment.planets, centre, target.mesh.radius)
             lights = eclipsed(lights, environment.planets, centre)
-        scene = Scene(
+        scene = (Scene if len(bodies) > 1 else OneBody)(
             frame=frame,
             camera=self._camera.camera.at(time),
             bodies=bodies,
