@@ -6,9 +6,8 @@ T_world_body = T_world_cam @ T_cam_body.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
@@ -52,7 +51,7 @@ class StageSources:
     further: Sequence[FurtherCamera] = ()
     """Cameras mounted on the first, whose layers are changed too."""
     preset: Preset | None = None
-    surroundings: Mapping[str, Sdf.Layer] = MappingProxyType({})
+    surroundings: Mapping[str, Sdf.Layer] = field(default_factory=dict)
     """Layers by their kind, instead of the preset's and the usual ones."""
     origin: Origin
     seed: int
