@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from materials.png import write_textures
+from materials.textures import TEXTURES as LIBRARY_TEXTURES
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 
 from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, keypoints, label, rounded, vectors
@@ -11,9 +13,10 @@ from tango.look_layer import look
 from tango.materials import DEFAULT_LOOK, LOOKS
 from tango.parts.spacecraft import Part
 from tango.paths import LOOK_SET, MATERIALS, ROOT
-from tango.textures import write_textures
+from tango.textures import TEXTURES
 
 VERSION = "1.2.0"
+SHARED = ("foil_normal.png", "brushed_roughness.png", "brushed_normal.png", "wear.png")
 ABOUT_LOOKS = {
     "matt": "Tango as simple simulators draw it: a colour a material, a little worn, Lambert; nothing shines.",
     "reflective": "Tango with cells under coverglass, crinkled foil, brushed metal, black and white paint.",
@@ -27,8 +30,7 @@ def write(parts: Sequence[Part], folder: Path) -> None:
         held = [part for part in parts if part.layer == name]
         geometry(_stage(folder / "geometry" / f"{name}.usda", "Surfaces and labels of parts of Tango."), held)
     _bindings(_stage(folder / "bindings.usda", "What of Tango wears which material, in every look."), parts)
-    (folder / "textures").mkdir(exist_ok=True)
-    write_textures(folder / "textures")
+    write_textures(folder / "textures", {name: LIBRARY_TEXTURES[name] for name in SHARED} | TEXTURES)
     for name, materials in LOOKS.items():
         look(_stage(folder / f"{name}.usda", ABOUT_LOOKS[name]), materials)
     _payload(_stage(folder / "payload.usda", "What is below the interface in every look."), parts)

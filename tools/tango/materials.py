@@ -12,47 +12,10 @@ aluminium 0.24, GaAs cells 0.88 (Fortescue, Swinerd and Stark, Spacecraft System
 11.3). Dust and fingerprints are in the roughness, and as far as they are seen straight on, in the colour.
 """
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from materials.values import MaterialValues, Picture, Sample, worn
+from materials.wear import METRES
 
 from tango import dimensions as d
-from tango.wear import METRES
-
-Colour: TypeAlias = tuple[float, float, float]  # linear, Rec. 709
-
-
-@dataclass(frozen=True, kw_only=True)
-class Picture:
-    """A texture on a surface: one copy of it covers `metres` of st, turned by `degrees`. `raw`: numbers, not sRGB."""
-
-    file: str
-    metres: tuple[float, float]
-    degrees: float = 0.0
-    raw: bool = True
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sample:
-    """`output` of a picture, times `scale` plus `bias`."""
-
-    picture: Picture
-    output: str
-    scale: float = 1.0
-    bias: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class MaterialValues:
-    """Inputs of one UsdPreviewSurface; `normal` is a tangent-space picture."""
-
-    colour: Colour | Sample
-    metallic: float | Sample = 0.0
-    roughness: float | Sample = 0.5
-    clearcoat: float = 0.0
-    clearcoat_roughness: float = 0.03
-    ior: float = 1.5
-    normal: Picture | None = None
-
 
 CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
 BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
@@ -60,15 +23,9 @@ STREAKS = Picture(file="brushed_roughness.png", metres=(0.12, 0.12))
 BRUSHED = Picture(file="brushed_normal.png", metres=(0.12, 0.12))
 
 
-def _worn(mean: float, spread: float, *, size: float = METRES, degrees: float = 0.0, output: str = "r") -> Sample:
-    """Values of `mean` plus and minus half of `spread`, as surfaces wear; each material at a size of its own."""
-    picture = Picture(file="wear.png", metres=(size, size), degrees=degrees)
-    return Sample(picture=picture, output=output, scale=spread, bias=mean - spread / 2)
-
-
 def _matt(grey: float, wear: float = 0.0, *, size: float = METRES, degrees: float = 0.0) -> MaterialValues:
     """One grey, or one that wear changes by so large a part of it."""
-    colour = _worn(grey, grey * wear, size=size, degrees=degrees, output="rgb") if wear else (grey, grey, grey)
+    colour = worn(grey, grey * wear, size=size, degrees=degrees, output="rgb") if wear else (grey, grey, grey)
     return MaterialValues(colour=colour, roughness=1.0, ior=1.0)
 
 
@@ -94,17 +51,17 @@ REFLECTIVE: dict[str, MaterialValues] = {
         clearcoat=1.0,
         clearcoat_roughness=0.03,
     ),
-    "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=_worn(0.45, 0.30)),
+    "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=worn(0.45, 0.30)),
     "GoldMli": MaterialValues(
         colour=(0.83, 0.60, 0.20),
         metallic=1.0,
-        roughness=_worn(0.34, 0.30, size=0.43),
+        roughness=worn(0.34, 0.30, size=0.43),
         normal=Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0),
     ),
     "KaptonTape": MaterialValues(
         colour=(0.62, 0.38, 0.10),
         metallic=0.6,
-        roughness=_worn(0.32, 0.30, size=0.29, degrees=41.0),
+        roughness=worn(0.32, 0.30, size=0.29, degrees=41.0),
         normal=Picture(file="foil_normal.png", metres=(0.30, 0.30)),
     ),
     "Silver": MaterialValues(colour=(0.88, 0.87, 0.84), metallic=1.0, roughness=0.30),
@@ -115,7 +72,7 @@ REFLECTIVE: dict[str, MaterialValues] = {
     ),
     "CableJacket": MaterialValues(colour=(0.66, 0.65, 0.61), roughness=0.38),
     "BlackPaint": MaterialValues(
-        colour=_worn(0.043, 0.050, size=0.23, output="rgb"), roughness=_worn(0.42, 0.36, size=0.23)
+        colour=worn(0.043, 0.050, size=0.23, output="rgb"), roughness=worn(0.42, 0.36, size=0.23)
     ),
     "BrushedAluminium": MaterialValues(
         colour=(0.66, 0.67, 0.68),
@@ -124,8 +81,8 @@ REFLECTIVE: dict[str, MaterialValues] = {
         normal=BRUSHED,
     ),
     "WhitePaint": MaterialValues(
-        colour=_worn(0.77, -0.22, size=0.37, degrees=61.0, output="rgb"),
-        roughness=_worn(0.52, 0.30, size=0.37, degrees=61.0),
+        colour=worn(0.77, -0.22, size=0.37, degrees=61.0, output="rgb"),
+        roughness=worn(0.52, 0.30, size=0.37, degrees=61.0),
     ),
     "Glass": MaterialValues(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
 }

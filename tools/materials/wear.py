@@ -1,9 +1,8 @@
 """What handling and dust leave on a surface: smudges, wiping marks, scratches and specks, as one tileable texture."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
-
-from tango.shapes.shape import Array
 
 PIXELS = 256
 LEVELS = 32  # few, so that the file is small
@@ -11,7 +10,7 @@ METRES = 0.34  # what one copy covers
 FINGERPRINTS, SCRATCHES, SPECKS = 26, 40, 500
 
 
-def wear() -> Array:
+def wear() -> NDArray[np.float64]:
     """How worn each place is, (H, W, 1) of 0 to 1 and half in the mean: rough where it is high, wiped where low."""
     rng = np.random.default_rng(31)
     worn = 0.10 * _clouds(rng, 20.0) + 0.06 * _clouds(rng, 5.0) + 0.02 * _wiped(rng)
@@ -25,20 +24,20 @@ def wear() -> Array:
     return np.clip(np.round(worn * LEVELS) / LEVELS, 0, 1)[..., None]
 
 
-def _clouds(rng: np.random.Generator, blur: float) -> Array:
+def _clouds(rng: np.random.Generator, blur: float) -> NDArray[np.float64]:
     """Noise of this scale in pixels, standard deviation 1."""
     noise = gaussian_filter(rng.normal(size=(PIXELS, PIXELS)), blur, mode="wrap")
     return np.asarray(noise / noise.std())
 
 
-def _wiped(rng: np.random.Generator) -> Array:
+def _wiped(rng: np.random.Generator) -> NDArray[np.float64]:
     """Streaks in two directions, as a cloth leaves them, standard deviation 1."""
     noise = rng.normal(size=(2, PIXELS, PIXELS))
     streaks = gaussian_filter(noise[0], (1.0, 16.0), mode="wrap") + gaussian_filter(noise[1], (14.0, 1.2), mode="wrap")
     return np.asarray(streaks / streaks.std())
 
 
-def _spot(rng: np.random.Generator, length: float, width: float) -> Array:
+def _spot(rng: np.random.Generator, length: float, width: float) -> NDArray[np.float64]:
     """A soft ellipse somewhere on the torus, turned anyhow; half axes in metres."""
     at, angle = rng.random(2) * PIXELS, np.pi * rng.random()
     away = (np.arange(PIXELS) + 0.5 - at[:, None] + PIXELS / 2) % PIXELS - PIXELS / 2

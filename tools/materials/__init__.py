@@ -1,0 +1,1 @@
+"""Materials of spacecraft as USD layers: their numbers, where these are from, and the textures."""

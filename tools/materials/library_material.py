@@ -1,0 +1,60 @@
+"""One material of the library: its values, what may be drawn in their place, and where all of it is from."""
+
+from dataclasses import dataclass, replace
+
+from materials.optics import Reflectance
+from materials.values import Colour, MaterialValues, Picture, Sample
+
+WEAR = "wear.png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LibraryMaterial:
+    """What a layer of the library holds."""
+
+    kind: str
+    """What it is used for: materials of a kind can take one another's place."""
+    about: str
+    """One sentence."""
+    source: str
+    """Sentences on where its numbers are from; what is "ours" is our estimate."""
+    values: MaterialValues
+    body: Colour
+    """Its colour without its pictures."""
+    reflectance: Reflectance
+    """What theory says a smooth, flat piece reflects, without its pictures."""
+    colours: tuple[Colour, ...] = ()
+    """What may be drawn instead of its colour; factors on it where that is a picture."""
+    roughness: tuple[float, float]
+    """The least and the most that may be drawn."""
+    crinkle: tuple[float, float] | None = None
+    """Factors on the slopes of its normal map that may be drawn."""
+
+    @property
+    def plain(self) -> MaterialValues:
+        """Its values without pictures: a colour, the metalness and roughness that pictures have in the mean."""
+        return replace(
+            self.values,
+            colour=self.body,
+            metallic=_plain(self.values.metallic),
+            roughness=_plain(self.values.roughness),
+            normal=None,
+        )
+
+    @property
+    def pattern(self) -> tuple[float, float] | None:
+        """The metres that one copy of its pattern covers; of wear it has none."""
+        named = [self.values.colour, self.values.metallic, self.values.normal, self.values.roughness]
+        pictures = [each.picture if isinstance(each, Sample) else each for each in named]
+        found = [each.metres for each in pictures if isinstance(each, Picture) and each.file != WEAR]
+        return found[0] if found else None
+
+
+def _plain(value: float | Sample) -> float:
+    """Of metalness 0 of the picture counts, of roughness a half."""
+    if not isinstance(value, Sample) or isinstance(value.scale, tuple):
+        return value if isinstance(value, float) else 0.0
+    return value.bias + (0.0 if value.picture.file in MASKS else 0.5) * value.scale
+
+
+MASKS = ("cell_array_bars.png", "patch_antenna.png")
