@@ -29,6 +29,7 @@ BUNDLED: Mapping[str, BundledKind] = {
     "lights": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Lights"),
     "environment": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Environment"),
     "lidar": BundledKind(pattern="lidars/*.toml", instead="a LiDAR file"),
+    "material": BundledKind(pattern="materials/*.usda", instead="keep"),
     "sample": BundledKind(pattern="examples/*.toml", instead="a .toml file, or text such as range=3..10"),
     "specification": BundledKind(pattern="augmentations/*.toml", instead="a .toml file"),
 }

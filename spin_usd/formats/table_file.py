@@ -1,13 +1,15 @@
-"""Small tables that a user writes by hand, of keypoints or of parts: JSON, CSV or TOML, one row for each name.
+"""Small tables that a user writes by hand, of keypoints, parts or materials: JSON, CSV or TOML, one row for each name.
 
-JSON and TOML: {name: [value, ...]} or {name: {column: value}}; JSON also [{key: name, column: value}, ...]. CSV, with
-commas, semicolons or tabs: a line of headings, in any order.
+JSON and TOML: {name: [value, ...]} or {name: {column: value}}, or {name: value} where one is enough; JSON also [{key:
+name, column: value}, ...]. CSV, with commas, semicolons or tabs: a line of headings, in any order.
 """
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,13 @@ from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import delimiter_of, headings_once, lines_in, read_toml_file
+from spin_usd.resources import bundled_names
+from spin_usd.scene.derived.srgb import decode
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.scene.part_rule import PartRule
+from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, PartRule
+
+SCALES = 1e-3, 1e3
+HEXADECIMAL = re.compile("#[0-9A-Fa-f]{6}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +44,11 @@ class Table:
 
 KEYPOINTS = Table(key="name", required=("x", "y", "z"))
 """Points in the body's axes, metres."""
-PARTS = Table(key="pattern", required=("part",), optional=("class",))
-"""Parts and their classes, by patterns of names."""
+FINISH = ("material", "color", "scale")
+PARTS = Table(key="pattern", required=("part",), optional=("class", *FINISH))
+"""Parts, their classes and materials, by patterns of names."""
+MATERIALS = Table(key="pattern", required=FINISH[:1], optional=(*FINISH[1:], "note"))
+"""Materials of the library by patterns of names, with other colours, and other sizes of their patterns: factors."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +93,8 @@ def _structured(document: Any, path: Path, table: Table) -> Iterator[tuple[str, 
         for name, entry in document.items():
             if isinstance(entry, list) and len(table.required) <= len(entry) <= len(table.columns):
                 entry = dict(zip(table.columns, entry, strict=False))
+            elif isinstance(entry, str) and len(table.required) == 1:
+                entry = {table.required[0]: entry}
             yield f"{path}, {name!r}", {table.key: name, **entry} if isinstance(entry, dict) else entry
     else:
         raise InputError("holds no table", where=path, do=f"write {_shape(table, path)}")
@@ -134,14 +146,19 @@ def read_keypoints_file(path: str | Path) -> Keypoints:
 
 
 def _metres(row: Row, axis: str) -> float:
-    given: Any = row.values[axis]
-    try:
-        number = math.nan if isinstance(given, bool) else float(given)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
+    number = _number(row.values[axis])
     if not math.isfinite(number):
-        raise InputError(f"has {axis} = {given!r}", where=row.where, do="give finite numbers, metres in the body frame")
+        found = f"has {axis} = {row.values[axis]!r}"
+        raise InputError(found, where=row.where, do="give finite numbers, metres in the body frame")
     return number
+
+
+def _number(given: Any) -> float:
+    """Return the number that is given, NaN for what is none."""
+    try:
+        return math.nan if isinstance(given, bool) else float(given)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
 
 
 def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
@@ -156,6 +173,48 @@ def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
             raise InputError(found, where=row.where, do="give one part one class")
     names = [(row.name, _text(row, "part")) for row in rows]
     return tuple(PartRule(pattern=pattern, part=part, class_name=classes.get(part)) for pattern, part in names)
+
+
+def read_materials_file(path: str | Path, table: Table = MATERIALS) -> tuple[MaterialRule, ...]:
+    """Read the rules for materials of the file at `path`, in its order: those of its rows that name a material. Raises
+    InputError that names the file and the row."""
+    return tuple(_material(row) for row in read_table(path, table) if "material" in row.values)
+
+
+def _material(row: Row) -> MaterialRule:
+    name, known = _text(row, "material"), (*bundled_names("material"), KEEP)
+    if name not in known:
+        meant = get_close_matches(name, known, n=1)
+        do = f"did you mean {meant[0]}?" if meant else "see spin-usd list materials"
+        raise InputError(f"there is no material {name!r}", where=row.where, do=do)
+    return MaterialRule(
+        pattern=row.name,
+        material=name,
+        color=_color(row) if "color" in row.values else None,
+        scale=_scale(row) if "scale" in row.values else 1.0,
+    )
+
+
+def _color(row: Row) -> Color:
+    """Read a colour: three numbers, as a list or in a text, linear Rec. 709; or #rrggbb, which is sRGB."""
+    given: Any = row.values["color"]
+    if isinstance(given, str) and HEXADECIMAL.fullmatch(given):
+        numbers = decode(np.frombuffer(bytes.fromhex(given[1:]), np.uint8) / 255).tolist()
+    else:
+        each_given = given.split() if isinstance(given, str) else given if isinstance(given, list) else ()
+        numbers = [_number(each) for each in each_given]
+    if len(numbers) != 3 or not all(0 <= each <= 1 for each in numbers):
+        do = "give three numbers of 0 to 1, linear, such as 0.8 0.6 0.2, or #rrggbb"
+        raise InputError(f"has color = {given!r}", where=row.where, do=do)
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _scale(row: Row) -> float:
+    number = _number(row.values["scale"])
+    if not SCALES[0] <= number <= SCALES[1]:
+        do = f"give a factor on the size of its pattern, {SCALES[0]:g} to {SCALES[1]:g}"
+        raise InputError(f"has scale = {row.values['scale']!r}", where=row.where, do=do)
+    return number
 
 
 def _text(row: Row, column: str) -> str:

@@ -1,20 +1,17 @@
-"""Rules by which a user names the parts of a model: the first whose pattern matches counts."""
+"""Rules by which a user says what surfaces of certain names are: the first whose pattern matches counts."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import TypeVar
 
 
 @dataclass(frozen=True, kw_only=True)
-class PartRule:
-    """Which part surfaces of certain names belong to."""
+class NameRule:
+    """A rule for surfaces of certain names."""
 
     pattern: str
     """Of names, with *, ? and [...], in capitals or not."""
-    part: str
-    """The part's name."""
-    class_name: str | None = None
-    """None for the class that it has already."""
 
     def matches(self, names: Iterable[str]) -> bool:
         """Return whether the pattern matches one of the names, or is one: some names hold brackets."""
@@ -22,7 +19,39 @@ class PartRule:
         return any(name.lower() == pattern or fnmatchcase(name.lower(), pattern) for name in names)
 
 
-def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:
+Rule = TypeVar("Rule", bound=NameRule)
+
+
+def first_match(rules: Sequence[Rule], names: Iterable[str]) -> Rule | None:
     """Return the first of the `rules` that matches one of the names, if any does."""
     listed = tuple(names)
     return next((rule for rule in rules if rule.matches(listed)), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartRule(NameRule):
+    """Which part they belong to."""
+
+    part: str
+    """The part's name."""
+    class_name: str | None = None
+    """None for the class that it has already."""
+
+
+KEEP = "keep"
+Color = tuple[float, float, float]
+"""Linear, Rec. 709."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialRule(NameRule):
+    """Which material of the library they have."""
+
+    material: str
+    """Its name, or KEEP for the one that the model has."""
+    color: Color | None = None
+    """None for the material's own."""
+    scale: float = 1.0
+    """The size of its pattern, in that which it has in the library."""
+    note: str = ""
+    """Why, for people."""

@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
-from spin_usd.scene.part_rule import PartRule, first_match
+from spin_usd.scene.name_rule import PartRule, first_match
 
 POINTS = {
     "a.json": '{"tip": [0.1234567890123, 0, 1e-3], "nose": [1, 2, 3]}',

@@ -7,6 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from materials.library_material import LibraryMaterial
 from materials.network import author
+from materials.words import TIERS
 
 TEXTURE_FOLDER = "textures"
 
@@ -20,9 +21,14 @@ def write_layers(folder: Path, library: Mapping[str, LibraryMaterial]) -> None:
         made = UsdShade.Material.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(name))
         stage.SetDefaultPrim(made.GetPrim())
         stage.GetRootLayer().documentation = f"{material.about} {material.source} Made by tools/build_materials."
-        made.GetPrim().SetCustomDataByKey("spin", _limits(material))
+        made.GetPrim().SetCustomDataByKey("spin", {**_limits(material), **_words(name)})
         author(made, material.values, lambda file: f"./{TEXTURE_FOLDER}/{file}")
         stage.Save()
+
+
+def _words(name: str) -> dict[str, object]:
+    """By which words it is told that something is made of the material."""
+    return {tier: Vt.StringArray(list(words[name])) for tier, words in TIERS.items() if name in words}
 
 
 def _limits(material: LibraryMaterial) -> dict[str, object]:

@@ -9,15 +9,15 @@ import numpy as np
 
 from spin_usd.commands.author.cameras import mounting
 from spin_usd.commands.author.model import USD_SUFFIXES
-from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.commands.author.options import AUTO, AuthorOptions
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.lidar_file import read_lidar_file
-from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
+from spin_usd.formats.table_file import PARTS, read_keypoints_file, read_materials_file, read_parts_file
 from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.lidar import Lidar, RangeFinder
-from spin_usd.scene.part_rule import PartRule
+from spin_usd.scene.name_rule import MaterialRule, PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, overlaid, sampled_values
 from spin_usd.stage.augment.sun_and_planet import write_sampled
 from spin_usd.stage.author.add_parts import add_parts
@@ -41,6 +41,8 @@ class Additions:
     keypoints: Keypoints | None
     parts: tuple[PartRule, ...]
     """Rules, in their order."""
+    materials: tuple[MaterialRule, ...]
+    """Likewise; those of the parts' file come last."""
     lidar: Lidar | None
     range_finder: RangeFinder | None
     sun: Mapping[str, tuple[float, float, float]]
@@ -92,7 +94,8 @@ def read_additions(options: AuthorOptions) -> Additions:
         do = "give one: camera axes, or body axes"
         raise InputError("sun_direction and sun_from_target are given together", do=do)
     lidar = None if options.lidar is None else _lidar_file(str(options.lidar))
-    files = {"keypoints": options.keypoints, "parts": options.parts, "lidar": lidar}
+    materials = None if options.materials == AUTO else options.materials
+    files = {"keypoints": options.keypoints, "parts": options.parts, "materials": materials, "lidar": lidar}
     suns = {
         "sun.direction": _direction(options.sun_direction),
         "sun.from_target": _direction(options.sun_from_target),
@@ -102,6 +105,10 @@ def read_additions(options: AuthorOptions) -> Additions:
         files={what: Path(path) for what, path in files.items() if path is not None},
         keypoints=None if options.keypoints is None else _keypoints(Path(options.keypoints)),
         parts=() if options.parts is None else read_parts_file(options.parts),
+        materials=(
+            *(() if materials is None else read_materials_file(materials)),
+            *(() if options.parts is None else read_materials_file(options.parts, PARTS)),
+        ),
         lidar=None if lidar is None else read_lidar_file(lidar),
         range_finder=None if options.range_finder is None else _range_finder(str(options.range_finder)),
         sun={parameter: direction for parameter, direction in suns.items() if direction is not None},

@@ -7,6 +7,7 @@ from typing import Any
 from spin_usd.commands.author.asked_pictures import asked_pictures
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.authoring import Authoring
+from spin_usd.commands.author.looks import give_materials
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.other_bodies import write_others
@@ -68,6 +69,7 @@ def _write_target(making: Authoring) -> None:
     making.unit = model_unit(file, making.target, units)
     making.notes += notes
     making.notes += axes_note(file, making.target, "poses are meant in these")
+    give_materials(making)
     making.notes += _unused(making)
 
 

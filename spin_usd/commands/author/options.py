@@ -10,6 +10,8 @@ from spin_usd.errors import InputError
 from spin_usd.options import AnySize, Frames, Listening, Option, Prim, UnitsPerMetre
 
 NAME_OR_FILE = "NAME_OR_FILE"
+AUTO = "auto"
+"""The value of `materials` by which they are recognised."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,6 +135,16 @@ class AuthorOptions(Listening):
     parts: Annotated[
         str | Path | None,
         Option("Patterns of material and prim names -> part and class: JSON, CSV or TOML.", "FILE"),
+    ] = None
+    materials: Annotated[
+        str | Path | None,
+        Option(
+            "Patterns of material and prim names -> material of spin-usd list materials, its color and scale: JSON, "
+            "CSV or TOML; or auto: by what they are called and by their colours, which also writes the table.",
+            "FILE_OR_auto",
+            words=lambda incomplete: (AUTO,),
+            name_or_path=True,
+        ),
     ] = None
     also: Annotated[
         str | Sequence[str],

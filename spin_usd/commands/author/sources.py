@@ -8,7 +8,7 @@ from spin_usd.arrays import digest
 from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.cameras import open_cameras
 from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, other_body
-from spin_usd.commands.author.options import AuthorOptions, listed
+from spin_usd.commands.author.options import AUTO, AuthorOptions, listed
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
@@ -159,6 +159,7 @@ def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[Oth
         "prim": options.prim,
         "model_time": options.model_time,
         "variant": " ".join(listed(options.variant)) or None,
+        "materials": AUTO if options.materials == AUTO else None,
         "resolution": resolution,
         "channels": options.channels,
         "sun_direction": additions.sun.get("sun.direction"),

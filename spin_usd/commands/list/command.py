@@ -68,6 +68,7 @@ LISTS = {
     "lights": Kind(option="author --lights", names=_travelling("lights")),
     "environments": Kind(option="author --environment", names=_travelling("environment")),
     "lidars": Kind(option="author --lidar", names=_travelling("lidar")),
+    "materials": Kind(option="author --materials", names=_travelling("material")),
     "samples": Kind(option="author --sample", names=_travelling("sample")),
     "augmentations": Kind(option="augment --spec, author --augment", names=_travelling("specification")),
     "labels": Kind(option="render --labels", names=_labels),

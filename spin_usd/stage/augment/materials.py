@@ -36,10 +36,9 @@ def material_input(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     (parameter,) = names
     name, _, rest = parameter.removeprefix("material.").partition(".")
     factor, of = rest.endswith(FACTOR), rest.removesuffix(FACTOR)
-    shaders = _shaders(base, name, parameter)
     parts: list[tuple[ChangedAttribute, Callable[[Any], Any]]] = []
-    for shader in shaders:
-        parts += _factors(shader, of, base.first) if factor else [_replaced(shader, of)]
+    for _, shader in surfaces_named(base, name, parameter):
+        parts += factors(shader, of, base.first) if factor else [replaced(shader, of)]
     unique = {str(attribute): (attribute, make) for attribute, make in parts}
     attributes = tuple(attribute for attribute, _ in unique.values())
     makers = tuple(make for _, make in unique.values())
@@ -60,17 +59,17 @@ def _materials(stage: Usd.Stage) -> list[UsdShade.Material]:
     return [UsdShade.Material(prim) for prim in below if prim.IsA(UsdShade.Material)]
 
 
-def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader]:
-    """Find the surfaces of the targets' materials of that name, or of all for "*"."""
+def surfaces_named(base: BaseStage, name: str, parameter: str) -> list[tuple[UsdShade.Material, UsdShade.Shader]]:
+    """Find the targets' materials of that name, or all for "*", that have a UsdPreviewSurface, with it."""
     chosen = [each for each in _materials(base.stage) if name in ("*", each.GetPrim().GetName())]
     if not chosen:
         names = ", ".join(material_names(base.stage)[:20]) or "none that can be overridden"
         raise InputError(f"no target has a material {name!r}", where=parameter, do=f"it has {names}")
-    sources = [material.ComputeSurfaceSource()[0] for material in chosen]
-    return [shader for shader in sources if shader and read(shader.GetIdAttr()) == "UsdPreviewSurface"]
+    found = ((material, material.ComputeSurfaceSource()[0]) for material in chosen)
+    return [each for each in found if each[1] and read(each[1].GetIdAttr()) == "UsdPreviewSurface"]
 
 
-def _replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:
+def replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:
     """Give the input the sampled value, one number for all three channels; a connected image is disconnected."""
     size = len(FALLBACKS[name])
     kind = "float" if size == 1 else "color3f"
@@ -83,7 +82,7 @@ def _color(value: Any) -> Gf.Vec3f:
     return Gf.Vec3f(*(float(v) for v in value)) if isinstance(value, tuple) else Gf.Vec3f(float(value))
 
 
-def _factors(
+def factors(
     shader: UsdShade.Shader, name: str, time: Usd.TimeCode
 ) -> list[tuple[ChangedAttribute, Callable[[Any], Any]]]:
     """Multiply the input's value; where an image is connected, its scale and bias."""

@@ -8,6 +8,7 @@ from spin_usd.errors import InputError
 from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
+from spin_usd.stage.augment.material_variation import VARIATION, variation
 from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
 from spin_usd.stage.read import optics as optics_limits
 from spin_usd.stage.read import sensor as sensor_limits
@@ -174,12 +175,13 @@ _ALL = (
     Parameter(name="earth.visible", description="Whether the planet is there.", make=planet.visible, kind=TRUTH),
 )
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
-"""All parameters by name; `material.NAME.INPUT`, `material.NAME.INPUT.factor` and attributes by their paths come beside
-them."""
+"""All parameters by name; `material.NAME.INPUT`, `material.NAME.INPUT.factor`, `material.NAME.variation` and attributes
+by their paths come beside them."""
 
 BACKGROUND = "background"
 """The parameter that references a layer instead of setting an attribute: see `augment.background`."""
 MATERIAL = re.compile(r"material\.([A-Za-z_]\w*|\*)\.([A-Za-z]+)(\.factor)?")
+VARIES = "Which appearance of its kind a material has: each number from 0 to 1 stands for another."
 FIELDS: Mapping[str, str] = {
     "roughness": "roughness",
     "metallic": "metallic",
@@ -214,9 +216,12 @@ def parameter_named(name: str) -> Parameter:
         limits = ATTRIBUTE_LIMITS.get(name.rpartition(".")[2], FINITE)
         make = materials.attribute_by_path
         return Parameter(name=name, description="An attribute.", make=make, kind=ANY, limits=limits)
-    if (found := MATERIAL.fullmatch(name)) and found[2] in FIELDS:
+    found = MATERIAL.fullmatch(name)
+    if found and found[2] in FIELDS:
         own = Range(0, 1e6) if found[3] else _from_limits(LIMITS[FIELDS[found[2]]])
         return Parameter(name=name, description="An input of a material.", make=materials.material_input, limits=own)
+    if found and found[2] == VARIATION and not found[3]:
+        return Parameter(name=name, description=VARIES, make=variation, limits=Range(0, 1))
     meant = get_close_matches(name, [*PARAMETERS, BACKGROUND], n=1)
     do = f"did you mean {meant[0]}?" if meant else "see schemas/augment-1.schema.json for the list of them"
     raise InputError("is not a parameter", where=name, do=do)

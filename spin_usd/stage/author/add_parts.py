@@ -1,83 +1,23 @@
 """Names and classes that a user gives a model's parts, written over an authored stage as semantic labels."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf
 
 from spin_usd.errors import InputError
-from spin_usd.scene.part_rule import PartRule, first_match
+from spin_usd.scene.name_rule import PartRule, first_match
 from spin_usd.stage.author.added_layer import add_layer
+from spin_usd.stage.author.model_surfaces import ModelSurface, model_surfaces, refuse_idle
 from spin_usd.stage.author.paths import MODEL, TARGET
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.composition.open_stage import open_stage
-from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
-from spin_usd.stage.read.bodies.part_labels import labels_of_target
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, writing
-from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read
-from spin_usd.stage.usd.visibility import PROXIES
 
 FILE = "parts.usda"
 LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "SemanticsLabelsAPI:class"}
-NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ModelSurface:
-    """A gprim, or a subset of its faces that has a material of its own."""
-
-    path: Sdf.Path
-    names: tuple[str, ...]
-    """Its own and those of the prims above it, and their paths below the model."""
-    materials: tuple[str, ...]
-    """Names of its material."""
-    class_name: str
-    """Its class."""
-    instances: tuple[Sdf.Path, ...]
-    """Paths of the instances that hold it."""
-
-
-def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[ModelSurface]:
-    """Yield the surfaces of all gprims at and below `model`, which is below `target`."""
-    for prim in Usd.PrimRange(model, PROXIES):
-        if prim.IsA(UsdGeom.Gprim) and not any(prim.IsA(kind) for kind in NO_SURFACES):
-            yield _surface(prim, target, model)
-            for subset in find_subsets(prim):
-                if binds_material(subset):
-                    yield _surface(subset.GetPrim(), target, model)
-
-
-def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
-    stage, root = prim.GetStage(), model.GetPath()
-    chain = [stage.GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes() if path.HasPrefix(root)]
-    labels = labels_of_target(target)
-    for each in chain:
-        labels = labels.below(each)
-    below = [each for each in chain if each != model] or chain
-    paths = [str(each.GetPath().MakeRelativePath(root)) for each in below]
-    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    return ModelSurface(
-        path=prim.GetPath(),
-        names=_unique(*map(_names, below), paths),
-        materials=_unique(_names(material.GetPrim())) if material else (),
-        class_name=labels.class_name,
-        instances=tuple(each.GetPath() for each in chain if each.IsInstance()),
-    )
-
-
-def _names(prim: Usd.Prim) -> list[str]:
-    """Return its prim name, the names of its groups, its display name, and the names of its part labels."""
-    groups, labels = (
-        read(prim.GetAttribute(name), DEFAULT_TIME, *TEXTS) or () for name in (schema.GROUP_LABELS, schema.PART_LABELS)
-    )
-    return [name for name in (prim.GetName(), *groups, prim.GetDisplayName(), *labels) if name]
-
-
-def _unique(*names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for each in names for name in each))
 
 
 def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dict[str, int], int]:
@@ -90,8 +30,8 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     """
     stage = open_stage(root)
     found = list(model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL)))
-    chosen = [(each, rule) for each in found if (rule := first_match(rules, each.names + each.materials))]
-    _refuse_idle(rules, found, {rule.pattern for _, rule in chosen}, where)
+    chosen = [(each, rule) for each in found if (rule := first_match(rules, each.all_names))]
+    refuse_idle(rules, found, {rule for _, rule in chosen}, where)
     _refuse_mixed(chosen, where)
     add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)})
     made = open_layer(root)
@@ -101,22 +41,6 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     with writing(root):
         made.Save()
     return dict(sizes), len(found) - len(chosen)
-
-
-def _refuse_idle(rules: Sequence[PartRule], found: Sequence[ModelSurface], used: set[str], where: object) -> None:
-    """Raise InputError for a rule that labels no surface."""
-    for rule in rules:
-        if rule.pattern in used:
-            continue
-        if any(rule.matches(each.names + each.materials) for each in found):
-            what, do = "matches only what rows before it match", "put it before them, or remove it"
-        else:
-            materials = dict.fromkeys(each.materials[-1] for each in found if each.materials)
-            prims = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
-            what = "matches nothing"
-            do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(prims)}"
-            do += "; [...] stands for one of its characters, [[] for a bracket" * ("[" in rule.pattern)
-        raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
 
 
 def _refuse_mixed(chosen: Sequence[tuple[ModelSurface, PartRule]], where: object) -> None:

@@ -6,7 +6,6 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from spin_usd.stage.author.paths import MODEL, TARGET, WORLD
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
@@ -22,8 +21,8 @@ INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
     "inputs:useSpecularWorkflow": (TYPES.Int, 0),
 }
 EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
-DISPLAYED = TARGET.AppendChild("Diffuse")
-"""The material for gprims that have none of their own but a displayColor."""
+DISPLAYED = "Diffuse"
+"""The name of the material for gprims that have none of their own but a displayColor."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +53,9 @@ def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
     )
 
 
-def author_diffuse_materials(layer: Sdf.Layer, variant: Sdf.Path, overrides: DiffuseOverrides) -> None:
-    """Write the opinions into the variant of /World at `variant`."""
-    model = Sdf.CreatePrimInLayer(layer, MODEL.ReplacePrefix(WORLD, variant))
+def author_diffuse_materials(model: Sdf.PrimSpec, displayed: Sdf.Path, overrides: DiffuseOverrides) -> None:
+    """Write the opinions over `model`, the target's root within a variant; what has no material of its own gets one at
+    `displayed`, in the same variant."""
     for path in overrides.instances:
         _below(model, path).instanceable = False
     for path in overrides.surfaces:
@@ -66,12 +65,12 @@ def author_diffuse_materials(layer: Sdf.Layer, variant: Sdf.Path, overrides: Dif
             spec.default = value
             spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
     if overrides.displayed:
-        _author_displayed(layer, variant)
+        _author_displayed(model.layer, displayed)
         schemas = Sdf.TokenListOp()
         schemas.prependedItems = ["MaterialBindingAPI"]
         model.SetInfo("apiSchemas", schemas)
         binding = Sdf.RelationshipSpec(model, UsdShade.Tokens.materialBinding, custom=False)
-        binding.targetPathList.explicitItems = [DISPLAYED]
+        binding.targetPathList.explicitItems = [_composed(displayed)]
 
 
 def _below(model: Sdf.PrimSpec, relative: str) -> Sdf.PrimSpec:
@@ -89,9 +88,9 @@ def _is_displayed(prim: Usd.Prim) -> bool:
     return not UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]
 
 
-def _author_displayed(layer: Sdf.Layer, variant: Sdf.Path) -> None:
+def _author_displayed(layer: Sdf.Layer, path: Sdf.Path) -> None:
     """Author a material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
-    material = _define(layer, DISPLAYED.ReplacePrefix(WORLD, variant), "Material")
+    material = _define(layer, path, "Material")
     shader = _node(material, "Surface", SURFACE)
     for name, (kind, value) in INPUTS.items():
         Sdf.AttributeSpec(shader, name, kind).default = value

@@ -11,7 +11,7 @@ from pxr import Sdf
 
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.stage.author.diffuse_materials import DiffuseOverrides, author_diffuse_materials
+from spin_usd.stage.author.diffuse_materials import DISPLAYED, DiffuseOverrides, author_diffuse_materials
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.composition.copy_stage import copy_assets
@@ -64,11 +64,13 @@ def write_variant_sets(
             place = _over(world, "environment", name, path)
             _reference(place, name)
             _switch_off(place, _children(surroundings[path], kind, path))
-        materials = _variant(world, "materials", name)
         if selectable:
             _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
         elif name == PLAIN:
-            author_diffuse_materials(layer, materials.path, overrides)
+            model = _over(world, "materials", name, MODEL)
+            author_diffuse_materials(model, model.path.ReplaceName(DISPLAYED), overrides)
+        else:
+            _variant(world, "materials", name)
     world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # they share no attribute, so any order works
     export(layer, folder / LAYER)
 

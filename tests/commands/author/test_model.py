@@ -8,7 +8,7 @@ from spin_usd.commands.author.model import HEADS, USD_SUFFIXES, model_file
 from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import MESHES
-from spin_usd.scene.part_rule import PartRule
+from spin_usd.scene.name_rule import PartRule
 
 
 @pytest.mark.parametrize("suffix", sorted({*MESHES, *USD_SUFFIXES}))

@@ -89,7 +89,8 @@ def test_what_a_line_says_is_read_back(given, tmp_path) -> None:
 def test_copies_share_a_model_and_have_names_of_their_own(given, tmp_path) -> None:
     (scene, *_) = sampled(given, tmp_path, "debris.stl:distance=2..4 count=2", "debris.stl")
     assert [body.target.name for body in scene.targets] == ["craft", "debris", "debris_2", "debris_3"]
-    assert sorted(each.name for each in (tmp_path / "stage" / "targets").iterdir()) == ["craft", "debris"]
+    files = (tmp_path / "stage" / "targets").rglob("geometry.usdc")
+    assert sorted(each.parent.name for each in files) == ["craft", "debris"]
     options = Sdf.Layer.FindOrOpen(str(tmp_path / "stage" / "dataset.usda")).customLayerData["spin"]["options"]
     assert options["also_1_poses"] == "distance=2..4 count=2"
 

@@ -253,6 +253,7 @@ def test_a_file_that_is_no_preset_is_refused(tmp_path: Path) -> None:
 def test_a_target_without_looks_keeps_its_own_and_says_so(tmp_path: Path) -> None:
     box = tmp_path / "box.usda"
     box.write_text('#usda 1.0\n(\ndefaultPrim = "Box"\nmetersPerUnit = 1\nupAxis = "Z"\n)\ndef Cube "Box"\n{\n}\n')
+    box.write_text(box.read_text().replace("{\n}", "{\ncolor3f[] primvars:displayColor = [(1, 0, 0)]\n}"))
     report = author_stage(poses=POSES, target=box, camera="speedplus", out=tmp_path / "out", preset="spin_lightbox")
     assert [note for note in report.notes if "look" in note]
     assert not (tmp_path / "out" / "layers" / "model.usda").exists()

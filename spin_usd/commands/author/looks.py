@@ -1,0 +1,116 @@
+"""Materials of the library on a target: by a user's table, or by what its surfaces are called and which colour they
+have."""
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+from spin_usd.commands.author.authoring import Authoring
+from spin_usd.commands.author.options import AUTO
+from spin_usd.files.new_file import write_whole
+from spin_usd.formats.table_file import MATERIALS
+from spin_usd.pluralise import pluralise
+from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
+from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, first_match
+from spin_usd.stage.author.looks import Finish, surfaces_of, write_looks
+from spin_usd.stage.author.material_library import vocabulary
+from spin_usd.stage.author.model_surfaces import ModelSurface, refuse_idle
+from spin_usd.stage.usd.layer_file import writing
+
+TABLE = "materials.csv"
+SHOWN = 3  # surfaces named in a note, of each material
+
+
+def give_materials(making: Authoring) -> None:
+    """Give the target the materials that were asked for, and note which. One without any, for which none were asked, is
+    given those of `auto` in its look for the variant materials=rich, and stays grey else. Raises InputError,
+    OutputError."""
+    rules, auto = making.sources.additions.materials, making.options.materials == AUTO
+    asked = auto or bool(rules)
+    if not asked and not all(each.bare for each in surfaces_of(making.target)):
+        return
+    surfaces = list(surfaces_of(making.target))
+    if auto or not asked:
+        rules = rules_for(surfaces, rules)
+    if auto:
+        with writing(making.folder / TABLE):
+            write_whole(making.folder / TABLE, table_text(rules).encode())
+    chosen = {each: rule for each in surfaces if (rule := first_match(rules, each.all_names))}
+    files = making.sources.additions.files
+    refuse_idle(rules, surfaces, set(chosen.values()), files.get("materials", files.get("parts")))
+    finished = {each: _finish(rule) for each, rule in chosen.items() if rule.material != KEEP}
+    if asked:
+        making.notes += _notes(finished, len(surfaces) - len(finished), auto=auto)
+    if finished:
+        making.target = write_looks(making.target, finished, rich_alone=not asked)
+
+
+def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = ()) -> tuple[MaterialRule, ...]:
+    """Return rules by which each surface that none of the `first` rules matches gets the material that it seems to be
+    of: one for all that share a material's name, or a name of their own, where most agree; before them one for each
+    that is another, by its path."""
+    known = vocabulary()
+    colors = {each.color for each in surfaces}
+    default = next(iter(colors)) if len(colors) == 1 else None  # a grey that all of a model has was not chosen
+    known_color = not (default and is_grey(default))
+    rest = [each for each in surfaces if not first_match(first, each.all_names)]
+    found = {each: _recognised(each, each.color if known_color else None, known) for each in rest}
+    votes: dict[str, Counter[MaterialRule]] = {}
+    for surface, rule in found.items():
+        votes.setdefault(surface.title.lower(), Counter())[_named(surface.title, rule)] += 1
+    shared = [counted.most_common(1)[0][0] for counted in votes.values()]
+    apart: dict[ModelSurface, MaterialRule] = {}
+    while True:
+        deepest_first = sorted(apart.values(), key=lambda rule: -rule.pattern.count("/"))
+        rules = (*first, *deepest_first, *shared)
+        matched = {each: first_match(rules, each.all_names) for each in found}
+        wrong = [each for each, rule in found.items() if each not in apart and _differ(rule, matched[each])]
+        if not wrong:
+            used = set(matched.values())
+            return tuple(rule for rule in rules if rule in used or rule in first)
+        apart |= {each: _named(each.below, found[each]) for each in wrong}
+
+
+def _recognised(surface: ModelSurface, color: Color | None, known: Vocabulary) -> MaterialRule:
+    if surface.patterned:
+        return MaterialRule(pattern="", material=KEEP, note="it has a pattern of its own")
+    return recognised(surface.names, () if surface.bare else surface.materials, color, known)
+
+
+def _named(pattern: str, rule: MaterialRule) -> MaterialRule:
+    return MaterialRule(pattern=pattern, material=rule.material, color=rule.color, note=rule.note)
+
+
+def _differ(rule: MaterialRule, other: MaterialRule | None) -> bool:
+    return other is None or _finish(rule) != _finish(other)
+
+
+def _finish(rule: MaterialRule) -> Finish:
+    return Finish(material=rule.material, color=rule.color, scale=rule.scale)
+
+
+def table_text(rules: Sequence[MaterialRule]) -> str:
+    """Return the rules as a CSV file that --materials takes."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow((MATERIALS.key, *MATERIALS.columns))
+    for rule in rules:
+        color = " ".join(f"{each:.4g}" for each in rule.color or ())
+        writer.writerow((rule.pattern, rule.material, color, "" if rule.scale == 1 else rule.scale, rule.note))
+    return text.getvalue()
+
+
+def _notes(finished: Mapping[ModelSurface, Finish], kept: int, *, auto: bool) -> Iterator[str]:
+    """Yield a note on which surfaces have which material."""
+    by_material: dict[str, list[str]] = {}
+    for surface, finish in finished.items():
+        by_material.setdefault(finish.material, []).append(surface.title)
+    for material, titles in by_material.items():
+        names = list(dict.fromkeys(titles))
+        more = f" and {len(names) - SHOWN} more names" if len(names) > SHOWN else ""
+        yield f"{material}: {pluralise(len(titles), 'surface')} of {', '.join(names[:SHOWN])}{more}"
+    if kept:
+        yield f"{pluralise(kept, 'surface')} with the model's own materials"
+    if auto:
+        yield f"these materials are guesses: correct {TABLE} in the stage's folder, and give that as --materials"

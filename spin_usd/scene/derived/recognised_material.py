@@ -1,0 +1,118 @@
+"""What a surface is made of, to go by the names of its material and of its parts, else by its colour."""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spin_usd.scene.name_rule import Color, MaterialRule
+
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^\W\d_]+")
+"""A word of a name, such as Bus and Panel of "BusPanel_2"."""
+PAINT = "white_paint"
+BARE = "aluminium"
+"""The materials of what has another colour than those below, and of what has neither a known name nor a colour, or a
+grey that says nothing."""
+GREY = 0.1  # the most saturation of a grey
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColorRule:
+    """Colours that a material has, by their brightest channel, and hue and saturation as HSV has them."""
+
+    material: str
+    value: tuple[float, float]
+    saturation: tuple[float, float] = (0.0, 1.0)
+    hue_deg: tuple[float, float] = (0.0, 360.0)
+
+    def holds(self, color: Color) -> bool:
+        """Return whether a colour is of the material."""
+        value = max(color)
+        saturation = (value - min(color)) / value if value else 0.0
+        within = ((self.value, value), (self.saturation, saturation), (self.hue_deg, _hue_deg(color)))
+        return all(low <= number <= high for (low, high), number in within)
+
+
+COLORS = (
+    ColorRule(material="solar_cell", value=(0.02, 1.0), saturation=(0.33, 1.0), hue_deg=(205, 262)),
+    ColorRule(material="gold_foil", value=(0.12, 1.0), saturation=(0.35, 1.0), hue_deg=(25, 62)),
+    ColorRule(material="black_paint", value=(0.0, 0.06)),
+    ColorRule(material="black_paint", value=(0.0, 0.13), saturation=(0.0, 0.3)),
+    ColorRule(material="white_paint", value=(0.65, 1.0), saturation=(0.0, 0.15)),
+    ColorRule(material="aluminium", value=(0.0, 1.0), saturation=(0.0, 0.25)),
+)
+"""The first that holds counts. In 411 public models these bounds find 77 of 86 named solar cells, 50 of 69 named gold
+or kapton, 35 of 41 black and 76 of 80 white."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vocabulary:
+    """Materials by entries: words, all of which must be in a name; one that begins or ends in * goes on there."""
+
+    substances: Mapping[str, str]
+    """Names of materials and their colours."""
+    parts: Mapping[str, str]
+    """Names of parts that are made of it."""
+    guesses: Mapping[str, str]
+    """Names of parts that may be made of others too: they count where no colour but a middle grey contradicts."""
+
+
+def _hue_deg(color: Color) -> float:
+    """Return the hue of HSV; 0 for greys."""
+    red, green, blue = color
+    return float(np.degrees(np.arctan2(np.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360)
+
+
+def is_grey(color: Color) -> bool:
+    """Return whether a colour is a grey."""
+    return max(color) - min(color) <= GREY * max(color)
+
+
+def words_of(name: str) -> tuple[str, ...]:
+    """Return the words of a name, in lower case and without accents."""
+    plain = "".join(each for each in unicodedata.normalize("NFKD", name) if not unicodedata.combining(each))
+    return tuple(found.lower() for found in WORD.findall(plain))
+
+
+def recognised(
+    names: Sequence[str], materials: Sequence[str], color: Color | None, vocabulary: Vocabulary
+) -> MaterialRule:
+    """Return a rule without a pattern for a surface of these `names`, from the outermost group to its own, and of these
+    names of its material.
+
+    The name of a material counts before that of a part, and that before those of the groups that hold it; in a name
+    the entry of most words, then the longest.
+    """
+    own_first = (*materials, *reversed([each for each in names if "/" not in each]))
+    by_color = _of_color(color)
+    tiers = [(name, tier) for name in own_first for tier in (vocabulary.substances, vocabulary.parts)]
+    if by_color.material == BARE:
+        tiers += [(name, vocabulary.guesses) for name in own_first]
+    for name, tier in tiers:
+        if entry := _told(words_of(name), tier):
+            return MaterialRule(pattern="", material=tier[entry], note=f"{entry.replace('*', '')} in {name}")
+    return by_color
+
+
+def _of_color(color: Color | None) -> MaterialRule:
+    if color is None:
+        return MaterialRule(pattern="", material=BARE, note="neither its name nor a colour says more")
+    for rule in COLORS:
+        if rule.holds(color):
+            return MaterialRule(pattern="", material=rule.material, note="its colour")
+    return MaterialRule(pattern="", material=PAINT, color=color, note="paint of its colour")
+
+
+def _told(words: tuple[str, ...], entries: Iterable[str]) -> str | None:
+    """Return that of the entries which says most of those that the words of a name hold; None for none."""
+    held = (entry for entry in entries if all(any(_is(word, of) for word in words) for of in entry.split()))
+    return max(held, key=lambda entry: (entry.count(" "), len(entry.replace("*", "")), entry), default=None)
+
+
+def _is(word: str, of: str) -> bool:
+    """Return whether a word is that of an entry, in the plural too, or goes on where that has a *."""
+    stem = of.strip("*")
+    begins, ends = word.startswith(stem), word.removesuffix("s").endswith(stem.removesuffix("s"))
+    return word in (stem, f"{stem}s") or (of.endswith("*") and begins) or (of.startswith("*") and ends)

@@ -1,0 +1,44 @@
+"""The library of spacecraft materials in stages/materials: what each layer says of its material, and copies of them."""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from spin_usd.resources import bundled, bundled_names
+from spin_usd.scene.derived.recognised_material import Vocabulary
+from spin_usd.stage.author.lights_and_environment import composed
+from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.composition.open_layer import open_layer
+from spin_usd.stage.usd.layer_file import export
+
+CUSTOM = "spin"
+"""The dictionary in the customData of a library's material."""
+
+
+def vocabulary() -> Vocabulary:
+    """Return the words by which it is told what is made of which material."""
+    found: dict[str, dict[str, str]] = {each.name: {} for each in fields(Vocabulary)}
+    for name in bundled_names("material"):
+        layer = open_layer(bundled("material", name))
+        said = layer.GetPrimAtPath(layer.GetDefaultPrimAsPath()).customData[CUSTOM]
+        for tier, words in found.items():
+            words |= dict.fromkeys(said.get(tier, ()), name)
+    return Vocabulary(**found)
+
+
+def copy_material(name: str, folder: Path) -> None:
+    """Copy a material's layer into `folder`, and its images beside it. Raises OutputError."""
+    file = bundled("material", name)
+    layer = open_layer(file)
+    copy = composed(layer, file)
+    copy.documentation = layer.documentation
+    copy_assets(copy, folder / "textures")
+    export(copy, folder / f"{name}.usda")
+
+
+def shader_inputs(name: str, node: str) -> dict[str, dict[str, Any]]:
+    """Return the constant inputs of the shaders of a material whose info:id is `node`: values by input, by shader."""
+    layer = open_layer(bundled("material", name))
+    shaders = layer.GetPrimAtPath(layer.GetDefaultPrimAsPath()).nameChildren
+    of_kind = [each for each in shaders if each.attributes["info:id"].default == node]
+    return {each.name: {of.name: of.default for of in each.attributes} for each in of_kind}

@@ -1,0 +1,160 @@
+"""The surfaces of a model: what has a name, and a material of its own."""
+
+from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from spin_usd.errors import InputError
+from spin_usd.scene.material import LIMITS, Material
+from spin_usd.scene.name_rule import Color, NameRule
+from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
+from spin_usd.stage.read.bodies.part_labels import labels_of_target
+from spin_usd.stage.read.shapes.primvars import DISPLAY_COLOR
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read, read_any
+from spin_usd.stage.usd.visibility import PROXIES
+
+NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
+SURFACE = "UsdPreviewSurface"
+NOTHING_SAID = Material(path="")
+PATTERNED = ("diffuseColor", "emissiveColor", "opacity", "specularColor")
+"""Inputs whose images, and what is not a constant colour else, make a material the model's own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelSurface:
+    """A gprim, or a subset of its faces that has a material of its own."""
+
+    path: Sdf.Path
+    names: tuple[str, ...]
+    """Its own and those of the prims above it, and their paths below the model."""
+    materials: tuple[str, ...]
+    """Names of its material."""
+    class_name: str
+    """Its class."""
+    instances: tuple[Sdf.Path, ...]
+    """Paths of the instances that hold it."""
+    bare: bool
+    """Whether it has neither a material that says anything nor a colour."""
+    color: Color | None
+    """Its one opaque colour; None where it has none, several or an image, and where it shines by itself."""
+    below: str
+    """Its path below the model."""
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Return its names and those of its material: what patterns match."""
+        return self.names + self.materials
+
+    @property
+    def title(self) -> str:
+        """Return the name of its material, its own where it is bare or has a colour alone."""
+        return self.materials[-1] if self.materials and not self.bare else self.path.name
+
+    @property
+    def patterned(self) -> bool:
+        """Return whether it has a material or colours that are more than one opaque colour."""
+        return not self.bare and self.color is None
+
+
+def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[ModelSurface]:
+    """Yield the surfaces of all gprims at and below `model`, which is below `target` or is it."""
+    for prim in Usd.PrimRange(model, PROXIES):
+        if prim.IsA(UsdGeom.Gprim) and not any(prim.IsA(kind) for kind in NO_SURFACES):
+            yield _surface(prim, target, model)
+            for subset in find_subsets(prim):
+                if binds_material(subset):
+                    yield _surface(subset.GetPrim(), target, model)
+
+
+def refuse_idle(
+    rules: Sequence[NameRule], found: Sequence[ModelSurface], used: Container[NameRule], where: object
+) -> None:
+    """Raise InputError for a rule that is none of those `used`, of the table `where`."""
+    for rule in rules:
+        if rule in used:
+            continue
+        if any(rule.matches(each.all_names) for each in found):
+            what, do = "matches only what rows before it match", "put it before them, or remove it"
+        else:
+            materials = dict.fromkeys(each.materials[-1] for each in found if each.materials)
+            prims = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
+            what = "matches nothing"
+            do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(prims)}"
+            do += "; [...] stands for one of its characters, [[] for a bracket" * ("[" in rule.pattern)
+        raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
+
+
+def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
+    stage, root = prim.GetStage(), model.GetPath()
+    chain = [stage.GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes() if path.HasPrefix(root)]
+    labels = labels_of_target(target)
+    for each in chain:
+        labels = labels.below(each)
+    below = [each for each in chain if each != model] or chain
+    paths = [str(each.GetPath().MakeRelativePath(root)) for each in below]
+    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    blank = bool(material) and _is_blank(material)
+    displayed = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(DISPLAY_COLOR)
+    shown = read_any(displayed.GetAttr()) if displayed else None
+    return ModelSurface(
+        path=prim.GetPath(),
+        names=_unique(*map(_names, below), paths),
+        materials=_unique(_names(material.GetPrim())) if material else (),
+        class_name=labels.class_name,
+        instances=tuple(each.GetPath() for each in chain if each.IsInstance()),
+        bare=blank or not (material or shown),
+        color=None if blank else _color_of(material) if material else _only(shown),
+        below=paths[-1],
+    )
+
+
+def _names(prim: Usd.Prim) -> list[str]:
+    """Return its prim name, the names of its groups, its display name, and the names of its part labels."""
+    groups, labels = (
+        read(prim.GetAttribute(name), DEFAULT_TIME, *TEXTS) or () for name in (schema.GROUP_LABELS, schema.PART_LABELS)
+    )
+    return [name for name in (prim.GetName(), *groups, prim.GetDisplayName(), *labels) if name]
+
+
+def _unique(*names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for each in names for name in each))
+
+
+def _is_blank(material: UsdShade.Material) -> bool:
+    """Return whether a material is what one is that says nothing, as that of mesh files without any."""
+    shader = material.ComputeSurfaceSource()[0]
+    if not shader or read(shader.GetIdAttr()) != SURFACE:
+        return False
+    inputs = {each.GetBaseName(): each for each in shader.GetInputs()}
+    if any(each.HasConnectedSource() for each in inputs.values()):
+        return False
+    fields = {limits.name: getattr(NOTHING_SAID, of) for of, limits in LIMITS.items()}
+    values = {name: read_any(each.GetAttr()) for name, each in inputs.items() if name in fields}
+    return all(value is None or np.allclose(value, fields[name] or 0) for name, value in values.items())
+
+
+def _color_of(material: UsdShade.Material) -> Color | None:
+    """Return the one colour of a material of UsdPreviewSurface that is opaque, emits nothing and has no image."""
+    shader = material.ComputeSurfaceSource()[0]
+    if not shader or read(shader.GetIdAttr()) != SURFACE:
+        return None
+    inputs = {name: shader.GetInput(name) for name in PATTERNED}
+    if any(each and each.HasConnectedSource() for each in inputs.values()):
+        return None
+    values = {name: read(each.GetAttr()) if each else None for name, each in inputs.items()}
+    if any(values["emissiveColor"] or ()) or (values["opacity"] is not None and values["opacity"] < 1):
+        return None
+    return _only([values["diffuseColor"] or (0.18, 0.18, 0.18)])
+
+
+def _only(colors: Any) -> Color | None:
+    """Return the colour that all of `colors` are; None for none, several, and what is no colour."""
+    found = np.asarray([] if colors is None else colors, np.float64)
+    if found.ndim != 2 or found.shape[1] != 3 or not len(found) or (found != found[0]).any():
+        return None
+    red, green, blue = found[0].tolist()
+    return red, green, blue

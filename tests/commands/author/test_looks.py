@@ -1,0 +1,238 @@
+"""Materials of the library on craft of others: by a table, by names, in both looks, in metres, seen by every reader."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom, UsdShade
+
+from spin_usd.commands.author.in_child import author_stage
+from spin_usd.errors import InputError
+from spin_usd.geometry.projection import Polygons, stretch
+from spin_usd.resources import stages
+from spin_usd.scene.texture import Texture
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.root_layers import over_stage
+
+POSES = stages() / "examples" / "tango_speedplus_poses.json"
+CRAFT = """#usda 1.0
+(
+    defaultPrim = "Craft"
+    metersPerUnit = 0.01
+    upAxis = "Y"
+)
+def Xform "Craft"
+{
+    def Cube "Bus" {
+        double size = 100
+    }
+    def Xform "Wings" (instanceable = true
+        references = </Wing>) {
+        double3 xformOp:translate = (150, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Mesh "Deck"
+    {
+        point3f[] points = [(-50, 60, -50), (50, 60, -50), (50, 60, 50), (-50, 60, 50), (0, 60, 90)]
+        int[] faceVertexCounts = [4, 3]
+        int[] faceVertexIndices = [0, 3, 2, 1, 3, 4, 2]
+        uniform token subdivisionScheme = "none"
+        texCoord2f[] primvars:st = [(0, 0), (0, 3), (3, 3), (3, 0), (0.5, 0.5)] (interpolation = "vertex")
+        def GeomSubset "radiator" (apiSchemas = ["MaterialBindingAPI"]) {
+            int[] indices = [0]
+            uniform token elementType = "face"
+            uniform token familyName = "materialBind"
+            rel material:binding = </Craft/Red>
+        }
+        def GeomSubset "flag" (apiSchemas = ["MaterialBindingAPI"]) {
+            int[] indices = [1]
+            uniform token elementType = "face"
+            uniform token familyName = "materialBind"
+            rel material:binding = </Craft/Flag>
+        }
+    }
+    def Material "Red" {
+        token outputs:surface.connect = </Craft/Red/S.outputs:surface>
+        def Shader "S" {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.7, 0.05, 0.05)
+            token outputs:surface
+        }
+    }
+    def Material "Flag" {
+        token outputs:surface.connect = </Craft/Flag/S.outputs:surface>
+        def Shader "S" {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = </Craft/Flag/T.outputs:rgb>
+            token outputs:surface
+        }
+        def Shader "T" {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./flag.png@
+            float2 inputs:st.connect = </Craft/Flag/R.outputs:result>
+            float3 outputs:rgb
+        }
+        def Shader "R" {
+            uniform token info:id = "UsdPrimvarReader_float2"
+            string inputs:varname = "st"
+            float2 outputs:result
+        }
+    }
+}
+def Xform "Wing" {
+    def Mesh "solar_panel"
+    {
+        point3f[] points = [(-100, 0, -40), (100, 0, -40), (100, 0, 40), (-100, 0, 40)]
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        uniform token subdivisionScheme = "none"
+        uniform bool doubleSided = true
+    }
+}
+"""
+PLAIN = CRAFT[: CRAFT.index('def Mesh "Deck"')] + "}\n" + CRAFT[CRAFT.index('def Xform "Wing"') :]
+
+
+@pytest.fixture
+def craft(tmp_path: Path) -> Path:
+    from PIL import Image
+
+    Image.new("RGB", (4, 4), (10, 200, 30)).save(tmp_path / "flag.png")
+    (tmp_path / "craft.usda").write_text(CRAFT)
+    return tmp_path / "craft.usda"
+
+
+def author(target: Path | str, out: Path, **options: Any) -> Any:
+    return author_stage(poses=POSES, target=target, camera="speedplus", out=out, frames="0:1", **options)
+
+
+def materials_of(root: Path | str, **selections: str) -> dict[str, Any]:
+    """The first picture's materials by their prims' names, with these variants selected."""
+    text = "\n".join(f'string {name} = "{variant}"' for name, variant in selections.items())
+    path = Path(root).parent / f"selected_{'_'.join(selections.values())}.usda"
+    path.write_text(over_stage(frames=1, metadata=f"variants = {{\n{text}\n}}"))
+    reader = StageReader(path)
+    target = reader.scene(reader.frames[0]).bodies[0].target
+    used = {int(i) for shape in target.mesh.shapes for i in np.unique(shape.face_material)}
+    return {target.materials[i].path.rpartition("/")[2]: target.materials[i] for i in used}
+
+
+def table(tmp_path: Path, *rows: str) -> Path:
+    path = tmp_path / "table.csv"
+    path.write_text("\n".join(("pattern,material,color,scale", *rows)))
+    return path
+
+
+def test_a_table_puts_materials_on_what_its_patterns_match(craft: Path, tmp_path: Path) -> None:
+    rows = table(tmp_path, "Bus,gold_foil,,", "solar*,solar_cell,,0.5", "red,white_paint,#ff8000,")
+    report = author(craft, tmp_path / "out", materials=rows)
+    found = materials_of(report.root)
+    assert set(found) == {"gold_foil", "solar_cell", "white_paint", "Flag"}
+    assert isinstance(found["gold_foil"].normal, Texture)
+    assert found["white_paint"].diffuse_color == pytest.approx((1.0, 0.2158605, 0.0), abs=1e-6)
+    own = materials_of(author(craft, tmp_path / "usual", materials=table(tmp_path, "solar*,solar_cell,,")).root)
+    sizes = [each["solar_cell"].diffuse_color.coordinates.matrix for each in (found, own)]
+    np.testing.assert_allclose(sizes[0], 2 * np.array(sizes[1]), rtol=1e-6)
+    assert not [finding for finding in check_stage(Path(report.root)) if finding.severity == "error"]
+
+
+def test_plain_is_the_same_in_matt_and_rich_is_as_authored(craft: Path, tmp_path: Path) -> None:
+    rows = table(tmp_path, "Bus,gold_foil,,", "solar*,solar_cell,,")
+    root = author(craft, tmp_path / "out", materials=rows).root
+    usual, plain, rich = (materials_of(root, **at) for at in ({}, {"materials": "plain"}, {"materials": "rich"}))
+    assert usual == rich
+    assert set(plain) == set(usual)
+    for name, material in plain.items():
+        assert (material.metallic, material.roughness, material.clearcoat, material.ior) == (0, 1, 0, 1)
+        assert material.normal is None
+        assert material.diffuse_color == usual[name].diffuse_color
+
+
+def test_auto_says_what_it_took_for_what_and_its_table_does_the_same(craft: Path, tmp_path: Path) -> None:
+    report = author(craft, tmp_path / "auto", materials="auto")
+    written = tmp_path / "auto" / "materials.csv"
+    rows = {row["pattern"]: row for row in csv.DictReader(written.open())}
+    assert {name: row["material"] for name, row in rows.items()} == {
+        "Bus": "gold_foil", "solar_panel": "solar_cell", "Red": "white_paint", "Flag": "keep",
+    }  # fmt: skip
+    assert rows["solar_panel"]["note"] == "solar in solar_panel"
+    assert any("materials.csv" in note for note in report.notes)
+    again = author(craft, tmp_path / "again", materials=written)
+    assert materials_of(again.root) == materials_of(report.root)
+    for each in ("craft.usda", "craft_looks/finishes.usda", "craft_looks/coordinates.usdc"):
+        one, other = (tmp_path / out / "targets" / each for out in ("auto", "again"))
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_coordinates_are_in_metres_on_every_surface_and_foreign_ones_stay(craft: Path, tmp_path: Path) -> None:
+    root = author(craft, tmp_path / "out", materials="auto").root
+    stage = Usd.Stage.Open(str(root))
+    model = stage.GetPrimAtPath("/World/Target/Model")
+    meshes = [UsdGeom.Mesh(prim) for prim in Usd.PrimRange(model) if prim.IsA(UsdGeom.Mesh)]
+    assert {mesh.GetPrim().GetName() for mesh in meshes} == {"Bus", "Deck", "solar_panel"}
+    for mesh in meshes:
+        polygons = Polygons(
+            points=np.array(mesh.GetPointsAttr().Get(), float) * 0.01,
+            counts=np.array(mesh.GetFaceVertexCountsAttr().Get()),
+            indices=np.array(mesh.GetFaceVertexIndicesAttr().Get()),
+        )
+        primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
+        st = np.array(primvar.ComputeFlattened(), float)
+        if mesh.GetPrim().GetName() == "Deck":  # its flag keeps the coordinates that it has
+            np.testing.assert_array_equal(st[4:], [(3, 0), (0.5, 0.5), (3, 3)])
+            np.testing.assert_allclose(stretch(polygons, st)[0], 1, rtol=1e-5)
+        else:
+            np.testing.assert_allclose(stretch(polygons, st), 1, rtol=1e-5)
+        for subset in UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets():
+            bound = UsdShade.MaterialBindingAPI(subset).ComputeBoundMaterial()[0].GetPath().name
+            assert bound == {"radiator": "white_paint", "flag": "Flag"}[subset.GetPrim().GetName()]
+
+
+def test_what_has_no_material_is_grey_and_rich_alone_shines(tmp_path: Path) -> None:
+    (tmp_path / "craft.usda").write_text(PLAIN)
+    root = author(tmp_path / "craft.usda", tmp_path / "out").root
+    assert [each.diffuse_color for each in materials_of(root).values()] == [(0.18, 0.18, 0.18)]
+    (plain,) = materials_of(root, materials="plain").values()
+    assert (plain.diffuse_color, plain.ior) == (pytest.approx((0.18, 0.18, 0.18)), 1)
+    assert set(materials_of(root, materials="rich")) == {"gold_foil", "solar_cell"}
+
+
+def test_materials_may_stand_in_the_parts_table(craft: Path, tmp_path: Path) -> None:
+    parts = tmp_path / "parts.csv"
+    parts.write_text("pattern,part,class,material\nBus,bus,body,silver_foil\nsolar*,wing,panel,\nred,lid,,keep\n")
+    found = materials_of(author(craft, tmp_path / "out", parts=parts).root)
+    assert set(found) == {"silver_foil", "", "Red", "Flag"}
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ("Bus,gold_foli,,", "no material 'gold_foli'; did you mean gold_foil"),
+        ("Bus,gold_foil,1 2,", "color = '1 2'; give three numbers"),
+        ("Bus,gold_foil,,0", "scale = '0'; give a factor"),
+        ("Buss,gold_foil,,", "'Buss' matches nothing; the materials are"),
+        ("Bus,,,", "no 'material'"),
+    ],
+)
+def test_a_wrong_row_is_told_and_nothing_is_left(craft: Path, tmp_path: Path, row: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        author(craft, tmp_path / "out", materials=table(tmp_path, row))
+    assert not (tmp_path / "out").exists()
+
+
+def test_looks_of_other_names_are_refused(craft: Path, tmp_path: Path) -> None:
+    craft.write_text(CRAFT.replace('def Xform "Craft"\n{', 'def Xform "Craft" (variantSets = "look")\n{\n'
+                                   'variantSet "look" = { "red" { } "blue" { } }'))  # fmt: skip
+    with pytest.raises(InputError, match="variant set look of blue, red"):
+        author(craft, tmp_path / "out", materials="auto")
+
+
+def test_tango_takes_materials_too(tmp_path: Path) -> None:
+    rows = table(tmp_path, "GoldMli,silver_foil,,")
+    root = author("tango", tmp_path / "out", materials=rows).root
+    assert {"silver_foil", "SolarCell"} < set(materials_of(root))
+    assert "GoldMli" not in materials_of(root)
+    assert materials_of(root, materials="plain")["SolarCell"].ior == 1
