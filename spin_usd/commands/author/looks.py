@@ -108,7 +108,7 @@ def _notes(finished: Mapping[ModelSurface, Finish], kept: int, *, auto: bool) ->
         by_material.setdefault(finish.material, []).append(surface.title)
     for material, titles in by_material.items():
         names = list(dict.fromkeys(titles))
-        more = f" and {len(names) - SHOWN} more names" if len(names) > SHOWN else ""
+        more = f" and {pluralise(len(names) - SHOWN, 'more name')}" if len(names) > SHOWN else ""
         yield f"{material}: {pluralise(len(titles), 'surface')} of {', '.join(names[:SHOWN])}{more}"
     if kept:
         yield f"{pluralise(kept, 'surface')} with the model's own materials"

@@ -40,6 +40,7 @@ from spin_usd.stage.author.target_asset import TargetAsset, describe
 
 MAX_MODEL_TIME = 1e6  # seconds: Blender counts frames in 32 bits
 FBX_UNITS = 100  # in a metre, as Blender takes those of a file that does not say its own
+WHITE = (1.0, 1.0, 1.0)  # the colour of glTF where none is said
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 
@@ -217,7 +218,7 @@ def _refracting(model: MeshAsset, indices: Mapping[str, float]) -> MeshAsset:
 def _painted(model: MeshAsset) -> MeshAsset:
     """Return a model of STEP, which has colours at most, without the metal that glTF has for a default."""
     paints = tuple(replace(each, constants=replace(each.constants, metallic=0.0)) for each in model.materials)
-    bare = {-1, *(index for index, each in enumerate(model.materials) if each.constants.metallic)}
+    bare = {-1, *(i for i, each in enumerate(model.materials) if each.constants.diffuse_color == WHITE)}
     plain = sum(not bare.isdisjoint(part.face_material.tolist()) for part in model.parts)
     notes = (f"{plain} of {len(model.parts)} parts have no colour in the file: they are of a plain paint",)
     return replace(model, materials=paints, notes=(*model.notes, *(notes if plain else ())))
