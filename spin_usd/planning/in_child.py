@@ -175,7 +175,7 @@ def _stage_content(reader: StageReader) -> StageContent:
     scene = reader.scene(reader.frames[0])
     return StageContent(
         targets=[described_target(body) for body in scene.targets],
-        parts=dict(described_parts(reader.numbering.bodies)),
+        parts=dict(described_parts(reader.numbering.bodies, scene.bodies)),
         bodies=len(reader.bodies),
         camera=[scene.camera.width, scene.camera.height],
         lidar=scene.lidar is not None,

@@ -7,6 +7,7 @@ from msgspec import Meta, Struct
 
 from spin_usd.records.descriptions import PartEntry, StageOrigin, TargetEntry
 from spin_usd.scene.body import Body
+from spin_usd.scene.derived.part_materials import part_materials
 from spin_usd.scene.target import Part
 
 
@@ -60,10 +61,17 @@ def described_target(body: Body) -> TargetEntry:
     )
 
 
-def described_parts(bodies: Iterable[tuple[int, int, Sequence[Part]]]) -> Iterator[tuple[str, PartEntry]]:
+def described_parts(
+    bodies: Iterable[tuple[int, int, Sequence[Part]]], shown: Iterable[Body]
+) -> Iterator[tuple[str, PartEntry]]:
     """Yield the parts of all bodies by their ids in labels. `bodies`: of each its id, the number of parts before its
-    own, and its parts."""
+    own, and its parts; `shown`: all of them as a picture shows them."""
+    materials: dict[str, list[str]] = {}
+    for body in shown:
+        names = part_materials(body.target)
+        materials |= {part.path: list(names.get(part.id, ())) for part in body.target.parts}
     for target, before, parts in bodies:
         for part in parts:
-            entry = PartEntry(path=part.path, class_=part.class_name, name=part.name, target=target)
+            named = materials.get(part.path, [])
+            entry = PartEntry(path=part.path, class_=part.class_name, name=part.name, target=target, materials=named)
             yield str(before + part.id), entry

@@ -67,6 +67,8 @@ class DescribedPart:
     """What kind of part it is."""
     target: int
     """The id of the target it is a part of, 0 of an occluder."""
+    materials: tuple[str, ...] = ()
+    """The names of its materials in the first picture of the stage without a variant."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,7 +129,14 @@ def read_description(root: Path) -> Description:
 
 
 def _part(number: int, found: PartEntry) -> DescribedPart:
-    return DescribedPart(id=number, path=found.path, name=found.name, class_name=found.class_, target=found.target)
+    return DescribedPart(
+        id=number,
+        path=found.path,
+        name=found.name,
+        class_name=found.class_,
+        target=found.target,
+        materials=tuple(found.materials),
+    )
 
 
 def _target(found: TargetEntry) -> DescribedTarget:

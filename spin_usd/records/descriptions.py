@@ -68,6 +68,9 @@ class PartEntry(JsonStruct, frozen=True, kw_only=True):
         int,
         Meta(ge=0, description="The id of the target that it is a part of; 0 of geometry that is no target."),
     ]
+    materials: Annotated[
+        list[str], Meta(description="The names of its materials in the first picture of the stage without a variant.")
+    ] = field(default_factory=list)
 
 
 class DatasetDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="dataset-1"):

@@ -278,7 +278,9 @@ def described_dataset(dataset: Dataset, kinds: Sequence[str]) -> Header:
         "spin_usd": __version__,
         "dataset": dataset.root.name,
         "targets": [_target(target) for target in dataset.targets],
-        "parts": {str(part.id): [part.name, part.class_name, part.target] for part in dataset.parts.values()},
+        "parts": {
+            str(part.id): [part.name, part.class_name, part.target, part.materials] for part in dataset.parts.values()
+        },
         "labels": [_label(kind) for kind in kinds],
     }
 

@@ -22,8 +22,8 @@ function factsAt(labels, gallery, pixel) {
 
 function factText(kind, values, gallery, labels) {
     if (kind === "segmentation") {
-        const [name, of] = gallery.parts[values[0]] ?? ["unknown", "?"];
-        return `${name} (${of}), id ${values[0]}`;
+        const [name, of, , materials] = gallery.parts[values[0]] ?? ["unknown", "?", 0, []];
+        return [`${name} (${of})`, ...materials, `id ${values[0]}`].join(", ");
     }
     if (kind === "instance")
         return gallery.targets.find((target) => target.id === values[0])?.name ?? String(values[0]);

@@ -3,7 +3,7 @@
 // the dense pose alone is rounded.
 
 class Labels {
-    /** data: what loadData gives of the file · parts: of the dataset, [name, class, target] by id. */
+    /** data: what loadData gives of the file · parts: of the dataset, [name, class, target, materials] by id. */
     constructor({ header, arrays }, record, camera, parts) {
         [this.x0, this.y0, this.x1, this.y1] = header.box;
         this.width = this.x1 - this.x0;

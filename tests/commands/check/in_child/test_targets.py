@@ -65,7 +65,7 @@ def picture_of(s):
     description = DatasetDescription(
         stage=StageEntry(root="stage/dataset.usda", hashes={}),
         targets=[described_target(body) for body in s.targets],
-        parts=dict(described_parts(bodies)),
+        parts=dict(described_parts(bodies, s.bodies)),
         variants=["nominal"],
         frames=1,
         files={},
