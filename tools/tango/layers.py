@@ -5,18 +5,16 @@ from pathlib import Path
 
 import numpy as np
 from materials.png import write_textures
-from materials.textures import TEXTURES as LIBRARY_TEXTURES
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 
 from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, keypoints, label, rounded, vectors
 from tango.look_layer import look
-from tango.materials import DEFAULT_LOOK, LOOKS
+from tango.materials import DEFAULT_LOOK, LOOKS, REFLECTIVE
 from tango.parts.spacecraft import Part
 from tango.paths import LOOK_SET, MATERIALS, ROOT
 from tango.textures import TEXTURES
 
-VERSION = "1.2.0"
-SHARED = ("foil_normal.png", "brushed_roughness.png", "brushed_normal.png", "wear.png")
+VERSION = "1.3.0"
 ABOUT_LOOKS = {
     "matt": "Tango as simple simulators draw it: a colour a material, a little worn, Lambert; nothing shines.",
     "reflective": "Tango with cells under coverglass, crinkled foil, brushed metal, black and white paint.",
@@ -30,9 +28,9 @@ def write(parts: Sequence[Part], folder: Path) -> None:
         held = [part for part in parts if part.layer == name]
         geometry(_stage(folder / "geometry" / f"{name}.usda", "Surfaces and labels of parts of Tango."), held)
     _bindings(_stage(folder / "bindings.usda", "What of Tango wears which material, in every look."), parts)
-    write_textures(folder / "textures", {name: LIBRARY_TEXTURES[name] for name in SHARED} | TEXTURES)
+    write_textures(folder / "textures", TEXTURES)
     for name, materials in LOOKS.items():
-        look(_stage(folder / f"{name}.usda", ABOUT_LOOKS[name]), materials)
+        look(_stage(folder / f"{name}.usda", ABOUT_LOOKS[name]), materials, of_library=materials is REFLECTIVE)
     _payload(_stage(folder / "payload.usda", "What is below the interface in every look."), parts)
     _interface(_stage(folder / "tango.usda", "Tango, the smaller PRISMA spacecraft. Made by tools/build_tango."), parts)
 
