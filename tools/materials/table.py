@@ -308,7 +308,7 @@ LIBRARY: dict[str, LibraryMaterial] = {
         MaterialValues(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
         (0.010, 0.010, 0.014),
         colours=((0.010, 0.010, 0.014), (0.004, 0.004, 0.004), (0.006, 0.016, 0.012)),
-        roughness=(0.05, 0.15),
+        roughness=(0.03, 0.15),
     ),
     "lens": _body(
         "optics",
@@ -318,7 +318,7 @@ LIBRARY: dict[str, LibraryMaterial] = {
         MaterialValues(colour=(0.006, 0.004, 0.010), roughness=0.05, ior=c.LENS_IOR),
         (0.006, 0.004, 0.010),
         colours=((0.006, 0.004, 0.010), (0.003, 0.008, 0.006), (0.012, 0.005, 0.004)),
-        roughness=(0.05, 0.12),
+        roughness=(0.03, 0.12),
     ),
     "antenna_radome": _body(
         "plastic",
