@@ -60,13 +60,17 @@ def uniform(body: Colour) -> Reflectance:
 def body_for(absorptance: float, ior: float, tint: Colour = (1.0, 1.0, 1.0)) -> Colour:
     """The body's colour of a dielectric that absorbs this share of light at normal incidence; `tint` has the mean 1."""
     first = ((ior - 1) / (ior + 1)) ** 2
-    r, g, b = (round((1 - absorptance - first) / (1 - first) * each, 4) for each in tint)
-    return r, g, b
+    return tuple_of((1 - absorptance - first) / (1 - first) * np.array(tint))
 
 
 def oxide(below: Array, thickness: float) -> Colour:
     """A metal under its oxide, head-on."""
-    r, g, b = colour(film(AIR, OXIDE_INDEX, below, thickness, 1.0)).tolist()
+    return tuple_of(colour(film(AIR, OXIDE_INDEX, below, thickness, 1.0)))
+
+
+def tuple_of(colour: Array) -> Colour:
+    """Four decimals."""
+    r, g, b = np.round(colour, 4).tolist()
     return r, g, b
 
 
@@ -74,20 +78,19 @@ def _cell(outside: Array, coating: OpticalConstants) -> Colour:
     """Silicon under a coating that is a quarter of a wave, head-on, over the spread of thicknesses."""
     depth = quarter_wave(coating.index, COATED_AT)
     made = [colour(film(outside, coating.index, constants.SILICON.index, depth * part, 1.0)) for part in COATING_SPREAD]
-    r, g, b = np.round(np.mean(made, axis=0), 4).tolist()
-    return r, g, b
+    return tuple_of(np.mean(made, axis=0))
 
 
 def _below_kapton(body: float) -> Colour:
     """What scatters `body` under a film of Kapton, through which light goes twice."""
     depth = 4 * np.pi * constants.KAPTON.index.imag * KAPTON_THICKNESS / constants.WAVELENGTHS
-    r, g, b = np.round(colour(body * np.exp(-2 * depth)), 4).tolist()
-    return r, g, b
+    return tuple_of(colour(body * np.exp(-2 * depth)))
 
 
 CELL = _cell(GLASS_INDEX, constants.TITANIA)
 CELL_BARE = _cell(AIR, constants.NITRIDE)
-SILVER = head_on(metal(constants.SILVER))
+PRINTED_SHARE = 0.6  # of what silver reflects: bars and fingers of cells are porous (ours)
+PRINTED = tuple_of(PRINTED_SHARE * np.array(head_on(metal(constants.SILVER))))
 BETWEEN_CELLS = _below_kapton(COMPOSITE)
 _LENS = film(AIR, MAGNESIUM_FLUORIDE, CROWN_GLASS, quarter_wave(MAGNESIUM_FLUORIDE, LENS_COATED_AT), 1.0)
 _ROOT = float(np.sqrt(colour(_LENS).mean()))

@@ -5,6 +5,8 @@ at 0, 30 and 60 degrees. Paints and cloths reflect, head-on, 1 minus their solar
 UsdPreviewSurface: its square is the width alpha of the distribution of slopes.
 """
 
+import numpy as np
+
 from materials import cells
 from materials import colours as c
 from materials import optical_constants as constants
@@ -67,8 +69,7 @@ def _metal(
 
 
 def _darker(colour: Colour, by: float) -> Colour:
-    r, g, b = (round(by * each, 4) for each in colour)
-    return r, g, b
+    return c.tuple_of(by * np.array(colour))
 
 
 def _foil(about: str, source: str, reflectance: Reflectance, roughness: Sample, normal: Picture) -> LibraryMaterial:
@@ -259,7 +260,7 @@ LIBRARY: dict[str, LibraryMaterial] = {
         "Aluminium as a face mill leaves it, in passes of arcs.",
         worn(0.28, 0.14, size=0.31),
         (0.18, 0.5),
-        normal=Picture(file="milled_normal.png", metres=(0.064, 0.064)),
+        normal=Picture(file="milled_normal.png", metres=(0.10, 0.10)),
     ),
     "brushed_aluminium": _metal(
         constants.ALUMINIUM, "Aluminium brushed along s.", STREAKS, (0.25, 0.6), normal=BRUSHED

@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay
 
 from materials import cells
 from materials import optical_constants as constants
-from materials.colours import BETWEEN_CELLS, CELL, CELL_BARE, SILVER, oxide
+from materials.colours import BETWEEN_CELLS, CELL, CELL_BARE, PRINTED, oxide
 from materials.values import Array
 from materials.wear import wear
 from spin_usd.scene.derived import srgb
@@ -58,7 +58,7 @@ def milled_normal() -> Array:
     arc = np.sqrt(0.36 - across**2)
     height = np.sin(2 * np.pi * MILLED_MARKS * (x - arc * np.where(y < 0.5, 1, -1)))
     gradient = _gradient(height)
-    return _normals(_centred(0.06 * gradient / gradient.std()))
+    return _normals(_centred(0.08 * gradient / gradient.std()))
 
 
 def weave_normal() -> Array:
@@ -132,8 +132,8 @@ TEXTURES: dict[str, Callable[[], Array]] = {
     "mirror_tiles_normal.png": mirror_tiles_normal,
     "heat_tint.png": heat_tint,
     "patch_antenna.png": patch_antenna,
-    "cell_array.png": lambda: cells.array_colour(CELL, SILVER, BETWEEN_CELLS),
-    "cell_array_bare.png": lambda: cells.array_colour(CELL_BARE, SILVER, BETWEEN_CELLS),
+    "cell_array.png": lambda: cells.array_colour(CELL, PRINTED, BETWEEN_CELLS),
+    "cell_array_bare.png": lambda: cells.array_colour(CELL_BARE, PRINTED, BETWEEN_CELLS),
     "cell_array_bars.png": cells.array_bars,
 }
 
