@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdValidation
+from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdUtils, UsdValidation
 
+from spin_usd.stage.author.from_usd import copy_usd_target
 from tests.conftest import REPOSITORY
 
 FOLDER = REPOSITORY / "stages" / "targets" / "tango"
@@ -253,6 +254,17 @@ def test_textures_are_small_and_all_used() -> None:
     assert sum(file.stat().st_size for file in files) < MAX_TEXTURE_BYTES
     text = (FOLDER / "reflective.usda").read_text()
     assert all(f"@./textures/{name}@" in text for name in TEXTURES)
+
+
+def test_a_copy_holds_all_that_the_looks_refer_to(tmp_path) -> None:
+    """Layers and textures of the library too, so that an authored stage can be moved."""
+    copied = tmp_path / "model" / "tango.usda"
+    copy_usd_target(FOLDER / "tango.usda", copied.parent, "tango", None)
+    layers, files, missing = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(copied)))
+    assert missing == []
+    assert "gold_foil.usda" in {Path(layer.realPath).name for layer in layers}
+    assert "foil_normal.png" in {Path(file).name for file in files}
+    assert all(Path(file).is_relative_to(tmp_path) for file in [*files, *(layer.realPath for layer in layers)])
 
 
 def test_the_reflective_look_says_only_what_differs_from_the_library() -> None:

@@ -6,6 +6,7 @@ from materials.optics import Reflectance
 from materials.values import Colour, MaterialValues, Picture, Sample
 
 WEAR = "wear.png"
+MASKS = ("cell_array_bars.png", "patch_antenna.png")  # of metal on something else
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,10 +52,8 @@ class LibraryMaterial:
 
 
 def _plain(value: float | Sample) -> float:
-    """Of metalness 0 of the picture counts, of roughness a half."""
-    if not isinstance(value, Sample) or isinstance(value.scale, tuple):
-        return value if isinstance(value, float) else 0.0
-    return value.bias + (0.0 if value.picture.file in MASKS else 0.5) * value.scale
-
-
-MASKS = ("cell_array_bars.png", "patch_antenna.png")
+    """The number without its picture: a half of the picture's scale, or of a mask what is not of metal."""
+    if isinstance(value, Sample):
+        assert isinstance(value.scale, float), "the colours of a texture give no number"
+        return value.bias + (0.0 if value.picture.file in MASKS else 0.5 * value.scale)
+    return value
