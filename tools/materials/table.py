@@ -50,21 +50,28 @@ def _error(reflectance: Reflectance) -> str:
 
 
 def _metal(
-    of: OpticalConstants, about: str, roughness: float | Sample, limits: tuple[float, float], **fields: Picture
+    of: OpticalConstants,
+    about: str,
+    roughness: float | Sample,
+    limits: tuple[float, float],
+    *,
+    normal: Picture | None = None,
+    absorptance: float | None = None,
 ) -> LibraryMaterial:
-    """A bare metal whose index is known."""
+    """A bare metal whose index is known; `absorptance` is what is published for sunlight."""
     reflectance = c.metal(of)
     body = head_on(reflectance)
+    compared = f"Polished parts absorb {absorptance:.2f} of sunlight ({FORTESCUE}). " if absorptance else ""
     return LibraryMaterial(
         kind="metal",
         about=about,
-        source=f"Colour computed from n and k of {of.paper}. {_error(reflectance)} {OURS}",
-        values=MaterialValues(colour=body, metallic=1.0, roughness=roughness, normal=fields.get("normal")),
+        source=f"Colour computed from n and k of {of.paper}. {_error(reflectance)} {compared}{OURS}",
+        values=MaterialValues(colour=body, metallic=1.0, roughness=roughness, normal=normal),
         body=body,
         reflectance=reflectance,
         colours=(body, _darker(body, 0.85), _darker(body, 0.7)),
         roughness=limits,
-        crinkle=(0.0, 2.0) if "normal" in fields else None,
+        crinkle=(0.0, 2.0) if normal else None,
     )
 
 
@@ -253,17 +260,22 @@ LIBRARY: dict[str, LibraryMaterial] = {
         crinkle=(0.0, 2.0),
     ),
     "aluminium": _metal(
-        constants.ALUMINIUM, "Bare aluminium, fairly smooth.", worn(0.24, 0.16, size=0.31), (0.1, 0.45)
+        constants.ALUMINIUM,
+        "Bare aluminium, fairly smooth.",
+        worn(0.24, 0.16, size=0.31),
+        (0.1, 0.45),
+        absorptance=0.24,
     ),
     "milled_aluminium": _metal(
         constants.ALUMINIUM,
         "Aluminium as a face mill leaves it, in passes of arcs.",
         worn(0.28, 0.14, size=0.31),
         (0.18, 0.5),
+        absorptance=0.24,
         normal=Picture(file="milled_normal.png", metres=(0.10, 0.10)),
     ),
     "brushed_aluminium": _metal(
-        constants.ALUMINIUM, "Aluminium brushed along s.", STREAKS, (0.25, 0.6), normal=BRUSHED
+        constants.ALUMINIUM, "Aluminium brushed along s.", STREAKS, (0.25, 0.6), normal=BRUSHED, absorptance=0.24
     ),
     "anodised_aluminium": LibraryMaterial(
         kind="metal",
@@ -278,11 +290,13 @@ LIBRARY: dict[str, LibraryMaterial] = {
         colours=(head_on(ANODISED), (0.04, 0.04, 0.045), (0.62, 0.45, 0.16), (0.10, 0.18, 0.42), (0.45, 0.08, 0.06)),
         roughness=(0.35, 0.7),
     ),
-    "titanium": _metal(constants.TITANIUM, "Bare titanium.", worn(0.36, 0.20, size=0.29), (0.2, 0.6)),
+    "titanium": _metal(constants.TITANIUM, "Bare titanium.", worn(0.36, 0.20, size=0.29), (0.2, 0.6), absorptance=0.60),
     "stainless_steel": _metal(
         constants.STEEL, "Austenitic stainless steel.", worn(0.30, 0.18, size=0.29), (0.12, 0.55)
     ),
-    "gold_plating": _metal(constants.GOLD, "Gold plating on machined parts.", worn(0.22, 0.14, size=0.27), (0.1, 0.45)),
+    "gold_plating": _metal(
+        constants.GOLD, "Gold plating on machined parts.", worn(0.22, 0.14, size=0.27), (0.1, 0.45), absorptance=0.25
+    ),
     "copper": _metal(constants.COPPER, "Bare copper.", worn(0.30, 0.20, size=0.27), (0.15, 0.55)),
     "silver": _metal(constants.SILVER, "Silver, as of interconnects between cells.", 0.30, (0.15, 0.5)),
     "carbon_fibre": _body(
