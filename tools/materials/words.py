@@ -1,11 +1,13 @@
 """The words by which `author --materials auto` tells what is made of each material of the library.
 
-All the words of an entry must be in a name, in any order; one that begins or ends in * goes on there; an s at the end
-of a word says nothing. They are without accents. Of the entries that a name holds the one of most words counts, then
-the longest. SUBSTANCES count before PARTS in the same name; GUESSES count where no name holds either and no colour
-contradicts. From 3,237 names in 411 public models of spacecraft, most of them NASA's and their descendants, where `fl`
-and `sm` mean flat and smooth, `krinkle` a crinkled film, `bronze` an amber blanket and `nofoil` that it is none; words
-of other languages than English were in none of them.
+All the words of an entry must be in a name, in any order, but for `grey` and `black` beside others, which its colour
+may say; one that begins or ends in * goes on there; an s at the end of a word says nothing. They are without accents.
+Of the entries that a name holds the one of most words counts, then the longest. SUBSTANCES count before PARTS in the
+same name; GUESSES count where no name holds either and no colour contradicts.
+
+From 3,237 names in 411 public models of spacecraft, most of them NASA's and their descendants, where `fl` and `sm` mean
+flat and smooth, `krinkle` a crinkled film, `bronze` an amber blanket and `nofoil` that it is none. Words of other
+languages than English were in none of them.
 """
 
 Words = dict[str, tuple[str, ...]]
@@ -17,15 +19,14 @@ SUBSTANCES: Words = {
     ),
     "silver_foil": (
         "silver foil", "silver foil*", "silver mli", "silver kapton", "silver blanket", "silver teflon",
-        "grey foil", "gray foil", "alu foil", "aluminum foil", "aluminium foil", "silver krinkle", "silberfolie",
+        "grey foil", "grey mli", "grey kapton", "grey krinkle", "gray foil", "alu foil", "aluminum foil",
+        "aluminium foil", "silver krinkle", "silberfolie",
     ),
     "black_foil": ("black foil", "black mli", "black kapton", "black blanket", "black krinkle", "black crinkle"),
-    "beta_cloth": (
-        "beta cloth", "betacloth*", "beta fabric", "thermal cloth", "white foil", "white mli", "white blanket",
-    ),
+    "beta_cloth": ("beta cloth", "betacloth*", "beta fabric", "thermal cloth", "white mli", "white blanket"),
     "solar_cell": (
-        "solar*", "*solar", "cell", "sacell*", "sarray*", "photovoltaic*", "fotovolt*", "solaire*", "sonnen*",
-        "cellule*", "cella", "celle", "celda", "celula", "taiyodenchi*",
+        "solar*", "*solar", "cell", "sacell*", "shiny panel", "sarray*", "photovoltaic*", "fotovolt*", "solaire*",
+        "sonnen*", "cellule*", "cella", "celle", "celda", "celula", "taiyodenchi*",
     ),
     "solar_panel_substrate": (
         "substrate*", "backsheet", "array back", "panel back", "solar back", "solar back*", "solar rear",
@@ -34,20 +35,18 @@ SUBSTANCES: Words = {
         "solarpanel gold", "solarback*", "solarpanel bronze", "solarpanel black", "solarpanel edge",
         "solarpanel red", "solarpanel sil", "solar gold", "wing backing",
     ),
-    "white_paint": (
-        "white", "*white", "white metal", "white paint", "weiss", "blanc", "bianco", "blanco",
-    ),
+    "white_paint": ("white", "*white", "white paint", "weiss", "blanc", "bianco", "blanco"),
     "black_paint": (
         "black", "*black", "blk*", "black metal", "black paint", "black nofoil", "dark", "aeroglaze*", "schwarz*",
         "noir", "nero", "negro", "rubber*",
     ),
     "optical_solar_reflector": ("osr", "optical solar reflector", "ssm", "second surface mirror"),
     "aluminium": (
-        "alu", "alumin*", "alluminio", "grey nofoil", "gray nofoil", "silver nofoil", "nofoil", "no foil",
-        "metal", "*metal", "metall*", "dark gray", "dark grey", "array lock", "solar shield", "solar strut",
-        "solar truss", "solar brace", "solar bracket", "solar arm", "solar drive", "solar panel brace",
-        "solar panel bracket", "solarpanel brace", "solarpanel bracket", "solar panel arm", "solar array arm",
-        "solar array drive", "solar sensor", "sun sensor",
+        "alu", "alumin*", "alluminio", "grey nofoil", "gray nofoil", "silver nofoil", "nofoil", "no foil", "metal",
+        "*metal", "metall*", "grey", "gray", "silver", "array lock", "solar shield", "solar strut", "solar truss",
+        "solar brace", "solar bracket", "solar arm", "solar drive", "solar panel brace", "solar panel bracket",
+        "solarpanel brace", "solarpanel bracket", "solar panel arm", "solar array arm", "solar array drive",
+        "solar sensor", "sun sensor",
     ),
     "milled_aluminium": ("milled", "machined*"),
     "brushed_aluminium": ("brushed*",),
@@ -91,8 +90,8 @@ GUESSES: Words = {
     "white_paint": ("module", "capsule"),
     "black_paint": ("camera", "telescope"),
     "aluminium": (
-        "silver", "strut", "truss", "rail", "frame", "plate", "adapter", "bracket",
-        "mast", "boom", "leg", "chassis", "structur*", "struktur*",
+        "strut", "truss", "rail", "frame", "plate", "adapter", "bracket", "mast", "boom", "leg", "chassis",
+        "structur*", "struktur*",
     ),
     "titanium": ("tank",),
 }  # fmt: skip

@@ -16,6 +16,8 @@ BARE = "aluminium"
 """The materials of what has another colour than those below, and of what has neither a known name nor a colour, or a
 grey that says nothing."""
 GREY = 0.1  # the most saturation of a grey
+BLACK = 0.06  # linear
+GREY_WORD, BLACK_WORD = "grey", "black"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +51,8 @@ or kapton, 35 of 41 black and 76 of 80 white."""
 
 @dataclass(frozen=True, kw_only=True)
 class Vocabulary:
-    """Materials by entries: words, all of which must be in a name; one that begins or ends in * goes on there."""
+    """Materials by entries: words, all of which must be in a name; one that begins or ends in * goes on there. Of
+    several words GREY_WORD and BLACK_WORD may be said by the colour instead."""
 
     substances: Mapping[str, str]
     """Names of materials and their colours."""
@@ -85,13 +88,14 @@ def recognised(
     The name of a material counts before that of a part, and that before those of the groups that hold it; in a name
     the entry of most words, then the longest.
     """
+    said = None if color is None else BLACK_WORD if max(color) < BLACK else GREY_WORD if is_grey(color) else None
     own_first = (*materials, *reversed([each for each in names if "/" not in each]))
     by_color = _of_color(color)
     tiers = [(name, tier) for name in own_first for tier in (vocabulary.substances, vocabulary.parts)]
     if by_color.material == BARE:
         tiers += [(name, vocabulary.guesses) for name in own_first]
     for name, tier in tiers:
-        if entry := _told(words_of(name), tier):
+        if entry := _told(words_of(name), said, tier):
             return MaterialRule(pattern="", material=tier[entry], note=f"{entry.replace('*', '')} in {name}")
     return by_color
 
@@ -105,10 +109,15 @@ def _of_color(color: Color | None) -> MaterialRule:
     return MaterialRule(pattern="", material=PAINT, color=color, note="paint of its colour")
 
 
-def _told(words: tuple[str, ...], entries: Iterable[str]) -> str | None:
-    """Return that of the entries which says most of those that the words of a name hold; None for none."""
-    held = (entry for entry in entries if all(any(_is(word, of) for word in words) for of in entry.split()))
-    return max(held, key=lambda entry: (entry.count(" "), len(entry.replace("*", "")), entry), default=None)
+def _told(words: tuple[str, ...], color: str | None, entries: Iterable[str]) -> str | None:
+    """Return that of the entries which says most of those that the words of a name hold, and the word of its colour;
+    None for none."""
+    held: dict[str, tuple[int, bool, int, str]] = {}
+    for entry in entries:
+        lacking = [of for of in entry.split() if not any(_is(word, of) for word in words)]
+        if not lacking or (" " in entry and lacking == [color]):
+            held[entry] = (entry.count(" "), not lacking, len(entry.replace("*", "")), entry)
+    return max(held, key=lambda entry: held[entry], default=None)
 
 
 def _is(word: str, of: str) -> bool:

@@ -84,6 +84,15 @@ def test_parts_of_many_materials_have_the_one_of_their_colour() -> None:
     assert recognised(["bus"], [], (0.01, 0.03, 0.2), known).material == "solar_cell"
 
 
+def test_a_foil_that_does_not_say_its_colour_has_that_of_the_model() -> None:
+    known = vocabulary()
+    assert recognised(["foil_antenna"], [], (0.64, 0.64, 0.64), known).material == "silver_foil"
+    assert recognised(["MLI"], [], (0.01, 0.01, 0.01), known).material == "black_foil"
+    assert recognised(["MLI"], [], (0.8, 0.5, 0.1), known).material == "gold_foil"
+    assert recognised(["GoldFoil"], [], (0.8, 0.8, 0.8), known).material == "gold_foil"
+    assert recognised(["nozzle"], [], (0.01, 0.01, 0.01), known).material == "thruster_nozzle"
+
+
 def test_any_other_colour_is_a_paint() -> None:
     found = recognised(["Cube"], [], (0.7, 0.05, 0.05), vocabulary())
     assert (found.material, found.color) == ("white_paint", (0.7, 0.05, 0.05))
