@@ -7,7 +7,6 @@ from msgspec import Meta, Struct
 
 from spin_usd.records.descriptions import PartEntry, StageOrigin, TargetEntry
 from spin_usd.scene.body import Body
-from spin_usd.scene.derived.part_materials import part_materials
 from spin_usd.scene.target import Part
 
 
@@ -68,7 +67,7 @@ def described_parts(
     own, and its parts; `shown`: all of them as a picture shows them."""
     materials: dict[str, list[str]] = {}
     for body in shown:
-        names = part_materials(body.target)
+        names = body.target.part_materials
         materials |= {part.path: list(names.get(part.id, ())) for part in body.target.parts}
     for target, before, parts in bodies:
         for part in parts:

@@ -1,9 +1,12 @@
 """The spacecraft: its mesh, parts, materials and keypoints."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
@@ -52,6 +55,20 @@ class Target:
         colours = [material.diffuse_color for material in self.materials]
         return any(len(set(colour)) > 1 if isinstance(colour, tuple) else True for colour in colours)
 
+    @property
+    def part_materials(self) -> Mapping[int, tuple[str, ...]]:
+        """The names of the materials of each part that has any, by its id; a displayColor has no name."""
+        pairs = _pairs(self.mesh.face_part, self.mesh.face_material)
+        for each in self.mesh.instances:
+            for column, material in _pairs(each.shape.face_part, each.shape.face_material):
+                pairs |= {(int(part), material) for part in each.parts[:, column]}
+        found: dict[int, tuple[str, ...]] = {}
+        for part, material in sorted(pairs):
+            path = self.materials[material].path
+            if path and "." not in path:
+                found[part] = (*found.get(part, ()), path.rpartition("/")[2])
+        return found
+
     @cached_property
     def key(self) -> str:
         """Digest of all that labels and pictures of the target depend on."""
@@ -65,3 +82,8 @@ class Target:
             return ""
         cuts = [[m.opacity, m.opacity_threshold] if m.cut_out else None for m in self.materials]
         return digest(content(cuts), self.mesh.shading_key)
+
+
+def _pairs(*columns: NDArray[Any]) -> set[tuple[int, int]]:
+    """Return each pair that stands in the two columns (F,) side by side."""
+    return {(first, second) for first, second in np.unique(np.stack(columns, 1), axis=0).tolist()}
