@@ -125,9 +125,7 @@ def drawn(name, material):
     allowed = limits(name)
     colours = [material.diffuse_color, *(coloured(material.diffuse_color, each) for each in allowed["colors"])]
     for roughness, colour in itertools.product((0.05, *allowed["roughness"], 1.0), colours):
-        for factor in allowed.get("crinkle", [1.0]):
-            fields = {"diffuse_color": colour, "roughness": float(roughness)}
-            yield replace(material, normal=crinkled(material.normal, factor), **fields)
+        yield replace(material, diffuse_color=colour, roughness=float(roughness))
 
 
 def coloured(own, drawn):
@@ -135,14 +133,6 @@ def coloured(own, drawn):
     if not isinstance(own, Texture):
         return tuple(map(float, drawn))
     return replace(own, scale=(*(s * float(f) for s, f in zip(own.scale, drawn, strict=False)), own.scale[3]))
-
-
-def crinkled(normal, factor):
-    """The slopes of a normal map, times a factor."""
-    if normal is None:
-        return None
-    across = np.array([factor, factor, 1, 1])
-    return replace(normal, scale=tuple(normal.scale * across), bias=tuple(normal.bias * across))
 
 
 def test_the_committed_layers_are_what_the_table_makes(tmp_path) -> None:
@@ -200,7 +190,7 @@ def test_what_may_be_drawn_holds_its_own_values_and_reflects_no_more_than_arrive
     brightest = extremes(values.diffuse_color)[1] if isinstance(values.diffuse_color, Texture) else np.ones(3)
     assert len(found["colors"]) > 1
     assert (np.array(found["colors"]) * brightest <= 1).all()
-    assert ("crinkle" in found) == (values.normal is not None)
+    assert ("scale" in found) == (values.normal is not None)
     assert all(size > 0 for size in found.get("pattern", ()))
 
 

@@ -38,6 +38,6 @@ def _limits(material: LibraryMaterial) -> dict[str, object]:
         "pattern": material.pattern and Gf.Vec2f(*material.pattern),
         "roughness": Gf.Vec2f(*material.roughness),
         "colors": Vt.Vec3fArray([Gf.Vec3f(*each) for each in material.colours]),
-        "crinkle": material.crinkle and Gf.Vec2f(*material.crinkle),
+        "scale": material.scale and Gf.Vec2f(*material.scale),
     }
     return {name: value for name, value in found.items() if value is not None}

@@ -6,6 +6,7 @@ from materials.optics import Reflectance
 from materials.values import Colour, MaterialValues, Picture, Sample
 
 WEAR = "wear.png"
+SCALE = (0.7, 1.4)
 MASKS = ("cell_array_bars.png", "patch_antenna.png")  # of metal on something else
 
 
@@ -28,8 +29,6 @@ class LibraryMaterial:
     """What may be drawn instead of its colour; factors on it where that is a picture."""
     roughness: tuple[float, float]
     """The least and the most that may be drawn."""
-    crinkle: tuple[float, float] | None = None
-    """Factors on the slopes of its normal map that may be drawn."""
 
     @property
     def plain(self) -> MaterialValues:
@@ -41,6 +40,11 @@ class LibraryMaterial:
             roughness=_plain(self.values.roughness),
             normal=None,
         )
+
+    @property
+    def scale(self) -> tuple[float, float] | None:
+        """Factors on the size of its pattern that may be drawn: of what its surface is uneven by."""
+        return SCALE if self.values.normal else None
 
     @property
     def pattern(self) -> tuple[float, float] | None:

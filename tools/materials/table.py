@@ -37,7 +37,6 @@ CELL_FACTORS = ((1.0, 1.0, 1.0), (0.55, 0.5, 0.35), (1.0, 0.6, 0.75), (0.7, 1.0,
 WHITES = ((0.85, 0.85, 0.85), (0.74, 0.74, 0.74), (0.66, 0.65, 0.62), (0.55, 0.55, 0.54))
 BLACKS = ((0.01, 0.01, 0.01), (0.03, 0.03, 0.03), (0.05, 0.05, 0.052))
 FOIL = Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0)
-CRINKLE = (0.3, 1.4)
 BRUSHED = Picture(file="brushed_normal.png", metres=(0.12, 0.12))
 STREAKS = Sample(picture=Picture(file="brushed_roughness.png", metres=(0.12, 0.12)), output="r", scale=0.30, bias=0.27)
 BARS = Picture(file="cell_array_bars.png", metres=cells.AREA)
@@ -71,7 +70,6 @@ def _metal(
         reflectance=reflectance,
         colours=(body, _darker(body, 0.85), _darker(body, 0.7)),
         roughness=limits,
-        crinkle=(0.0, 2.0) if normal else None,
     )
 
 
@@ -91,7 +89,6 @@ def _foil(about: str, source: str, reflectance: Reflectance, roughness: Sample, 
         reflectance=reflectance,
         colours=FOIL_COLOURS,
         roughness=(0.15, 0.55),
-        crinkle=CRINKLE,
     )
 
 
@@ -104,7 +101,6 @@ def _body(
     *,
     colours: tuple[Colour, ...],
     roughness: tuple[float, float],
-    crinkle: tuple[float, float] | None = None,
 ) -> LibraryMaterial:
     """A dielectric over a body that scatters, under a clearcoat where its values have one."""
     below = c.dielectric(values.ior, body)
@@ -117,7 +113,6 @@ def _body(
         reflectance=c.coated(below) if values.clearcoat else below,
         colours=colours,
         roughness=roughness,
-        crinkle=crinkle,
     )
 
 
@@ -180,7 +175,6 @@ LIBRARY: dict[str, LibraryMaterial] = {
         BLACK_FOIL,
         colours=(BLACK_FOIL, (0.015, 0.015, 0.016), (0.06, 0.058, 0.056)),
         roughness=(0.18, 0.5),
-        crinkle=CRINKLE,
     ),
     "beta_cloth": _body(
         "cloth",
@@ -192,7 +186,6 @@ LIBRARY: dict[str, LibraryMaterial] = {
         CLOTH,
         colours=(CLOTH, (0.72, 0.71, 0.69), (0.55, 0.53, 0.48)),
         roughness=(0.6, 0.95),
-        crinkle=(0.0, 1.5),
     ),
     "solar_cell": _cells(
         "Solar cells of 80 x 40 mm under coverglass, with fingers and bus bars, in an array with gaps.",
@@ -257,7 +250,6 @@ LIBRARY: dict[str, LibraryMaterial] = {
         reflectance=MIRROR,
         colours=((1.0, 1.0, 1.0), (0.93, 0.93, 0.93), (0.85, 0.83, 0.78)),
         roughness=(0.05, 0.2),
-        crinkle=(0.0, 2.0),
     ),
     "aluminium": _metal(
         constants.ALUMINIUM,
@@ -314,7 +306,6 @@ LIBRARY: dict[str, LibraryMaterial] = {
         (TWILL,) * 3,
         colours=((1.0, 1.0, 1.0), (0.5, 0.5, 0.52), (2.0, 2.0, 1.9)),
         roughness=(0.15, 0.5),
-        crinkle=(0.0, 2.0),
     ),
     "glass": _body(
         "glass",

@@ -1,7 +1,7 @@
 """material.NAME.variation: another appearance of the same kind of material, which one number chooses.
 
-What the library says that its material may be is drawn: one of its colours, a roughness within its limits, the depth of
-its crinkles, and where its pattern lies. So a foil stays a foil, and a panel of cells one of cells. A material that is
+What the library says that its material may be is drawn: one of its colours, a roughness within its limits, the size of
+its crinkles, and where they lie. So a foil stays a foil, and a panel of cells one of cells. A material that is
 not of the library may be anything, without images: of a model that says nothing, training must not learn what it is.
 """
 
@@ -18,7 +18,7 @@ from spin_usd.stage.usd.shader_inputs import Output, read_input
 
 VARIATION = "variation"
 STEPS = 2**53  # the numbers from 0 to 1 that a float tells apart
-DRAWS = 7
+DRAWS = 6
 ANY_COLOR = (
     (0.02, 0.02, 0.02), (0.1, 0.1, 0.1), (0.3, 0.3, 0.3), (0.6, 0.6, 0.6), (0.9, 0.9, 0.9), (0.8, 0.1, 0.05),
     (0.9, 0.4, 0.05), (0.85, 0.65, 0.1), (0.1, 0.5, 0.1), (0.05, 0.15, 0.6), (0.4, 0.1, 0.5),
@@ -26,7 +26,6 @@ ANY_COLOR = (
 ANY_METALLIC = (0.0, 0.0, 0.5, 1.0)
 ANY_ROUGHNESS = (0.05, 1.0)
 DARKEST = 0.8  # of a drawn colour: how worn it may be
-PATTERN_SIZES = (0.7, 1.4)
 Draws: TypeAlias = tuple[float, ...]
 """DRAWS numbers from 0 to 1."""
 Drawn: TypeAlias = tuple[ChangedAttribute, Callable[[Draws], Any]]
@@ -76,24 +75,19 @@ def _of_library(shader: UsdShade.Shader, said: dict[str, Any], time: Usd.TimeCod
         image = isinstance(roughness, Output)
         for changed in factors(shader, "roughness", time) if image else [replaced(shader, "roughness")]:
             yield _drawn(changed, lambda draws: _between(limits, draws[2]) / mean)
-    if "crinkle" in said and isinstance(normal := read_input(shader, "normal", time), Output):
-        yield from _crinkled(normal.shader, said["crinkle"], time)
+    normal = read_input(shader, "normal", time)
+    if "scale" in said and isinstance(normal, Output):
+        yield from _laid(read_input(normal.shader, "st", time), said["scale"], time)
 
 
-def _crinkled(texture: UsdShade.Shader, depths: Any, time: Usd.TimeCode) -> Iterator[Drawn]:
-    """Yield the depth of a normal map, as a factor on its slopes, and the place and size of its pattern."""
-    at = str(texture.GetPath())
-    depth = ChangedAttribute(prim=at, name="inputs:scale", type="float4")
-    yield _drawn((depth, lambda deep: Gf.Vec4f(2 * deep, 2 * deep, 2, 1)), lambda draws: _between(depths, draws[3]))
-    middle = ChangedAttribute(prim=at, name="inputs:bias", type="float4")
-    yield _drawn((middle, lambda deep: Gf.Vec4f(-deep, -deep, -1, 0)), lambda draws: _between(depths, draws[3]))
-    placement = read_input(texture, "st", time)
+def _laid(placement: Any, sizes: Any, time: Usd.TimeCode) -> Iterator[Drawn]:
+    """Yield the size of a pattern, between the factors `sizes` on its own, and where it lies."""
     if isinstance(placement, Output) and placement.node == "UsdTransform2d":
         own, at = Gf.Vec2f(read_input(placement.shader, "scale", time)), str(placement.shader.GetPath())
         size = ChangedAttribute(prim=at, name="inputs:scale", type="float2")
-        yield _drawn((size, lambda factor: own / factor), lambda draws: _between(PATTERN_SIZES, draws[4]))
+        yield _drawn((size, lambda factor: own / factor), lambda draws: _between(sizes, draws[3]))
         place = ChangedAttribute(prim=at, name="inputs:translation", type="float2")
-        yield _drawn((place, lambda shift: Gf.Vec2f(*shift)), lambda draws: draws[5:7])
+        yield _drawn((place, lambda shift: Gf.Vec2f(*shift)), lambda draws: draws[4:6])
 
 
 def _mean(texture: UsdShade.Shader, time: Usd.TimeCode) -> float:

@@ -56,10 +56,9 @@ def test_a_foil_stays_a_foil_and_cells_stay_cells(authored: Path) -> None:
         low, high = of_foil["roughness"]
         assert low - FLOAT32 <= middle <= high + FLOAT32
         assert isinstance(foil.normal, Texture)
-        low, high = of_foil["crinkle"]
-        assert low - FLOAT32 <= foil.normal.scale[0] / 2 <= high + FLOAT32
-        assert foil.normal.bias[0] == pytest.approx(-foil.normal.scale[0] / 2)
-        assert (foil.normal.scale[2], foil.normal.bias[2]) == (2, -1)
+        low, high = of_foil["scale"]
+        size = np.hypot(*foil.normal.coordinates.matrix[:2]) * of_foil["pattern"][0]
+        assert 1 / high - FLOAT32 <= size <= 1 / low + FLOAT32
     assert len({foil.key for foil in foils}) == len(pictures)
     assert len({foil.normal.coordinates.matrix for foil in foils}) == len(pictures)
     cells = [each["solar_cell"] for each in pictures]
