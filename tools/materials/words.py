@@ -87,7 +87,7 @@ PARTS: Words = {
 GUESSES: Words = {
     "gold_foil": ("bus", "body", "main body", "mainbody", "spacecraft base"),
     "solar_cell": ("array", "wing", "sa", "sp", "pv"),
-    "white_paint": ("module", "capsule"),
+    "white_paint": ("module",),
     "black_paint": ("camera", "telescope"),
     "aluminium": (
         "strut", "truss", "rail", "frame", "plate", "adapter", "bracket", "mast", "boom", "leg", "chassis",

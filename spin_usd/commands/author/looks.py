@@ -43,7 +43,8 @@ def give_materials(making: Authoring) -> None:
     if asked:
         making.notes += _notes(finished, len(surfaces) - len(finished), auto=auto)
     if finished:
-        making.target = write_looks(making.target, finished, rich_alone=not asked)
+        kept = [each for each in surfaces if each not in finished]
+        making.target = write_looks(making.target, finished, kept, rich_alone=not asked)
 
 
 def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = ()) -> tuple[MaterialRule, ...]:

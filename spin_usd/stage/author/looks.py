@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from spin_usd.errors import InputError
 from spin_usd.scene.name_rule import Color
@@ -61,10 +61,14 @@ def _is_shared(prim: Usd.Prim) -> bool:
 
 
 def write_looks(
-    asset: TargetAsset, finishes: Mapping[ModelSurface, Finish], *, rich_alone: bool = False
+    asset: TargetAsset,
+    finishes: Mapping[ModelSurface, Finish],
+    kept: Iterable[ModelSurface] = (),
+    *,
+    rich_alone: bool = False,
 ) -> TargetAsset:
-    """Write layers over the `asset` that give its surfaces these finishes; return the asset that they are. With
-    `rich_alone` they have them in the look REFLECTIVE alone, which is not selected.
+    """Write layers over the `asset` that give its surfaces these finishes, and leave those `kept` as they are; return
+    the asset that they are. With `rich_alone` they have them in the look REFLECTIVE alone, which is not selected.
 
     Raises InputError for a target whose variant set LOOK has other variants, OutputError.
     """
@@ -76,54 +80,100 @@ def write_looks(
     root = _root_of(stage, asset)
     file, folder = (asset.file.parent.with_name(f"{asset.file.parent.name}{ending}") for ending in (".usda", "_looks"))
     names = UniqueNames(cased=True, taken=root.GetAllChildrenNames())
-    finished = Sdf.Layer.CreateAnonymous(".usda")
-    author_metadata(finished, default_prim=root.GetName(), documentation="Which surface has which material.")
-    finished.subLayerPaths = ["./coordinates.usdc"]
-    made = Sdf.CreatePrimInLayer(finished, Sdf.Path.absoluteRootPath.AppendChild(root.GetName()))
-    scope = _define(made, names.give(MATERIALS), "Scope")
-    materials = {each: _author_finish(scope, each) for each in sorted(set(finishes.values()), key=str)}
+    finished = _Finished(root, names.give(MATERIALS))
     for surface, finish in finishes.items():
-        place = surface.path.ReplacePrefix(root.GetPath(), made.path)
-        for instance in surface.instances:
-            above = instance.ReplacePrefix(root.GetPath(), made.path)
-            Sdf.CreatePrimInLayer(finished, above).instanceable = False
-        _bind(Sdf.CreatePrimInLayer(finished, place), stage.GetPrimAtPath(surface.path), materials[finish].path)
-    for material in {finish.material for finish in finishes.values()}:
-        copy_material(material, folder)
+        finished.bind(surface, finished.material(finish))
+    for surface in kept:
+        finished.keep(surface)
+    for name in sorted({finish.material for finish in finishes.values()}):
+        copy_material(name, folder)
     export(_coordinates(root, finishes, asset.metres_per_unit), folder / "coordinates.usdc")
-    export(finished, folder / "finishes.usda")
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    documentation = f"{asset.name} in the looks {MATT} and {REFLECTIVE}, which has materials of the library."
-    author_metadata(layer, default_prim=root.GetName(), documentation=documentation)
-    layer.pseudoRoot.SetInfo("upAxis", UsdGeom.GetStageUpAxis(stage))
-    layer.pseudoRoot.SetInfo("metersPerUnit", asset.metres_per_unit)
-    interface = Sdf.CreatePrimInLayer(layer, made.path)
-    interface.specifier = Sdf.SpecifierDef
-    interface.referenceList.Prepend(Sdf.Reference(f"./{asset.file.parent.name}/{asset.file.name}", root.GetPath()))
-    interface.variantSetNameList.Prepend(LOOK)
-    matt, rich = (Sdf.CreateVariantInLayer(layer, made.path, LOOK, name).primSpec for name in (MATT, REFLECTIVE))
+    export(finished.layer, folder / "finishes.usda")
+    layer, path = _interface(asset, root), finished.root.path
+    matt, rich = (Sdf.CreateVariantInLayer(layer, path, LOOK, each).primSpec for each in (MATT, REFLECTIVE))
     for look in (rich,) if rich_alone else (matt, rich):
         look.referenceList.Prepend(Sdf.Reference(f"./{folder.name}/finishes.usda"))
     diffuse = find_diffuse_overrides(asset.file, asset.prim)
     if not rich_alone:
-        interface.variantSelections[LOOK] = REFLECTIVE
-        surfaces = [str(each.path.AppendChild(SURFACE).MakeRelativePath(made.path)) for each in materials.values()]
-        diffuse = replace(diffuse, surfaces=(*diffuse.surfaces, *surfaces))
-        _smooth(matt, made, materials)
+        layer.GetPrimAtPath(path).variantSelections[LOOK] = REFLECTIVE
+        diffuse = replace(diffuse, surfaces=(*diffuse.surfaces, *finished.surfaces))
+        _smooth(matt, finished)
     author_diffuse_materials(matt, matt.path.AppendChild(names.give(DISPLAYED)), diffuse)
     export(layer, file)
     return replace(describe(file, asset.name), source_prim=asset.source_prim, notes=asset.notes, up=asset.up)
+
+
+def _interface(asset: TargetAsset, root: Usd.Prim) -> Sdf.Layer:
+    """Make an anonymous layer whose default prim refers to the `root` of the asset."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    documentation = f"{asset.name} in the looks {MATT} and {REFLECTIVE}, which has materials of the library."
+    author_metadata(layer, default_prim=root.GetName(), documentation=documentation)
+    layer.pseudoRoot.SetInfo("upAxis", UsdGeom.GetStageUpAxis(root.GetStage()))
+    layer.pseudoRoot.SetInfo("metersPerUnit", asset.metres_per_unit)
+    prim = _define(layer, root.GetName())
+    prim.referenceList.Prepend(Sdf.Reference(f"./{asset.file.parent.name}/{asset.file.name}", root.GetPath()))
+    prim.variantSetNameList.Prepend(LOOK)
+    return layer
+
+
+class _Finished:
+    """The layer that says which surface of a model has which material."""
+
+    def __init__(self, root: Usd.Prim, scope: str) -> None:
+        """`root`: the model's; `scope`: the name of that of the materials."""
+        self.layer = Sdf.Layer.CreateAnonymous(".usda")
+        author_metadata(self.layer, default_prim=root.GetName(), documentation="Which surface has which material.")
+        self.layer.subLayerPaths = ["./coordinates.usdc"]
+        self._model, self._names = root, UniqueNames()
+        self.root = Sdf.CreatePrimInLayer(self.layer, Sdf.Path.absoluteRootPath.AppendChild(root.GetName()))
+        self._scope = _define(self.root, scope, "Scope")
+        self.materials: dict[Finish, Sdf.PrimSpec] = {}
+
+    @property
+    def surfaces(self) -> tuple[str, ...]:
+        """The paths of the materials' UsdPreviewSurface nodes, relative to the root."""
+        return tuple(f"{self._scope.name}/{each.name}/{SURFACE}" for each in self.materials.values())
+
+    def material(self, finish: Finish) -> Sdf.Path:
+        """Return the path of the material of that finish, over that of the library, whose layer is beside this one."""
+        if finish not in self.materials:
+            made = self.materials[finish] = _define(self._scope, self._names.give(finish.material), "Material")
+            made.referenceList.Prepend(Sdf.Reference(f"./{finish.material}.usda"))
+            _author_finish(made, finish)
+        return self.materials[finish].path
+
+    def bind(self, surface: ModelSurface, material: Sdf.Path) -> None:
+        """Bind a material to the surface, over all that the model binds to it."""
+        for instance in surface.instances:
+            self._over(instance).instanceable = False
+        for group in surface.overruled:
+            weaker = _binding(self._over(group), BINDING)
+            weaker.SetInfo(UsdShade.Tokens.bindMaterialAs, UsdShade.Tokens.weakerThanDescendants)
+        prim = self._over(surface.path)
+        prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
+        _binding(prim, BINDING).targetPathList.explicitItems = [material]
+        for name in FOR_ONE_PURPOSE:
+            if self._model.GetStage().GetPrimAtPath(surface.path).HasRelationship(name):
+                _binding(prim, name).targetPathList.ClearEditsAndMakeExplicit()
+
+    def keep(self, surface: ModelSurface) -> None:
+        """Keep what the surface has, where a group above it gave it that against its own and gives it no longer."""
+        if surface.bound and any(self.layer.GetPrimAtPath(self._place(group)) for group in surface.overruled):
+            self.bind(surface, self._place(surface.bound))
+
+    def _over(self, path: Sdf.Path) -> Sdf.PrimSpec:
+        return Sdf.CreatePrimInLayer(self.layer, self._place(path))
+
+    def _place(self, path: Sdf.Path) -> Sdf.Path:
+        return path.ReplacePrefix(self._model.GetPath(), self.root.path)
 
 
 def _root_of(stage: Usd.Stage, asset: TargetAsset) -> Usd.Prim:
     return stage.GetPrimAtPath(asset.prim) if asset.prim else stage.GetDefaultPrim()
 
 
-def _author_finish(scope: Sdf.PrimSpec, finish: Finish) -> Sdf.PrimSpec:
-    """Author a material over that of the library, whose layer is beside this one."""
-    names = UniqueNames(taken=[each.name for each in scope.nameChildren])
-    made = _define(scope, names.give(finish.material), "Material")
-    made.referenceList.Prepend(Sdf.Reference(f"./{finish.material}.usda"))
+def _author_finish(made: Sdf.PrimSpec, finish: Finish) -> None:
+    """Author a finish's own colour and scale over the material `made`."""
     if finish.color is not None:
         color = Sdf.AttributeSpec(_over(made, SURFACE), "inputs:diffuseColor", TYPES.Color3f)
         color.default = Gf.Vec3f(*finish.color)
@@ -132,23 +182,17 @@ def _author_finish(scope: Sdf.PrimSpec, finish: Finish) -> Sdf.PrimSpec:
         for shader, inputs in shader_inputs(finish.material, "UsdTransform2d").items():
             scale = Sdf.AttributeSpec(_over(made, shader), "inputs:scale", TYPES.Float2)
             scale.default = inputs["inputs:scale"] / finish.scale
-    return made
 
 
-def _bind(prim: Sdf.PrimSpec, surface: Usd.Prim, material: Sdf.Path) -> None:
-    """Bind a material on `prim`, over what the `surface` has."""
-    prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
-    Sdf.RelationshipSpec(prim, BINDING, custom=False).targetPathList.explicitItems = [material]
-    for name in FOR_ONE_PURPOSE:
-        if surface.HasRelationship(name):
-            Sdf.RelationshipSpec(prim, name, custom=False).targetPathList.ClearEditsAndMakeExplicit()
+def _binding(prim: Sdf.PrimSpec, name: str) -> Sdf.RelationshipSpec:
+    return prim.relationships.get(name) or Sdf.RelationshipSpec(prim, name, custom=False)
 
 
-def _smooth(matt: Sdf.PrimSpec, root: Sdf.PrimSpec, materials: Mapping[Finish, Sdf.PrimSpec]) -> None:
+def _smooth(matt: Sdf.PrimSpec, finished: _Finished) -> None:
     """Leave out the normal maps of the materials in the look `matt`."""
-    for finish, material in materials.items():
+    for finish, material in finished.materials.items():
         if "inputs:normal" in shader_inputs(finish.material, PREVIEW_SURFACE)[SURFACE]:
-            path = material.path.AppendChild(SURFACE).ReplacePrefix(root.path, matt.path)
+            path = material.path.AppendChild(SURFACE).ReplacePrefix(finished.root.path, matt.path)
             normal = Sdf.AttributeSpec(Sdf.CreatePrimInLayer(matt.layer, path), "inputs:normal", TYPES.Normal3f)
             normal.connectionPathList.ClearEditsAndMakeExplicit()
 
@@ -188,7 +232,7 @@ def _faces(gprim: Usd.Prim, prims: Sequence[Usd.Prim]) -> NDArray[np.int64] | No
     return np.setdiff1d(np.arange(count), np.concatenate(others))
 
 
-def _define(parent: Sdf.PrimSpec, name: str, kind: str) -> Sdf.PrimSpec:
+def _define(parent: Sdf.PrimSpec | Sdf.Layer, name: str, kind: str = "") -> Sdf.PrimSpec:
     return Sdf.PrimSpec(parent, name, Sdf.SpecifierDef, kind)
 
 

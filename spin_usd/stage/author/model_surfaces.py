@@ -43,6 +43,10 @@ class ModelSurface:
     """Its one opaque colour; None where it has none, several or an image, and where it shines by itself."""
     below: str
     """Its path below the model."""
+    bound: Sdf.Path | None
+    """The path of its material; None where it has none."""
+    overruled: tuple[Sdf.Path, ...]
+    """Paths of the groups above it whose materials beat those of what they hold."""
 
     @property
     def all_names(self) -> tuple[str, ...]:
@@ -109,7 +113,16 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
         bare=blank or not (material or shown),
         color=None if blank else _color_of(material) if material else _only(shown),
         below=paths[-1],
+        bound=material.GetPath() if material else None,
+        overruled=tuple(each.GetPath() for each in chain[:-1] if _overrules(each)),
     )
+
+
+def _overrules(prim: Usd.Prim) -> bool:
+    """Return whether a group's material beats those of what it holds."""
+    binding = UsdShade.MaterialBindingAPI(prim).GetDirectBindingRel()
+    strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) if binding else ""
+    return bool(strength == UsdShade.Tokens.strongerThanDescendants)
 
 
 def _names(prim: Usd.Prim) -> list[str]:

@@ -144,6 +144,14 @@ def test_a_wrong_row_is_told_and_nothing_is_left(craft: Path, tmp_path: Path, ro
     assert not (tmp_path / "out").exists()
 
 
+def test_a_group_whose_material_beats_those_below_gives_way_and_the_rest_keeps_it(craft: Path, tmp_path: Path) -> None:
+    stronger = 'rel material:binding = </Craft/Red> ( bindMaterialAs = "strongerThanDescendants" )'
+    applied = 'def Xform "Craft" ( prepend apiSchemas = ["MaterialBindingAPI"] )'
+    craft.write_text(CRAFT.replace('def Xform "Craft"\n{', f"{applied}\n{{\n{stronger}"))
+    report = author(craft, tmp_path / "out", materials=table(tmp_path, "Bus,gold_foil,,"))
+    assert set(materials_of(report.root)) == {"gold_foil", "Red"}
+
+
 def test_looks_of_other_names_are_refused(craft: Path, tmp_path: Path) -> None:
     craft.write_text(CRAFT.replace('def Xform "Craft"\n{', 'def Xform "Craft" (variantSets = "look")\n{\n'
                                    'variantSet "look" = { "red" { } "blue" { } }'))  # fmt: skip
