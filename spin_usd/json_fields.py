@@ -7,6 +7,8 @@ from msgspec import Meta, Struct
 # A frame's name becomes the stem of files; ".tmp-" in a file's name marks what an interrupted run left half-written.
 FRAME_PATTERN = r"(?!.*\.tmp-)[A-Za-z0-9][A-Za-z0-9._-]{0,199}"
 
+UTC_PATTERN = r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,6})?Z$"
+
 Count = Annotated[int, Meta(ge=0)]
 Size = Annotated[float, Meta(ge=0)]
 Share = Annotated[float, Meta(ge=0, le=1)]

@@ -7,6 +7,9 @@ p_cam = R(q) p_body + t.
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from datetime import datetime
+from math import isfinite
 from pathlib import Path
 
 from spin_usd.errors import InputError
@@ -14,6 +17,7 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows, one_pose, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.text_file import delimiter_of, headings_once, lines_of
+from spin_usd.utc import parsed_utc
 
 SUFFIXES = {".csv", ".tsv"}
 NAMES = ("name", "filename", "file", "image", "frame", "file_name", "image_name", "img", "id")
@@ -31,6 +35,8 @@ TRANSLATIONS = tuple(
 )
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "M": 1.0, "MM": 1e-3, "CM": 1e-2, "KM": 1e3}
 """By units as heads have them, some in capitals throughout; "Mm" is a megametre, or is not."""
+TIMES = ("utc", "time_utc", "datetime", "time", "time_s", "timestamp", "seconds")
+"""The first of them that there is says when a pose is: seconds, or UTC as ISO 8601 has it."""
 UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?")
 """A heading, and the unit that may stand after it in brackets."""
 WANTED = (
@@ -64,7 +70,22 @@ def _read(path: Path) -> Iterator[PoseEntry]:
             where,
         )
         off = 0.0 if quaternions else turns[0][1]
-        yield PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, line=line, off_rotation=off)
+        timed = next((each for each in TIMES if cell.get(each, "").strip()), None)
+        time = _time(cell[timed].strip(), units[timed], where) if timed else None
+        yield PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, line=line, off_rotation=off, time=time)
+
+
+def _time(text: str, unit: str, where: str) -> float | datetime:
+    """Return the time of a cell: seconds, or UTC. Raises InputError."""
+    if unit not in ("m", "s", "UTC", "utc"):  # "m" where no unit is said
+        raise InputError(f"has a time in {unit}", where=where, do="give it in seconds, or as UTC")
+    with suppress(ValueError):
+        if isfinite(seconds := float(text)):
+            return seconds
+    with suppress(ValueError):
+        return parsed_utc(text)
+    do = "give seconds, or UTC such as 2026-11-26T12:00:00.5Z"
+    raise InputError(f"has the time {text!r}", where=where, do=do)
 
 
 def _whole(cell: Mapping[str, str], known: tuple[tuple[str, ...], ...]) -> list[tuple[str, ...]]:

@@ -8,6 +8,7 @@ the benchmarks of stereo (2015) and depth, and pykitti 0.3.1, which reads it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,16 +31,19 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.labels.displacement import PointState
 from spin_usd.reading.picture import Picture
 from spin_usd.scene.scene import augmentation_and_camera
+from spin_usd.utc import parsed_utc
 
 STEPS = 256.0  # of a metre, or a pixel
 FIRST_CENTRE = 0.0  # where the first pixel has its centre
 PARALLEL = 1e-9  # between axes, radians, and of a baseline's parts across, metres: what rounding leaves
-STEP_S = 0.1  # between two pictures, as KITTI's 10 Hz; only poses say how things move
+STEP_S = 0.1  # between two pictures without times, as KITTI's 10 Hz
+START = datetime(2000, 1, 1, tzinfo=UTC)  # of pictures whose times have none
 CONVENTIONS = (
     "AUGMENTATION/AUGMENTATION_drive_0001_sync is a recording, as KITTI has DATE/DATE_drive_NUMBER_sync, and a file's "
     "number is the picture's place in the stage. image_00 (grey) or image_02 (colour) is the first camera's, image_01 "
-    "or image_03 the second's. Timestamps are one every 0.1 s, and oxts has nothing else: the record's pose says how "
-    "the target moves.",
+    "or image_03 the second's. Timestamps are the pictures' UTC; without it their seconds from 2000-01-01 on, and "
+    "one every 0.1 s where nothing says when they were taken. oxts has nothing else: the record's pose says how the "
+    "target moves.",
     "P_rect and K have pixels whose centres are at whole numbers: half a pixel less than in the dataset. The four "
     "cameras of the calibration are two, each in grey and in colour.",
     "velodyne_points are those of the LiDAR in its own axes, x forward, y left, z up, metres, with reflectance 1; "
@@ -57,7 +61,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
     drive, number = _drive(picture), f"{picture.picture.index:010d}"
     image = f"image_{camera:02d}"
     yield any_image(picture, f"{drive}/{image}/data/{number}.png")
-    yield IndexRow(path=f"{drive}/{image}/timestamps.txt", value=_time(picture.picture.index))
+    yield IndexRow(path=f"{drive}/{image}/timestamps.txt", value=_time(picture.picture))
     depth = f"{drive}/proj_depth/groundtruth/{image}/{number}.png"
     yield MadeFile(path=depth, write=partial(_write_depth, picture))
     baseline = abs(_rig(dataset, picture.variant).translation[0])
@@ -65,11 +69,11 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
         path = f"{drive}/disp_{kind}/{image}/{number}.png"
         yield MadeFile(path=path, write=partial(_write_disparity, picture, baseline, kind == "noc"))
     if camera in (0, 2):
-        yield IndexRow(path=f"{drive}/oxts/timestamps.txt", value=_time(picture.picture.index))
+        yield IndexRow(path=f"{drive}/oxts/timestamps.txt", value=_time(picture.picture))
     if picture.has("lidar") and camera in (0, 2):
         path = f"{drive}/velodyne_points/data/{number}.bin"
         yield MadeFile(path=path, write=partial(_write_points, picture.picture))
-        yield IndexRow(path=f"{drive}/velodyne_points/timestamps.txt", value=_time(picture.picture.index))
+        yield IndexRow(path=f"{drive}/velodyne_points/timestamps.txt", value=_time(picture.picture))
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
@@ -150,12 +154,14 @@ def _drive(picture: ExportedPicture) -> str:
     return f"{augmentation}/{augmentation}_drive_0001_sync"
 
 
-def _time(index: int) -> str:
-    """Return a timestamp as KITTI writes it."""
-    seconds, tenths = divmod(index, round(1 / STEP_S))
-    hours, rest = divmod(seconds, 3600)
-    day, hour = divmod(hours, 24)
-    return f"2000-01-{1 + day % 31:02d} {hour:02d}:{rest // 60:02d}:{rest % 60:02d}.{tenths}00000000"
+def _time(picture: Picture) -> str:
+    """Return the picture's timestamp as KITTI writes it: its UTC, its seconds after START, or else one every STEP_S."""
+    if picture.utc is None:
+        seconds = picture.index * STEP_S if picture.time_s is None else picture.time_s
+        time = START + timedelta(seconds=round(seconds, 6))
+    else:
+        time = parsed_utc(picture.utc)
+    return f"{time:%Y-%m-%d %H:%M:%S.%f}000"
 
 
 def _projection(picture: ExportedPicture, rig: Transform | None) -> Float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 
@@ -17,6 +18,8 @@ class PoseEntry:
     t_cam_body: Sequence[float]
     line: int = 0
     off_rotation: float = 0.0
+    time: float | datetime | None = None
+    """When it is: seconds, or UTC."""
 
 
 SCALAR_FIRST, SCALAR_LAST = (

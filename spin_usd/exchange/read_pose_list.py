@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import datetime
 from math import isfinite
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from spin_usd.files.user_file import open_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.unique_names import UniqueNames
+from spin_usd.utc import utc_text
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
@@ -45,15 +47,35 @@ def read_pose_list(path: str | Path) -> PoseList:
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
     q, rounded = _normalised(q, entries, lists[0][1])
+    times, epoch = _times(entries)
     return PoseList(
         names=tuple(names),
         q_cam_body=q,
         t_cam_body=t,
         files=tuple(entry.pose.filename.rpartition("\0" if renamed else "/")[2] for entry in entries),
+        times=times,
+        epoch=epoch,
         source=str(path),
         lists=_said(lists) if path.is_dir() else "",
         notes=(*notes, *renamed, *rounded, *_off_rotations(entries)),
     )
+
+
+def _times(entries: "Sequence[NamedPose]") -> tuple[Float | None, str]:
+    """Return the seconds (N,) of the entries and the UTC of second 0; None and "" where not all have a time. Raises
+    InputError for times that go back."""
+    said = [entry.pose.time for entry in entries]
+    moments = [time for time in said if isinstance(time, datetime)]
+    times = [time for time in said if isinstance(time, float)]
+    if len(moments) == len(entries):
+        times = [(time - moments[0]).total_seconds() for time in moments]
+    if len(times) != len(entries):
+        return None, ""
+    for before, time, entry in zip(times, times[1:], entries[1:], strict=False):
+        if time <= before:
+            do = "sort the poses by their times, or call the column otherwise"
+            raise InputError(f"its time is {time - before:g} s after that before it", where=entry.where, do=do)
+    return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
 
 @dataclass(frozen=True, kw_only=True)

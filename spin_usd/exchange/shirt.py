@@ -22,6 +22,7 @@ from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json
 from spin_usd.exchange.layout.limits import no_fisheye, one_camera, one_variant
 from spin_usd.exchange.speedplus import POSE_CONVENTIONS, camera_file, pose_row
 
+STEP_S = 5.0
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
 CONVENTIONS = (
     *POSE_CONVENTIONS,
@@ -45,9 +46,17 @@ def layout(options: Mapping[str, Any]) -> Layout:
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
-    metadata = {"pSim": {"cam_step": dataset.options["step"], "num_images": len(dataset)}, "pMdl": MOUNT}
+    step = dataset.options["step"] or _step(dataset)
+    metadata = {"pSim": {"cam_step": step, "num_images": len(dataset)}, "pMdl": MOUNT}
     yield camera_file(dataset)
     yield MadeFile(path="metadata.json", write=write_json_file(metadata))
+
+
+def _step(dataset: ExportedDataset) -> float:
+    """Return the seconds from the first picture to the second; SHIRT's own where nothing says when they were taken."""
+    times = [dataset.picture(number).picture.time_s for number in range(min(len(dataset), 2))]
+    first, second = times if len(times) == 2 else (None, None)
+    return STEP_S if first is None or second is None else second - first
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
@@ -74,6 +83,11 @@ SHIRT = ExportFormat(
         FormatOption(
             name="domain", meaning="the images' folder", default="synthetic", choices=("synthetic", "lightbox")
         ),
-        FormatOption(name="step", meaning="seconds from picture to picture", default="5", read=float),
+        FormatOption(
+            name="step",
+            meaning="seconds from picture to picture; those of the stage, or 5, if not given",
+            default="",
+            read=lambda text: float(text) if text else None,
+        ),
     ),
 )

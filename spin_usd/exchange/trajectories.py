@@ -3,13 +3,15 @@
 They are read alone. TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks;
 EuRoC nanoseconds, a position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three
 rows. All take the camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time
-is the name of its picture, as it is of the images of TUM and EuRoC. Those of EuRoC are of the body that carries the
-camera, its IMU: where that camera is on it (T_BS of sensor.yaml) is not in the list. Source: TUM's RGB-D benchmark
-("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
+is the name of its picture, as it is of the images of TUM and EuRoC; pictures have it in seconds since the first. Poses
+of EuRoC are of the body that carries the camera, its IMU: where that camera is on it (T_BS of sensor.yaml) is not in
+the list. Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry
+devkit.
 """
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +29,7 @@ NOTE = (
     "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
     "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
 )
+NANOSECONDS = 10**9  # in a second
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], float]]
 """A line's numbers, and where they are, to the quaternion, scalar first, the position, and how far it missed one."""
@@ -37,7 +40,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
     yield NOTE.format(name)
     if headed:
         yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
-    place = 0
+    place, first = 0, Fraction(0)
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
@@ -57,7 +60,10 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         T_cam_body = Transform.from_quaternion(to="body", of="cam", q=np.asarray(q) / norm, t=t).inverse()
         q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
         filename = words[0] if timed else f"{place:06}"
-        yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off)
+        stamp = Fraction(words[0]) / (NANOSECONDS if headed else 1) if timed else Fraction(0)
+        first = first if place else stamp
+        time = float(stamp - first) if timed else None
+        yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off, time=time)
         place += 1
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
     """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, about how many
-    of those show the target, into how many light groups, what of it costs (see work.features), the file that its pose
-    was given for, "" where there is none, and the keys of the labels asked for that more decides than the geometry."""
+    of those show the target, into how many light groups, what of it costs (see work.features), what the stage
+    says of it beside (FrameId.stated), and the keys of the labels asked for that more decides than the geometry."""
 
     variant: str
     index: int
@@ -22,7 +22,7 @@ class PlannedPicture:
     target_pixels: int
     light_groups: int
     features: tuple[str, ...]
-    source_file: str = ""
+    stated: Mapping[str, str | float] = field(default_factory=dict)
     label_keys: Mapping[str, str] = field(default_factory=dict)
 
     @property

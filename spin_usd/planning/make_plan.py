@@ -231,7 +231,7 @@ def _pictures(answers: Sequence[Any]) -> Iterator[PlannedPicture]:
     for parts in zip(*answers, strict=True):  # of one variant
         for part, columns in zip(parts, before, strict=True):
             columns.update((name, part[name]) for name in COLUMNS if part[name] is not None)
-            for index, frame, time_code, *keys, extent, groups, features, source_file, label_keys in zip(
+            for index, frame, time_code, *keys, extent, groups, features, stated, label_keys in zip(
                 *(columns[name] for name in COLUMNS), strict=True
             ):
                 geometry, radiance, exposure, targets = (known.setdefault(key, key) for key in keys)
@@ -248,6 +248,6 @@ def _pictures(answers: Sequence[Any]) -> Iterator[PlannedPicture]:
                     target_pixels=extent[4],
                     light_groups=groups,
                     features=alike.setdefault(tuple(features), tuple(features)),
-                    source_file=known.setdefault(source_file, source_file),
+                    stated=stated,
                     label_keys=label_keys,
                 )

@@ -110,7 +110,7 @@ class PicturePlanner:
             extent,
             groups,
             has,
-            frame.source_file,
+            frame.stated,
             own_keys(self._labels, scene, keys.geometry, seed),
         )
 

@@ -188,6 +188,16 @@ class Picture:
         return said
 
     @property
+    def time_s(self) -> float | None:
+        """When it was taken, seconds since the start; None where nothing says it."""
+        return None if self.recorded.time_s is UNSET else self.recorded.time_s
+
+    @property
+    def utc(self) -> str | None:
+        """The same as UTC, such as "2026-11-26T12:00:00.5Z"; None where nothing says when the start is."""
+        return None if self.recorded.utc is UNSET else self.recorded.utc
+
+    @property
     def q_cam_body(self) -> Float:
         """The rotation of `T_cam_body` as a unit quaternion (4,) float64, scalar first, Hamilton."""
         return frozen(self.recorded.pose.q_cam_body)

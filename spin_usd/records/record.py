@@ -11,6 +11,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.transform import Transform
 from spin_usd.json_fields import (
+    UTC_PATTERN,
     Count,
     FileName,
     FrameName,
@@ -496,6 +497,14 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
             description="The file that the pose was given for in its list, such as img000001.jpg; absent where it "
             "comes from none."
         ),
+    ] = UNSET
+    time_s: Annotated[
+        float | UnsetType,
+        Meta(description="When it is taken, seconds since the start; absent where nothing says it."),
+    ] = UNSET
+    utc: Annotated[
+        Annotated[str, Meta(pattern=UTC_PATTERN)] | UnsetType,
+        Meta(description="The same as UTC; absent where nothing says when the start is."),
     ] = UNSET
     camera: RecordedCamera
     pose: Annotated[RecordedPose, Meta(description="The first target's.")]

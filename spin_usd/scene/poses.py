@@ -41,6 +41,10 @@ class PoseList:
     """(N, 3) metres."""
     files: tuple[str, ...] = ()
     """(N): what the names are called where they come from, such as img000001.jpg; empty where that is nowhere."""
+    times: Float | None = None
+    """(N,) seconds since the start, each after the one before; None where nothing says when they are."""
+    epoch: str = ""
+    """When second 0 is, UTC; "" where nothing says that."""
     source: str = ""
     """Where they come from."""
     lists: str = ""
@@ -58,6 +62,13 @@ class PoseList:
             raise GeometryError(f"quaternion has norm {norm[i]:.9g}, expected 1", where=f"pose {i} ({self.names[i]!r})")
         object.__setattr__(self, "q_cam_body", frozen(q / norm[:, None]))
         object.__setattr__(self, "t_cam_body", finite(self.t_cam_body, (count, 3), "positions"))
+        if self.times is not None:
+            times = finite(self.times, (count,), "times")
+            if len(back := np.flatnonzero(np.diff(times) <= 0)):
+                i = int(back[0]) + 1
+                found = f"its time, {times[i]:g} s, is not after that of the one before, {times[i - 1]:g} s"
+                raise GeometryError(found, where=f"pose {i} ({self.names[i]!r})", do="put them in their order")
+            object.__setattr__(self, "times", times)
         for i, name in enumerate(self.names):
             if not FRAME_NAME.fullmatch(name):
                 raise GeometryError(f"{name!r} cannot name a picture", where=f"pose {i}", do=FRAME_NAME_RULE)
@@ -75,6 +86,8 @@ class PoseList:
             q_cam_body=self.q_cam_body[chosen],
             t_cam_body=self.t_cam_body[chosen],
             files=self.files[chosen],
+            times=None if self.times is None else self.times[chosen],
+            epoch=self.epoch,
             source=self.source,
             lists=self.lists,
             notes=self.notes,

@@ -54,6 +54,16 @@ class FrameId:
     """That of `variant_of`."""
     source_file: str = ""
     """The file that its pose was given for; "" where there is none."""
+    time_s: float | None = None
+    """Seconds since the start; None where nothing says when it is taken."""
+    utc: str = ""
+    """When that is, as ISO 8601 has it; "" where nothing says when the start is."""
+
+    @property
+    def stated(self) -> dict[str, str | float]:
+        """What the stage says of the picture that decides none of its files, by the record's fields."""
+        said = {"source_file": self.source_file, "time_s": self.time_s, "utc": self.utc}
+        return {name: value for name, value in said.items() if value not in ("", None)}
 
 
 @dataclass(frozen=True, kw_only=True)

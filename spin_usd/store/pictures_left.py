@@ -23,6 +23,9 @@ from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record, recorded_files
 
+STATED = ("source_file", "time_s", "utc")
+"""The fields of a record in which the stage may say what decides none of its files: those of FrameId.stated."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class WantedFiles:
@@ -82,10 +85,10 @@ def _renamed(
     changed = {"index": picture.index, "targets": targets}
     renamed: dict[str, Any] = {}
     for name, value in record.items():
-        if name != "source_file":
+        if name not in STATED:
             renamed[name] = changed.get(name, value)
-        if name == "variant" and picture.source_file:  # where a new record has it
-            renamed["source_file"] = picture.source_file
+        if name == "variant":  # where a new record has them
+            renamed |= picture.stated
     return renamed
 
 

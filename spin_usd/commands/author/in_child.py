@@ -19,6 +19,7 @@ from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.progress import Progress, no_progress
 from spin_usd.scene.derived.view_text import sentences
+from spin_usd.stage.author.poses_layer import author_clock
 from spin_usd.stage.author.source_bounds import box_corners, target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
@@ -46,6 +47,8 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
         making.notes += target_notes(open_stage(root))
         making.notes += sources.additions.write(root, [each.name for each in sources.stage.further])
         sources.additions.write_light(root, len(making.poses), pictures.light)
+        if making.poses.times is not None:
+            author_clock(root, making.poses.times)
         remarks = read_written_target(making)
         if options.augment is not None:
             augment_stage(stage=root, spec=str(options.augment), progress=progress)

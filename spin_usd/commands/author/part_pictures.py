@@ -107,7 +107,17 @@ def sample_poses(
         except InputError as error:
             raise InputError(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
     q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
-    return PoseList(names=tuple(picture.name for picture in chosen), q_cam_body=q, t_cam_body=t, source=source)
+    names = tuple(picture.name for picture in chosen)
+    return PoseList(names=names, q_cam_body=q, t_cam_body=t, times=_times(chosen), source=source)
+
+
+def _times(chosen: Sequence[PartPicture]) -> Float | None:
+    """Return the seconds (N,) since the start of the trajectory that all the pictures are of; None where there is none,
+    or several."""
+    law = chosen[0].part.law
+    if isinstance(law, PoseLaw) or len({picture.sequence_name for picture in chosen}) > 1:
+        return None
+    return np.array([picture.picture * law.step for picture in chosen])
 
 
 def sample_light(

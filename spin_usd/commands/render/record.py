@@ -95,6 +95,8 @@ def make_record(
         index=scene.frame.index,
         variant=scene.frame.variant,
         source_file=scene.frame.source_file or UNSET,
+        time_s=UNSET if scene.frame.time_s is None else scene.frame.time_s,
+        utc=scene.frame.utc or UNSET,
         camera=RecordedCamera.of(scene.camera),
         pose=RecordedPose.of(scene.bodies[0].T_cam_body),
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],

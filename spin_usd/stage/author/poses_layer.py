@@ -4,6 +4,7 @@ Time code i is frame i. The camera stands at the world's origin, looks along +Y 
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 from pxr import Sdf
@@ -12,10 +13,13 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.paths import TARGET, WORLD
+from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
-from spin_usd.stage.usd.layer_file import author_metadata
+from spin_usd.stage.usd.layer_file import author_metadata, writing
 
+FOLDER = "layers"
+EVEN = 1e-9  # relative: steps that differ by less are one step, rounded
 T_WORLD_CAM = Transform(
     to="world", of="cam", rotation=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), translation=np.zeros(3)
 )
@@ -30,8 +34,29 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
         world, target = Sdf.CreatePrimInLayer(layer, WORLD), Sdf.CreatePrimInLayer(layer, TARGET)
         _samples(world, schema.CAPTURE_FRAME, Sdf.ValueTypeNames.String, list(poses.names))
         _samples(world, schema.CAPTURE_SOURCE_FILE, Sdf.ValueTypeNames.String, list(poses.files))
+        if poses.times is not None:
+            _samples(world, schema.CAPTURE_TIME, Sdf.ValueTypeNames.Double, poses.times.tolist())
+        if poses.epoch:
+            epoch = Sdf.AttributeSpec(world, schema.CAPTURE_EPOCH, Sdf.ValueTypeNames.String, Sdf.VariabilityUniform)
+            epoch.default = poses.epoch
         author_pose_samples(target, q, t)
     return layer
+
+
+def author_clock(root: Path, times: Float) -> None:
+    """Let a second of USD be one of the `times` (N,) in the stage at `root`, where they are one step apart: all layers
+    of the stage that have time samples of ours get so many time codes a second. Raises OutputError."""
+    steps = np.diff(times)
+    if not len(steps) or not np.allclose(steps, steps[0], rtol=EVEN, atol=0):
+        return
+    own = (root.parent / FOLDER).resolve()
+    stage = open_stage(root)  # which holds its layers
+    for layer in stage.GetUsedLayers():
+        file = Path(layer.realPath or "/")
+        if file == root.resolve() or file.is_relative_to(own):
+            layer.timeCodesPerSecond = layer.framesPerSecond = 1 / float(steps[0])
+            with writing(file):
+                layer.Save()
 
 
 def author_pose_samples(prim: Sdf.PrimSpec, q: Float, t: Float) -> None:

@@ -15,6 +15,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.blur import rotation_angle
 from spin_usd.geometry.transform import Transform
+from spin_usd.stage.read.frames import time_codes_per_second
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
@@ -82,4 +83,4 @@ def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:
         refuse_unapplied(prim, "spin:shutter:", schema.SHUTTER_API)
         return 0.0
     seconds = float(value_in(prim, schema.SHUTTER_READOUT_TIME, READOUTS, time))
-    return seconds * float(prim.GetStage().GetTimeCodesPerSecond())
+    return seconds * time_codes_per_second(prim.GetStage(), time.GetValue())

@@ -103,6 +103,7 @@ RANGE_FINDER_DIVERGENCE = "spin:rangeFinder:divergence"
 
 CAPTURE_FRAME = "spin:capture:frame"
 CAPTURE_SOURCE_FILE = "spin:capture:sourceFile"
+CAPTURE_TIME, CAPTURE_EPOCH = "spin:capture:time", "spin:capture:epoch"
 CAPTURE_SEED = "spin:capture:seed"
 
 TARGET_NAME = "spin:target:name"

@@ -28,7 +28,13 @@ SCHEMAS = {
     schema.SHUTTER_API: {schema.SHUTTER_READOUT_TIME},
     schema.LIDAR_API: {*schema.LIDAR.values()},
     schema.RANGE_FINDER_API: {schema.RANGE_FINDER_DIVERGENCE},
-    schema.CAPTURE_API: {schema.CAPTURE_FRAME, schema.CAPTURE_SOURCE_FILE, schema.CAPTURE_SEED},
+    schema.CAPTURE_API: {
+        schema.CAPTURE_FRAME,
+        schema.CAPTURE_SOURCE_FILE,
+        schema.CAPTURE_TIME,
+        schema.CAPTURE_EPOCH,
+        schema.CAPTURE_SEED,
+    },
     schema.TARGET_API: {
         schema.TARGET_NAME,
         schema.TARGET_KEYPOINTS,

@@ -1,0 +1,26 @@
+"""When pictures are taken: seconds since a start, and the start as UTC where that is known."""
+
+import re
+from datetime import UTC, datetime, timedelta
+
+from spin_usd.json_fields import UTC_PATTERN
+
+UTC_TEXT = re.compile(UTC_PATTERN)
+
+
+def parsed_utc(text: str) -> datetime:
+    """Return the time that ISO 8601 text says, which is UTC unless it says an offset. Raises ValueError."""
+    found = datetime.fromisoformat(text)
+    return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
+
+
+def utc_text(time: datetime) -> str:
+    """Return a time as ISO 8601 has it, to the microsecond, without zeros at its end."""
+    text = time.strftime("%Y-%m-%dT%H:%M:%S.%f").rstrip("0").rstrip(".")
+    return f"{text}Z"
+
+
+def utc_after(epoch: str, seconds: float) -> str:
+    """Return the UTC so many seconds after the `epoch`, as `utc_text`. A leap second between them is not counted: there
+    was none since 2017."""
+    return utc_text(parsed_utc(epoch) + timedelta(seconds=seconds))
