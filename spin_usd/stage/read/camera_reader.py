@@ -9,6 +9,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import UnknownPictureError
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.read.camera import read_camera
+from spin_usd.stage.read.frames import is_timed
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.rig import lidar_in_time, range_finder_in_time, rig_in_time
 from spin_usd.stage.read.sensor import read_sensor
@@ -55,7 +56,7 @@ class CameraReader:
             return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
 
         camera = CachedIfConstant(lens, partial(read_camera, prim))
-        self._shutter_varies = varies(*SHUTTER)
+        self._shutter_varies = varies(*SHUTTER) or is_timed(stage)
         self.T_world_usdcam = CachedIfConstant(moves(prim), T_world_usdcam)
         self.camera = camera
         self.sensor = CachedIfConstant(varies(*SENSOR), partial(read_sensor, prim))

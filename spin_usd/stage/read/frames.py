@@ -88,12 +88,17 @@ def _times(prim: Usd.Prim) -> tuple[dict[float, float], str]:
     return dict(samples), epoch
 
 
+def is_timed(stage: Usd.Stage) -> bool:
+    """Return whether the pictures have times."""
+    prim = stage.GetDefaultPrim()
+    return bool(prim and prim.GetAttribute(schema.CAPTURE_TIME).GetNumTimeSamples() > 1)
+
+
 def time_codes_per_second(stage: Usd.Stage, time_code: float) -> float:
     """Return how many time codes a second has around `time_code`: by the times of the pictures where they have such,
     else the stage's own."""
-    prim = stage.GetDefaultPrim()
-    attribute = prim.GetAttribute(schema.CAPTURE_TIME) if prim else None
-    if attribute and attribute.GetNumTimeSamples() > 1:
+    if is_timed(stage):
+        attribute = stage.GetDefaultPrim().GetAttribute(schema.CAPTURE_TIME)
         first = attribute.GetBracketingTimeSamples(time_code - 0.5)[0]
         last = attribute.GetBracketingTimeSamples(time_code + 0.5)[-1]
         seconds = [float(read(attribute, Usd.TimeCode(each))) for each in (first, last)]

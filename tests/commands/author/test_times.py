@@ -78,6 +78,10 @@ def test_a_rolling_shutter_reads_out_in_seconds(tmp_path: Path, times: tuple[str
     moved = poses[-1].translation[0] - poses[0].translation[0]
     # Before its first sample a trajectory rests, so half of the rows see it move: 0.1 m in 10 s.
     assert moved == pytest.approx(0.01 * 0.02 / 2, rel=1e-6)
+    last = reader.scene(reader.frames[2]).bodies[0].poses
+    moved = last[-1].translation[0] - last[0].translation[0]  # after the last one too: 0.1 m in the time before it
+    step = float(times[2]) - float(times[1])
+    assert moved == pytest.approx(0.1 / step * 0.02 / 2, rel=1e-6)
 
 
 def test_utc_gives_the_start_and_reaches_records_and_exports(tmp_path: Path) -> None:
