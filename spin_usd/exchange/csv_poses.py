@@ -35,7 +35,7 @@ TRANSLATIONS = tuple(
 )
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "M": 1.0, "MM": 1e-3, "CM": 1e-2, "KM": 1e3}
 """By units as heads have them, some in capitals throughout; "Mm" is a megametre, or is not."""
-TIMES = ("utc", "time_utc", "datetime", "time", "time_s", "timestamp", "seconds")
+TIMES = ("utc", "time_utc", "time", "time_s", "seconds")
 """The first of them that there is says when a pose is: seconds, or UTC as ISO 8601 has it."""
 UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?")
 """A heading, and the unit that may stand after it in brackets."""

@@ -100,6 +100,8 @@ def _regions(polygons: Polygons, area_normals: Float) -> tuple[Int, Float]:
     whole = _components(first, second, len(normals))
     mean = _unit(_sums(area_normals, whole))
     curved = _among((dot(normals, mean[whole]) < MAX_TILT) & normals.any(1), whole)
+    if not curved.any():
+        return whole, np.zeros_like(normals)
     flat = bend > FLAT
     side = _sides(area_normals, _components(first[flat], second[flat], len(normals)), whole)
     same = ~curved[first] | (side[first] == side[second]).all(1)

@@ -3,7 +3,9 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import TypeVar
+from typing import Generic, TypeVar
+
+WILD = set("*?[")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,10 +24,22 @@ class NameRule:
 Rule = TypeVar("Rule", bound=NameRule)
 
 
-def first_match(rules: Sequence[Rule], names: Iterable[str]) -> Rule | None:
-    """Return the first of the `rules` that matches one of the names, if any does."""
-    listed = tuple(names)
-    return next((rule for rule in rules if rule.matches(listed)), None)
+class Rules(Generic[Rule]):
+    """Rules in their order, of which one for a name is found without trying all: a model may have thousands."""
+
+    def __init__(self, rules: Iterable[Rule]) -> None:
+        self._rules = tuple(rules)
+        self._plain: dict[str, int] = {}
+        for place, rule in enumerate(self._rules):
+            self._plain.setdefault(rule.pattern.lower(), place)
+        self._wild = [place for place, rule in enumerate(self._rules) if set(rule.pattern) & WILD]
+
+    def first(self, names: Sequence[str]) -> Rule | None:
+        """Return the first rule that matches one of the names, if any does."""
+        plain = (self._plain.get(name.lower()) for name in names)
+        wild = (place for place in self._wild if self._rules[place].matches(names))
+        found = [place for place in (*plain, next(wild, None)) if place is not None]
+        return self._rules[min(found)] if found else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.formats.table_file import read_keypoints_file, read_parts_file
-from spin_usd.scene.name_rule import PartRule, first_match
+from spin_usd.scene.name_rule import PartRule, Rules
 
 POINTS = {
     "a.json": '{"tip": [0.1234567890123, 0, 1e-3], "nose": [1, 2, 3]}',
@@ -98,6 +98,6 @@ def test_all_rows_of_a_part_have_the_class_that_one_gives(tmp_path) -> None:
 
 def test_the_first_rule_that_matches_counts_and_capitals_do_not() -> None:
     rules = [PartRule(pattern="Panel_?", part="one"), PartRule(pattern="*", part="rest")]
-    assert [first_match(rules, names).part for names in (["x", "Panel_1"], ["pANEL_1"])] == ["one"] * 2
-    assert first_match(rules, ["panel_12"]).part == "rest"
-    assert first_match(rules[:1], ["panel_12"]) is None
+    assert [Rules(rules).first(names).part for names in (["x", "Panel_1"], ["pANEL_1"])] == ["one"] * 2
+    assert Rules(rules).first(["panel_12"]).part == "rest"
+    assert Rules(rules[:1]).first(["panel_12"]) is None

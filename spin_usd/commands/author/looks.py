@@ -12,7 +12,7 @@ from spin_usd.files.new_file import write_whole
 from spin_usd.formats.table_file import MATERIALS
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
-from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, first_match
+from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, Rules
 from spin_usd.stage.author.looks import Finish, surfaces_of, write_looks
 from spin_usd.stage.author.material_library import vocabulary
 from spin_usd.stage.author.model_surfaces import ModelSurface, refuse_idle
@@ -36,7 +36,8 @@ def give_materials(making: Authoring) -> None:
     if auto:
         with writing(making.folder / TABLE):
             write_whole(making.folder / TABLE, table_text(rules).encode())
-    chosen = {each: rule for each in surfaces if (rule := first_match(rules, each.all_names))}
+    first = Rules(rules).first
+    chosen = {each: rule for each in surfaces if (rule := first(each.all_names))}
     files = making.sources.additions.files
     refuse_idle(rules, surfaces, set(chosen.values()), files.get("materials", files.get("parts")))
     finished = {each: _finish(rule) for each, rule in chosen.items() if rule.material != KEEP}
@@ -55,7 +56,8 @@ def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = 
     colors = {each.color for each in surfaces}
     default = next(iter(colors)) if len(colors) == 1 else None  # a grey that all of a model has was not chosen
     known_color = not (default and is_grey(default))
-    rest = [each for each in surfaces if not first_match(first, each.all_names)]
+    given = Rules(first)
+    rest = [each for each in surfaces if not given.first(each.all_names)]
     found = {each: _recognised(each, each.color if known_color else None, known) for each in rest}
     votes: dict[str, Counter[MaterialRule]] = {}
     for surface, rule in found.items():
@@ -65,7 +67,8 @@ def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = 
     while True:
         deepest_first = sorted(apart.values(), key=lambda rule: -rule.pattern.count("/"))
         rules = (*first, *deepest_first, *shared)
-        matched = {each: first_match(rules, each.all_names) for each in found}
+        indexed = Rules(rules)
+        matched = {each: indexed.first(each.all_names) for each in found}
         wrong = [each for each, rule in found.items() if each not in apart and _differ(rule, matched[each])]
         if not wrong:
             used = set(matched.values())

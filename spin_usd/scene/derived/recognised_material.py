@@ -2,8 +2,9 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -95,7 +96,7 @@ def recognised(
     if by_color.material == BARE:
         tiers += [(name, vocabulary.guesses) for name in own_first]
     for name, tier in tiers:
-        if entry := _told(words_of(name), said, tier):
+        if entry := _told(words_of(name), said, tuple(tier)):
             return MaterialRule(pattern="", material=tier[entry], note=f"{entry.replace('*', '')} in {name}")
     return by_color
 
@@ -109,7 +110,8 @@ def _of_color(color: Color | None) -> MaterialRule:
     return MaterialRule(pattern="", material=PAINT, color=color, note="paint of its colour")
 
 
-def _told(words: tuple[str, ...], color: str | None, entries: Iterable[str]) -> str | None:
+@lru_cache(maxsize=2**14)  # thousands of parts have the same few words
+def _told(words: tuple[str, ...], color: str | None, entries: tuple[str, ...]) -> str | None:
     """Return that of the entries which says most of those that the words of a name hold, and the word of its colour;
     None for none."""
     held: dict[str, tuple[int, bool, int, str]] = {}

@@ -7,7 +7,7 @@ from pathlib import Path
 from pxr import Sdf
 
 from spin_usd.errors import InputError
-from spin_usd.scene.name_rule import PartRule, first_match
+from spin_usd.scene.name_rule import PartRule, Rules
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.model_surfaces import ModelSurface, model_surfaces, refuse_idle
 from spin_usd.stage.author.paths import MODEL, TARGET
@@ -30,7 +30,8 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     """
     stage = open_stage(root)
     found = list(model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL)))
-    chosen = [(each, rule) for each in found if (rule := first_match(rules, each.all_names))]
+    first = Rules(rules).first
+    chosen = [(each, rule) for each in found if (rule := first(each.all_names))]
     refuse_idle(rules, found, {rule for _, rule in chosen}, where)
     _refuse_mixed(chosen, where)
     add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)})
