@@ -39,7 +39,7 @@ def variation(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     found: dict[str, Drawn] = {}
     for material, shader in surfaces_named(base, name, parameter):
         said = material.GetPrim().GetCustomData().get(CUSTOM)
-        for drawn in _of_library(shader, said, base.first) if said else _anything(shader):
+        for drawn in _of_library(shader, said, base.first) if isinstance(said, dict) else _anything(shader):
             found[str(drawn[0])] = drawn
     makers = tuple(make for _, make in found.values())
 
