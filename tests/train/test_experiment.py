@@ -25,7 +25,7 @@ width = 8
 decoder = 16
 
 [set.own]
-author = { sample = "range=3..5 inside=1 count=4", target = "tango", camera = "camera.json" }
+author = { sample = "range=3..5 inside=1 count=4", target = "tango", camera = "camera.json", materials = "all.csv" }
 render = { renderer = "raycast", labels = "none" }
 
 [set.other]
@@ -53,6 +53,7 @@ def rows(folder, work):
 @pytest.mark.timeout(600)
 def test_a_killed_experiment_makes_the_same_table(tmp_path) -> None:
     (tmp_path / "tiny.toml").write_text(SPEC)
+    (tmp_path / "all.csv").write_text("pattern,material\n*,white_paint\n")
     (tmp_path / "camera.json").write_text(json.dumps(speedplus_camera(divide=10)))
     whole = start(tmp_path, "whole")
     assert "row all, seed 1: 2 of 2" in whole.communicate()[0]

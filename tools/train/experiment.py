@@ -30,8 +30,6 @@ ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
 COMMAND = (sys.executable, "-m", "spin_usd.command_line")
 BASELINE = ROOT / "tools" / "train" / "baseline"
-FILES = {"camera", "augment", "poses", "preset", "lights", "environment", "sample"}
-"""Options of `author` whose value may be a file beside the experiment's."""
 LAST = 100  # steps whose mean loss a row keeps
 BEDS = ("lightbox", "sunlamp")
 
@@ -52,12 +50,13 @@ class Experiment:
 
     def files(self, name: str) -> dict[str, Path]:
         """Return those options of `author` for the set that are files beside the experiment's."""
-        author = self.sets[name]["author"]
-        return {each: file for each in FILES & set(author) if (file := self.folder / str(author[each])).is_file()}
+        author = self.sets[name]["author"].items()
+        return {each: file for each, value in author if (file := self.folder / str(value)).is_file()}
 
     def asked(self, name: str) -> list[Any]:
         """Return all that the set is made of: its options, and what its files hold."""
-        return [self.sets[name], {each: file.read_text() for each, file in self.files(name).items()}]
+        files = self.files(name).items()
+        return [self.sets[name], {each: file.read_text(errors="surrogateescape") for each, file in files}]
 
 
 def read_experiment(path: Path) -> Experiment:
