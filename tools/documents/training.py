@@ -29,6 +29,11 @@ MEANING = {
     "rich_1": "rich; light, materials and background differ from pose to pose",
     "rich_3": "the same, three appearances of each pose",
     "rich_10": "the same, ten appearances of each pose",
+    "grey": "one matt grey for all; camera and environment are rich, the Sun moves, in all rows",
+    "colors": "the flat, matt colours that it was modelled in",
+    "auto": "materials of the library, as `--materials auto` recognises them",
+    "auto_1": "the same, of another appearance from pose to pose",
+    "auto_3": "the same, three appearances of each pose",
 }
 
 
@@ -88,6 +93,11 @@ def groups(folder: Path) -> str:
 def poses(folder: Path) -> str:
     """Return what the number of poses is worth."""
     return _table(rows_of(folder, "poses"))
+
+
+def looks(folder: Path) -> str:
+    """Return what materials of the library are worth on a craft that is not Tango."""
+    return _table(rows_of(folder, "looks"))
 
 
 def _table(rows: Sequence[Row]) -> str:
