@@ -1,6 +1,7 @@
 """When pictures are taken: seconds since a start, and the start as UTC where that is known."""
 
 import re
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 
 from spin_usd.json_fields import UTC_PATTERN
@@ -14,9 +15,16 @@ def parsed_utc(text: str) -> datetime:
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
 
 
+def is_utc(text: str) -> bool:
+    """Return whether a text is a UTC as `utc_text` writes it."""
+    with suppress(ValueError):
+        return bool(UTC_TEXT.fullmatch(text) and parsed_utc(text))
+    return False
+
+
 def utc_text(time: datetime) -> str:
     """Return a time as ISO 8601 has it, to the microsecond, without zeros at its end."""
-    text = time.strftime("%Y-%m-%dT%H:%M:%S.%f").rstrip("0").rstrip(".")
+    text = f"{time.replace(tzinfo=None).isoformat(timespec='microseconds')}".rstrip("0").rstrip(".")
     return f"{text}Z"
 
 

@@ -35,7 +35,8 @@ TRANSLATIONS = tuple(
 )
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "M": 1.0, "MM": 1e-3, "CM": 1e-2, "KM": 1e3}
 """By units as heads have them, some in capitals throughout; "Mm" is a megametre, or is not."""
-TIMES = ("utc", "time_utc", "time", "time_s", "seconds")
+UTC_HEADS = ("utc", "time_utc")
+TIMES = (*UTC_HEADS, "time", "time_s", "seconds")
 """The first of them that there is says when a pose is: seconds, or UTC as ISO 8601 has it."""
 UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?")
 """A heading, and the unit that may stand after it in brackets."""
@@ -47,14 +48,15 @@ WANTED = (
 
 def _read(path: Path) -> Iterator[PoseEntry]:
     head = next(lines_of(path, MAX_POSE_LIST), "")
-    said = re.fullmatch(r"sep=(.)\s*", head, re.IGNORECASE)  # of spreadsheets
-    delimiter = said[1] if said else delimiter_of(head)
-    for number, (line, where, row) in enumerate(csv_rows(path, delimiter=delimiter, skip=1 if said else 0)):
+    separator = re.fullmatch(r"sep=(.)\s*", head, re.IGNORECASE)  # of spreadsheets
+    delimiter = separator[1] if separator else delimiter_of(head)
+    for number, (line, where, row) in enumerate(csv_rows(path, delimiter=delimiter, skip=1 if separator else 0)):
         parts = [UNIT.fullmatch(heading.strip()) for heading in row]
         headings = [part[1].lower() if part else "" for part in parts]
         headings_once(headings, path)
         cell = dict(zip(headings, row.values(), strict=True))
-        units = {heading: part[2] or "m" for heading, part in zip(headings, parts, strict=True) if part}
+        said = {heading: part[2] or "" for heading, part in zip(headings, parts, strict=True) if part}
+        units = {heading: unit or "m" for heading, unit in said.items()}
         name = next((cell[each] for each in NAMES if each in cell), f"img{number:06}")
         quaternions, matrices, places = (_whole(cell, known) for known in (QUATERNIONS, MATRICES, TRANSLATIONS))
         if not (places and quaternions + matrices):
@@ -71,16 +73,16 @@ def _read(path: Path) -> Iterator[PoseEntry]:
         )
         off = 0.0 if quaternions else turns[0][1]
         timed = next((each for each in TIMES if cell.get(each, "").strip()), None)
-        time = _time(cell[timed].strip(), units[timed], where) if timed else None
+        time = _time(cell[timed].strip(), said[timed], timed in UTC_HEADS, where) if timed else None
         yield PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, line=line, off_rotation=off, time=time)
 
 
-def _time(text: str, unit: str, where: str) -> float | datetime:
-    """Return the time of a cell: seconds, or UTC. Raises InputError."""
-    if unit not in ("m", "s", "UTC", "utc"):  # "m" where no unit is said
+def _time(text: str, unit: str, utc: bool, where: str) -> float | datetime:
+    """Return the time of a cell: seconds, or UTC; that alone below such a head. Raises InputError."""
+    if unit not in ("", "s", "UTC", "utc"):
         raise InputError(f"has a time in {unit}", where=where, do="give it in seconds, or as UTC")
     with suppress(ValueError):
-        if isfinite(seconds := float(text)):
+        if not utc and "_" not in text and isfinite(seconds := float(text)):
             return seconds
     with suppress(ValueError):
         return parsed_utc(text)

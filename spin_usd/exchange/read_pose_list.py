@@ -47,7 +47,7 @@ def read_pose_list(path: str | Path) -> PoseList:
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
     q, rounded = _normalised(q, entries, lists[0][1])
-    times, epoch = _times(entries)
+    times, epoch = _times(entries, notes)
     return PoseList(
         names=tuple(names),
         q_cam_body=q,
@@ -61,20 +61,23 @@ def read_pose_list(path: str | Path) -> PoseList:
     )
 
 
-def _times(entries: "Sequence[NamedPose]") -> tuple[Float | None, str]:
-    """Return the seconds (N,) of the entries and the UTC of second 0; None and "" where not all have a time. Raises
-    InputError for times that go back."""
+def _times(entries: "Sequence[NamedPose]", notes: list[str]) -> tuple[Float | None, str]:
+    """Return the seconds (N,) of the entries and the UTC of second 0; None and "", with a note, where not all have a
+    time, or where they go back."""
     said = [entry.pose.time for entry in entries]
+    if all(time is None for time in said):
+        return None, ""
     moments = [time for time in said if isinstance(time, datetime)]
     times = [time for time in said if isinstance(time, float)]
     if len(moments) == len(entries):
         times = [(time - moments[0]).total_seconds() for time in moments]
     if len(times) != len(entries):
+        notes.append("its times are left out: not all poses have one, or some are UTC and others seconds")
         return None, ""
     for before, time, entry in zip(times, times[1:], entries[1:], strict=False):
         if time <= before:
-            do = "sort the poses by their times, or call the column otherwise"
-            raise InputError(f"its time is {time - before:g} s after that before it", where=entry.where, do=do)
+            notes.append(f"its times are left out: that of {entry.where} is {time - before:g} s after the one before")
+            return None, ""
     return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
 

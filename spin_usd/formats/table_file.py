@@ -178,7 +178,13 @@ def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
 def read_materials_file(path: str | Path, table: Table = MATERIALS) -> tuple[MaterialRule, ...]:
     """Read the rules for materials of the file at `path`, in its order: those of its rows that name a material. Raises
     InputError that names the file and the row."""
-    return tuple(_material(row) for row in read_table(path, table) if "material" in row.values)
+    rows = read_table(path, table)
+    for row in rows:
+        idle = [column for column in FINISH[1:] if column in row.values]
+        if idle and row.values.get("material", KEEP) == KEEP:
+            do = "name a material of the library, or leave it out"
+            raise InputError(f"has a {idle[0]}, and no material that it could be of", where=row.where, do=do)
+    return tuple(_material(row) for row in rows if "material" in row.values)
 
 
 def _material(row: Row) -> MaterialRule:

@@ -86,7 +86,7 @@ class PoseList:
             q_cam_body=self.q_cam_body[chosen],
             t_cam_body=self.t_cam_body[chosen],
             files=self.files[chosen],
-            times=None if self.times is None else self.times[chosen],
+            times=None if self.times is None or (chosen.step or 1) < 0 else self.times[chosen],
             epoch=self.epoch,
             source=self.source,
             lists=self.lists,

@@ -37,6 +37,7 @@ def _limits(material: LibraryMaterial) -> dict[str, object]:
         "kind": material.kind,
         "pattern": material.pattern and Gf.Vec2f(*material.pattern),
         "roughness": Gf.Vec2f(*material.roughness),
+        "middle": material.middle,
         "colors": Vt.Vec3fArray([Gf.Vec3f(*each) for each in material.colours]),
         "scale": material.scale and Gf.Vec2f(*material.scale),
     }

@@ -37,9 +37,14 @@ class LibraryMaterial:
             self.values,
             colour=self.body,
             metallic=_plain(self.values.metallic),
-            roughness=_plain(self.values.roughness),
+            roughness=self.middle,
             normal=None,
         )
+
+    @property
+    def middle(self) -> float:
+        """Its roughness in the mean."""
+        return _plain(self.values.roughness)
 
     @property
     def scale(self) -> tuple[float, float] | None:

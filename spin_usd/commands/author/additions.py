@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.bodies.keypoints import read_keypoints_layer
 
+NO_MATERIALS: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 CHANNELS = ("mono", "rgb")
 LIDAR_SUFFIXES = (".toml", ".json")
 
@@ -42,15 +44,20 @@ class Additions:
     parts: tuple[PartRule, ...]
     """Rules, in their order."""
     materials: tuple[MaterialRule, ...]
-    """Likewise; those of the parts' file come last."""
+    """Likewise, of the table of materials."""
+    part_materials: tuple[MaterialRule, ...]
+    """Those of the parts' file, which come after them."""
     lidar: Lidar | None
     range_finder: RangeFinder | None
     sun: Mapping[str, tuple[float, float, float]]
     """By the parameter for its axes, the direction to the Sun: one at most."""
 
-    def write(self, root: Path, further: Sequence[str] = ()) -> tuple[str, ...]:
+    def write(
+        self, root: Path, further: Sequence[str] = (), model_materials: Mapping[str, tuple[str, ...]] = NO_MATERIALS
+    ) -> tuple[str, ...]:
         """Write all but the Sun over the stage at `root`, whose `further` cameras have these names; returns notes on
-        what was made. Raises InputError for rules that do not fit the model, OutputError."""
+        what was made. `model_materials`: as add_parts has them. Raises InputError for rules that do not fit the model,
+        OutputError."""
         notes: tuple[str, ...] = ()
         if self.options.keep_transparent:
             keep_transparent(root)
@@ -67,7 +74,7 @@ class Additions:
             of = f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}"
             notes += (f"{of}, metres in the target's body axes",)
         if self.parts:
-            sizes, others = add_parts(root, self.parts, self.files["parts"])
+            sizes, others = add_parts(root, self.parts, self.files["parts"], model_materials)
             made = ", ".join(f"{name} ({pluralise(count, 'surface')})" for name, count in sizes.items())
             rest = "1 other surface stays as it is" if others == 1 else f"{others} other surfaces stay as they are"
             notes += (f"parts made: {made}; {rest}",)
@@ -105,10 +112,8 @@ def read_additions(options: AuthorOptions) -> Additions:
         files={what: Path(path) for what, path in files.items() if path is not None},
         keypoints=None if options.keypoints is None else _keypoints(Path(options.keypoints)),
         parts=() if options.parts is None else read_parts_file(options.parts),
-        materials=(
-            *(() if materials is None else read_materials_file(materials)),
-            *(() if options.parts is None else read_materials_file(options.parts, PARTS)),
-        ),
+        materials=() if materials is None else read_materials_file(materials),
+        part_materials=() if options.parts is None else read_materials_file(options.parts, PARTS),
         lidar=None if lidar is None else read_lidar_file(lidar),
         range_finder=None if options.range_finder is None else _range_finder(str(options.range_finder)),
         sun={parameter: direction for parameter, direction in suns.items() if direction is not None},

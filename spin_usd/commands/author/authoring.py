@@ -29,5 +29,7 @@ class Authoring:
     poses: PoseList = field(init=False)
     composed: ComposedTarget = field(init=False)
     """The target as the written stage composes it."""
+    model_materials: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """The names of the materials that the model has on surfaces that were given others, by their paths below it."""
     notes: list[str] = field(default_factory=list)
     """Sentences on what a user should know, in their order."""

@@ -44,11 +44,11 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
         _place_target(making)
         write_stage(folder, sources.stage, poses=making.poses, target=making.target, outputs=OUTPUTS)
         write_others(making)
-        making.notes += target_notes(open_stage(root))
-        making.notes += sources.additions.write(root, [each.name for each in sources.stage.further])
+        added = sources.additions.write(root, [each.name for each in sources.stage.further], making.model_materials)
         sources.additions.write_light(root, len(making.poses), pictures.light)
         if making.poses.times is not None:
             author_clock(root, making.poses.times)
+        making.notes += (*target_notes(open_stage(root)), *added)
         remarks = read_written_target(making)
         if options.augment is not None:
             augment_stage(stage=root, spec=str(options.augment), progress=progress)

@@ -12,7 +12,7 @@ from spin_usd.files.new_file import write_whole
 from spin_usd.formats.table_file import MATERIALS
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
-from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, Rules
+from spin_usd.scene.name_rule import KEEP, WILD, Color, MaterialRule, Rules
 from spin_usd.stage.author.looks import Finish, surfaces_of, write_looks
 from spin_usd.stage.author.material_library import vocabulary
 from spin_usd.stage.author.model_surfaces import ModelSurface, refuse_idle
@@ -26,7 +26,8 @@ def give_materials(making: Authoring) -> None:
     """Give the target the materials that were asked for, and note which. One without any, for which none were asked, is
     given those of `auto` in its look for the variant materials=rich, and stays grey else. Raises InputError,
     OutputError."""
-    rules, auto = making.sources.additions.materials, making.options.materials == AUTO
+    additions, auto = making.sources.additions, making.options.materials == AUTO
+    rules = (*additions.materials, *additions.part_materials)
     asked = auto or bool(rules)
     if not asked and not all(each.bare for each in surfaces_of(making.target)):
         return
@@ -38,14 +39,14 @@ def give_materials(making: Authoring) -> None:
             write_whole(making.folder / TABLE, table_text(rules).encode())
     first = Rules(rules).first
     chosen = {each: rule for each in surfaces if (rule := first(each.all_names))}
-    files = making.sources.additions.files
-    refuse_idle(rules, surfaces, set(chosen.values()), files.get("materials", files.get("parts")))
+    refuse_idle(additions.materials, surfaces, set(chosen.values()), additions.files.get("materials"))
     finished = {each: _finish(rule) for each, rule in chosen.items() if rule.material != KEEP}
     if asked:
         making.notes += _notes(finished, len(surfaces) - len(finished), auto=auto)
     if finished:
         kept = [each for each in surfaces if each not in finished]
         making.target = write_looks(making.target, finished, kept, rich_alone=not asked)
+        making.model_materials = {each.below: each.materials for each in finished}
 
 
 def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = ()) -> tuple[MaterialRule, ...]:
@@ -61,6 +62,8 @@ def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = 
     found = {each: _recognised(each, each.color if known_color else None, known) for each in rest}
     votes: dict[str, Counter[MaterialRule]] = {}
     for surface, rule in found.items():
+        if surface.title != surface.title.strip() or not surface.title.isprintable() or WILD & set(surface.title):
+            continue  # it can be no pattern that matches its own surfaces alone
         votes.setdefault(surface.title.lower(), Counter())[_named(surface.title, rule)] += 1
     shared = [counted.most_common(1)[0][0] for counted in votes.values()]
     apart: dict[ModelSurface, MaterialRule] = {}

@@ -71,10 +71,10 @@ def _of_library(shader: UsdShade.Shader, said: dict[str, Any], time: Usd.TimeCod
             yield _drawn(changed, lambda draws: _worn(_one_of(colors, draws[0]), draws[1]))
     if "roughness" in said:
         limits, roughness = said["roughness"], read_input(shader, "roughness", time)
-        mean = _mean(roughness.shader, time) if isinstance(roughness, Output) else 1.0
-        image = isinstance(roughness, Output)
-        for changed in factors(shader, "roughness", time) if image else [replaced(shader, "roughness")]:
-            yield _drawn(changed, lambda draws: _between(limits, draws[2]) / mean)
+        changed = replaced(shader, "roughness")
+        if isinstance(roughness, Output):
+            changed = _shifted(roughness.shader, float(said["middle"]), time)
+        yield _drawn(changed, lambda draws: _between(limits, draws[2]))
     normal = read_input(shader, "normal", time)
     if "scale" in said and isinstance(normal, Output):
         yield from _laid(read_input(normal.shader, "st", time), said["scale"], time)
@@ -90,10 +90,15 @@ def _laid(placement: Any, sizes: Any, time: Usd.TimeCode) -> Iterator[Drawn]:
         yield _drawn((place, lambda shift: Gf.Vec2f(*shift)), lambda draws: draws[4:6])
 
 
-def _mean(texture: UsdShade.Shader, time: Usd.TimeCode) -> float:
-    """Return what a roughness is in the middle, whose image holds numbers around a half."""
-    scale, bias = (read_input(texture, name, time) for name in ("scale", "bias"))
-    return float(0.5 * (1.0 if scale is None else scale[0]) + (0.0 if bias is None else bias[0]))
+def _shifted(
+    texture: UsdShade.Shader, middle: float, time: Usd.TimeCode
+) -> tuple[ChangedAttribute, Callable[[Any], Any]]:
+    """Return the bias of a roughness's image, and how it follows from another roughness in place of its `middle`: as
+    far as all of it stays between 0 and 1."""
+    scale, bias = (float(read_input(texture, name, time)[0]) for name in ("scale", "bias"))
+    low, high = min(bias, bias + scale), max(bias, bias + scale)
+    at = ChangedAttribute(prim=str(texture.GetPath()), name="inputs:bias", type="float4")
+    return at, lambda drawn: Gf.Vec4f(bias + min(max(drawn - middle, -low), 1 - high))
 
 
 def _one_of(values: Any, draw: float) -> Any:

@@ -1,7 +1,8 @@
 """Names and classes that a user gives a model's parts, written over an authored stage as semantic labels."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pxr import Sdf
@@ -20,16 +21,20 @@ FILE = "parts.usda"
 LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "SemanticsLabelsAPI:class"}
 
 
-def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dict[str, int], int]:
+def add_parts(
+    root: Path, rules: Sequence[PartRule], where: object, model_materials: Mapping[str, tuple[str, ...]]
+) -> tuple[dict[str, int], int]:
     """Label the surfaces of the model in the stage at `root`: all that a part's rules match become one part. Returns
     the number of surfaces of each part, and of those that no rule matches.
 
     A surface whose names no rule matches keeps its part and its class. Instances that hold matched surfaces are made
-    plain prims, since labels cannot be authored inside an instance. `where`: the rules' file, for messages. Raises
+    plain prims, since labels cannot be authored inside an instance. `where`: the rules' file, for messages.
+    `model_materials`: names of materials that surfaces have in the model and not here, by their paths below it. Raises
     InputError for a rule that labels nothing, and for a part of several classes; OutputError.
     """
     stage = open_stage(root)
-    found = list(model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL)))
+    surfaces = model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL))
+    found = [replace(each, materials=(*each.materials, *model_materials.get(each.below, ()))) for each in surfaces]
     first = Rules(rules).first
     chosen = [(each, rule) for each in found if (rule := first(each.all_names))]
     refuse_idle(rules, found, {rule for _, rule in chosen}, where)

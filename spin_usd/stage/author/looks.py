@@ -146,7 +146,7 @@ class _Finished:
         """Bind a material to the surface, over all that the model binds to it."""
         for instance in surface.instances:
             self._over(instance).instanceable = False
-        for group in surface.overruled:
+        for group in surface.overruling:
             weaker = _binding(self._over(group), BINDING)
             weaker.SetInfo(UsdShade.Tokens.bindMaterialAs, UsdShade.Tokens.weakerThanDescendants)
         prim = self._over(surface.path)
@@ -158,7 +158,7 @@ class _Finished:
 
     def keep(self, surface: ModelSurface) -> None:
         """Keep what the surface has, where a group above it gave it that against its own and gives it no longer."""
-        if surface.bound and any(self.layer.GetPrimAtPath(self._place(group)) for group in surface.overruled):
+        if surface.bound and any(self.layer.GetPrimAtPath(self._place(group)) for group in surface.overruling):
             self.bind(surface, self._place(surface.bound))
 
     def _over(self, path: Sdf.Path) -> Sdf.PrimSpec:

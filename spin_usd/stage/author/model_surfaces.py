@@ -45,7 +45,7 @@ class ModelSurface:
     """Its path below the model."""
     bound: Sdf.Path | None
     """The path of its material; None where it has none."""
-    overruled: tuple[Sdf.Path, ...]
+    overruling: tuple[Sdf.Path, ...]
     """Paths of the groups above it whose materials beat those of what they hold."""
 
     @property
@@ -114,7 +114,7 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
         color=None if blank else _color_of(material) if material else _only(shown),
         below=paths[-1],
         bound=material.GetPath() if material else None,
-        overruled=tuple(each.GetPath() for each in chain[:-1] if _overrules(each)),
+        overruling=tuple(each.GetPath() for each in chain[:-1] if _overrules(each)),
     )
 
 

@@ -19,7 +19,7 @@ from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata, writing
 
 FOLDER = "layers"
-EVEN = 1e-9  # relative: steps that differ by less are one step, rounded
+EVEN = 0.01  # of a step, by which times may be off even ones: stamps are rounded
 T_WORLD_CAM = Transform(
     to="world", of="cam", rotation=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), translation=np.zeros(3)
 )
@@ -45,16 +45,18 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
 
 def author_clock(root: Path, times: Float) -> None:
     """Let a second of USD be one of the `times` (N,) in the stage at `root`, where they are one step apart: all layers
-    of the stage that have time samples of ours get so many time codes a second. Raises OutputError."""
-    steps = np.diff(times)
-    if not len(steps) or not np.allclose(steps, steps[0], rtol=EVEN, atol=0):
+    of the stage that are used get so many time codes a second. Raises OutputError."""
+    if len(times) < 2:
+        return
+    step = float(times[-1] - times[0]) / (len(times) - 1)
+    if np.abs(times - times[0] - step * np.arange(len(times))).max() > EVEN * step:
         return
     own = (root.parent / FOLDER).resolve()
     stage = open_stage(root)  # which holds its layers
     for layer in stage.GetUsedLayers():
         file = Path(layer.realPath or "/")
         if file == root.resolve() or file.is_relative_to(own):
-            layer.timeCodesPerSecond = layer.framesPerSecond = 1 / float(steps[0])
+            layer.timeCodesPerSecond = layer.framesPerSecond = 1 / step
             with writing(file):
                 layer.Save()
 

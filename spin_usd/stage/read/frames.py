@@ -12,7 +12,7 @@ from spin_usd.scene.scene import FrameId
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXT, WHOLE, read, read_samples
-from spin_usd.utc import UTC_TEXT, utc_after
+from spin_usd.utc import is_utc, utc_after
 
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
@@ -82,7 +82,7 @@ def _times(prim: Usd.Prim) -> tuple[dict[float, float], str]:
             )
     of_start = prim.GetAttribute(schema.CAPTURE_EPOCH) if prim else None
     epoch = str(read(of_start, DEFAULT_TIME, *TEXT) or "") if of_start else ""
-    if epoch and not UTC_TEXT.fullmatch(epoch):
+    if epoch and not is_utc(epoch):
         do = "write it as 2026-11-26T12:00:00Z"
         raise StageError(f"is {epoch[:40]!r}, and no UTC", where=f"{prim.GetPath()}.{schema.CAPTURE_EPOCH}", do=do)
     return dict(samples), epoch

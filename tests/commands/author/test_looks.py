@@ -128,6 +128,23 @@ def test_materials_may_stand_in_the_parts_table(craft: Path, tmp_path: Path) -> 
     assert set(found) == {"silver_foil", "", "Red", "Flag"}
 
 
+def test_parts_go_by_the_names_of_the_models_own_materials(craft: Path, tmp_path: Path) -> None:
+    parts = tmp_path / "parts.csv"
+    parts.write_text("pattern,part,class\nRed,lid,radiator\n")
+    report = author(craft, tmp_path / "out", parts=parts, materials=table(tmp_path, "Red,silver_foil,,"))
+    assert "silver_foil" in materials_of(report.root)
+    reader = StageReader(report.root)
+    named = {part.name: part.class_name for part in reader.scene(reader.frames[0]).bodies[0].target.parts}
+    assert named["lid"] == "radiator"
+
+
+def test_a_table_of_materials_beats_those_of_the_parts(craft: Path, tmp_path: Path) -> None:
+    parts = tmp_path / "parts.csv"
+    parts.write_text("pattern,part,class,material\nBus,bus,body,silver_foil\n")
+    report = author(craft, tmp_path / "out", parts=parts, materials=table(tmp_path, "Bus,gold_foil,,"))
+    assert "gold_foil" in materials_of(report.root)
+
+
 @pytest.mark.parametrize(
     ("row", "says"),
     [
@@ -136,6 +153,7 @@ def test_materials_may_stand_in_the_parts_table(craft: Path, tmp_path: Path) -> 
         ("Bus,gold_foil,,0", "scale = '0'; give a factor"),
         ("Buss,gold_foil,,", "'Buss' matches nothing; the materials are"),
         ("Bus,,,", "no 'material'"),
+        ("Bus,keep,#ff0000,", "has a color, and no material"),
     ],
 )
 def test_a_wrong_row_is_told_and_nothing_is_left(craft: Path, tmp_path: Path, row: str, says: str) -> None:

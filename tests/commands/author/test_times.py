@@ -2,6 +2,7 @@
 none."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -136,15 +137,52 @@ def test_the_stamps_of_tum_are_seconds_since_the_first(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("column", "times", "says"),
     [
-        ("time", ("0", "5", "5"), "its time is 0 s after that before it; sort the poses"),
         ("time", ("0", "soon", "9"), "the time 'soon'; give seconds, or UTC"),
+        ("time", ("0", "1_0", "20"), "the time '1_0'; give seconds, or UTC"),
         ("time [min]", ("0", "1", "2"), "a time in min; give it in seconds"),
+        ("time [m]", ("0", "1", "2"), "a time in m; give it in seconds"),
+        ("utc", ("5", "6", "7"), "the time '5'; give seconds, or UTC"),
     ],
 )
 def test_wrong_times_are_told(tmp_path: Path, column: str, times: tuple[str, ...], says: str) -> None:
     with pytest.raises(InputError, match=says):
         authored(tmp_path, listed(tmp_path, column, *times))
     assert not (tmp_path / "stage").exists()
+
+
+@pytest.mark.parametrize(
+    ("times", "says"),
+    [
+        (("0", "5", "5"), "line 4 .* is 0 s after the one before"),
+        (("0", "", "5"), "not all poses have one"),
+        (("0", "1", "2026-11-26T00:00:00Z"), "some are UTC and others seconds"),
+    ],
+)
+def test_times_that_are_of_no_use_are_left_out_with_a_note(tmp_path: Path, times: tuple[str, ...], says: str) -> None:
+    """The poses were good before there were times, and are so still."""
+    poses = read_pose_list(listed(tmp_path, "time", *times))
+    assert poses.times is None
+    assert re.search(f"its times are left out: .*{says}", " ".join(poses.notes))
+
+
+def test_stamps_that_are_rounded_are_even(tmp_path: Path) -> None:
+    root = authored(tmp_path, listed(tmp_path, "time", "1700000000.0", "1700000000.0333", "1700000000.0667"))
+    assert Usd.Stage.Open(str(root)).GetTimeCodesPerSecond() == pytest.approx(30, rel=1e-3)
+
+
+def test_pictures_in_the_other_order_have_no_times(tmp_path: Path) -> None:
+    poses = read_pose_list(listed(tmp_path, "time", "0", "5", "10"))
+    assert poses[::-1].times is None
+    assert poses[::2].times == pytest.approx([0, 10])
+
+
+def test_an_epoch_that_is_no_date_is_refused(tmp_path: Path) -> None:
+    root = authored(tmp_path, listed(tmp_path, "utc", "2026-11-26", "2026-11-27", "2026-11-28"))
+    stage = Usd.Stage.Open(str(root))
+    stage.GetDefaultPrim().GetAttribute(schema.CAPTURE_EPOCH).Set("2026-13-45T99:99:99Z")
+    stage.GetRootLayer().Save()
+    with pytest.raises(StageError, match="no UTC; write it as"):
+        _ = StageReader(root).frames
 
 
 def test_a_stage_whose_times_go_back_is_refused(tmp_path: Path) -> None:
