@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.options import AUTO
+from spin_usd.errors import InputError
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.table_file import MATERIALS
 from spin_usd.pluralise import pluralise
 from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
 from spin_usd.scene.name_rule import KEEP, WILD, Color, MaterialRule, Rules
-from spin_usd.stage.author.looks import Finish, surfaces_of, write_looks
+from spin_usd.stage.author.looks import Finish, surfaces_of, takes_looks, write_looks
 from spin_usd.stage.author.material_library import vocabulary
 from spin_usd.stage.author.model_surfaces import ModelSurface, refuse_idle
 from spin_usd.stage.usd.layer_file import writing
@@ -29,7 +30,7 @@ def give_materials(making: Authoring) -> None:
     additions, auto = making.sources.additions, making.options.materials == AUTO
     rules = (*additions.materials, *additions.part_materials)
     asked = auto or bool(rules)
-    if not asked and not all(each.bare for each in surfaces_of(making.target)):
+    if not asked and not (takes_looks(making.target) and all(each.bare for each in surfaces_of(making.target))):
         return
     surfaces = list(surfaces_of(making.target))
     if auto or not asked:
@@ -40,6 +41,9 @@ def give_materials(making: Authoring) -> None:
     first = Rules(rules).first
     chosen = {each: rule for each in surfaces if (rule := first(each.all_names))}
     refuse_idle(additions.materials, surfaces, set(chosen.values()), additions.files.get("materials"))
+    if fixed := next((each for each, rule in chosen.items() if each.collected and rule.material != KEEP), None):
+        found = f"a collection binds the material of {fixed.below}, which no other can be bound over"
+        raise InputError(found, where=making.target.source_prim, do="keep it, or bind it without a collection")
     finished = {each: _finish(rule) for each, rule in chosen.items() if rule.material != KEEP}
     if asked:
         making.notes += _notes(finished, len(surfaces) - len(finished), auto=auto)
@@ -80,8 +84,8 @@ def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = 
 
 
 def _recognised(surface: ModelSurface, color: Color | None, known: Vocabulary) -> MaterialRule:
-    if surface.patterned:
-        return MaterialRule(pattern="", material=KEEP, note="it has a pattern of its own")
+    if surface.collected or surface.patterned:
+        return MaterialRule(pattern="", material=KEEP, note="it has images, or is no one opaque colour")
     return recognised(surface.names, () if surface.bare else surface.materials, color, known)
 
 

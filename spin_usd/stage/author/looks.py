@@ -6,6 +6,7 @@ coordinates. In the look matt all that the target has is diffuse.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,7 @@ from spin_usd.unique_names import UniqueNames
 LOOK, MATT, REFLECTIVE = "look", "matt", "reflective"
 MATERIALS, SURFACE, PREVIEW_SURFACE = "Materials", "Surface", "UsdPreviewSurface"
 """The scope of the materials, and the node of each: its name, as the library has it, and what it is."""
-BINDING, FOR_ONE_PURPOSE = "material:binding", ("material:binding:full", "material:binding:preview")
-"""Of a material, and those that beat it for one purpose."""
+BINDING = "material:binding"
 TYPES = Sdf.ValueTypeNames
 TIME = Usd.TimeCode.EarliestTime()
 
@@ -60,6 +60,11 @@ def _is_shared(prim: Usd.Prim) -> bool:
     return held >= len(array(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), TIME, np.int64))
 
 
+def takes_looks(asset: TargetAsset) -> bool:
+    """Return whether the target has no variant set LOOK, or one of MATT and REFLECTIVE."""
+    return {MATT, REFLECTIVE} <= set(asset.variants.get(LOOK, (MATT, REFLECTIVE)))
+
+
 def write_looks(
     asset: TargetAsset,
     finishes: Mapping[ModelSurface, Finish],
@@ -72,9 +77,9 @@ def write_looks(
 
     Raises InputError for a target whose variant set LOOK has other variants, OutputError.
     """
-    own = asset.variants.get(LOOK, (MATT, REFLECTIVE))
-    if not {MATT, REFLECTIVE} <= set(own):
-        found = f"has the variant set {LOOK} of {', '.join(own)}, where its looks {MATT} and {REFLECTIVE} would stand"
+    if not takes_looks(asset):
+        own = ", ".join(asset.variants[LOOK])
+        found = f"has the variant set {LOOK} of {own}, where its looks {MATT} and {REFLECTIVE} would stand"
         raise InputError(found, where=asset.file.name, do="rename that set, or leave --materials out")
     stage = open_as_it_is(asset.file)
     root = _root_of(stage, asset)
@@ -146,15 +151,14 @@ class _Finished:
         """Bind a material to the surface, over all that the model binds to it."""
         for instance in surface.instances:
             self._over(instance).instanceable = False
-        for group in surface.overruling:
-            weaker = _binding(self._over(group), BINDING)
+        names = (BINDING, *surface.purposes)  # a material for one purpose beats one for all, wherever it is bound
+        for group, name in product(surface.overruling, names):
+            weaker = _binding(self._over(group), name)
             weaker.SetInfo(UsdShade.Tokens.bindMaterialAs, UsdShade.Tokens.weakerThanDescendants)
         prim = self._over(surface.path)
         prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
-        _binding(prim, BINDING).targetPathList.explicitItems = [material]
-        for name in FOR_ONE_PURPOSE:
-            if self._model.GetStage().GetPrimAtPath(surface.path).HasRelationship(name):
-                _binding(prim, name).targetPathList.ClearEditsAndMakeExplicit()
+        for name in names:
+            _binding(prim, name).targetPathList.explicitItems = [material]
 
     def keep(self, surface: ModelSurface) -> None:
         """Keep what the surface has, where a group above it gave it that against its own and gives it no longer."""

@@ -20,8 +20,7 @@ from spin_usd.stage.usd.visibility import PROXIES
 NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
 SURFACE = "UsdPreviewSurface"
 NOTHING_SAID = Material(path="")
-PATTERNED = ("diffuseColor", "emissiveColor", "opacity", "specularColor")
-"""Inputs whose images, and what is not a constant colour else, make a material the model's own."""
+TOLD = ("diffuseColor", "emissiveColor", "opacity")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +46,10 @@ class ModelSurface:
     """The path of its material; None where it has none."""
     overruling: tuple[Sdf.Path, ...]
     """Paths of the groups above it whose materials beat those of what they hold."""
+    purposes: tuple[str, ...]
+    """The relationships by which it or a group above it binds a material for one purpose alone."""
+    collected: bool
+    """Whether a collection gives it its material."""
 
     @property
     def all_names(self) -> tuple[str, ...]:
@@ -100,7 +103,7 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
         labels = labels.below(each)
     below = [each for each in chain if each != model] or chain
     paths = [str(each.GetPath().MakeRelativePath(root)) for each in below]
-    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
     blank = bool(material) and _is_blank(material)
     displayed = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(DISPLAY_COLOR)
     shown = read_any(displayed.GetAttr()) if displayed else None
@@ -114,13 +117,21 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
         color=None if blank else _color_of(material) if material else _only(shown),
         below=paths[-1],
         bound=material.GetPath() if material else None,
-        overruling=tuple(each.GetPath() for each in chain[:-1] if _overrules(each)),
+        overruling=tuple(each.GetPath() for each in chain[:-1] if any(map(_is_stronger, _bindings(each)))),
+        purposes=tuple({each.GetName(): None for group in chain for each in _bindings(group)[1:]}),
+        collected=bool(material) and "collection" in binding.SplitName(),
     )
 
 
-def _overrules(prim: Usd.Prim) -> bool:
-    """Return whether a group's material beats those of what it holds."""
-    binding = UsdShade.MaterialBindingAPI(prim).GetDirectBindingRel()
+def _bindings(prim: Usd.Prim) -> list[Usd.Relationship]:
+    """Return the relationships by which a prim may bind a material: for all purposes, and those that it has for one."""
+    own = UsdShade.MaterialBindingAPI(prim)
+    of_purposes = (own.GetDirectBindingRel(each) for each in (UsdShade.Tokens.full, UsdShade.Tokens.preview))
+    return [own.GetDirectBindingRel(), *(each for each in of_purposes if each and each.HasAuthoredTargets())]
+
+
+def _is_stronger(binding: Usd.Relationship) -> bool:
+    """Return whether a group binds so that it beats what it holds."""
     strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) if binding else ""
     return bool(strength == UsdShade.Tokens.strongerThanDescendants)
 
@@ -151,14 +162,14 @@ def _is_blank(material: UsdShade.Material) -> bool:
 
 
 def _color_of(material: UsdShade.Material) -> Color | None:
-    """Return the one colour of a material of UsdPreviewSurface that is opaque, emits nothing and has no image."""
+    """Return the one colour of a material of UsdPreviewSurface that is opaque, emits nothing and has no images."""
     shader = material.ComputeSurfaceSource()[0]
     if not shader or read(shader.GetIdAttr()) != SURFACE:
         return None
-    inputs = {name: shader.GetInput(name) for name in PATTERNED}
-    if any(each and each.HasConnectedSource() for each in inputs.values()):
+    inputs = {each.GetBaseName(): each for each in shader.GetInputs()}
+    if any(each.HasConnectedSource() for each in inputs.values()):
         return None
-    values = {name: read(each.GetAttr()) if each else None for name, each in inputs.items()}
+    values = {name: read(inputs[name].GetAttr()) if name in inputs else None for name in TOLD}
     if any(values["emissiveColor"] or ()) or (values["opacity"] is not None and values["opacity"] < 1):
         return None
     return _only([values["diffuseColor"] or (0.18, 0.18, 0.18)])

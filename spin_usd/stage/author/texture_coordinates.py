@@ -15,7 +15,7 @@ from spin_usd.stage.usd.values import array
 ST = "st"
 DENSITY, STRETCH = 1.5, 2.0
 """Coordinates that nearly all faces have in metres, within this factor, and not stretched by more, stay."""
-NEARLY_ALL = 0.02  # of the faces may be worse: those at the poles of a globe
+MAY_BE_WORSE = 0.02  # of the faces may be worse: those at the poles of a globe
 TIME = Usd.TimeCode.EarliestTime()
 
 
@@ -68,7 +68,7 @@ def _in_metres(polygons: Polygons, st: Float, chosen: NDArray[np.bool_]) -> bool
     longest, shortest = stretch(polygons, st)[chosen].T
     density = np.sqrt(longest * shortest)
     bad = (density < 1 / DENSITY) | (density > DENSITY) | (longest > STRETCH * shortest)
-    return bool(bad.mean() <= NEARLY_ALL)
+    return bool(bad.mean() <= MAY_BE_WORSE)
 
 
 def _author_mesh(over: Usd.Prim, prim: Usd.Prim) -> UsdGeom.Mesh:

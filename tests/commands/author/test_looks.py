@@ -170,6 +170,47 @@ def test_a_group_whose_material_beats_those_below_gives_way_and_the_rest_keeps_i
     assert set(materials_of(report.root)) == {"gold_foil", "Red"}
 
 
+def bound(purpose: str, name: str) -> str:
+    return f"rel material:binding{purpose} = </Craft/{name}>"
+
+
+@pytest.mark.parametrize("purpose", [":full", ":preview"])
+def test_a_material_for_one_purpose_gives_way_wherever_it_is_bound(craft: Path, tmp_path: Path, purpose: str) -> None:
+    applied = 'def Xform "Craft" ( prepend apiSchemas = ["MaterialBindingAPI"] )'
+    craft.write_text(CRAFT.replace('def Xform "Craft"\n{', f"{applied}\n{{\n{bound(purpose, 'Red')}"))
+    report = author(craft, tmp_path / "out", materials=table(tmp_path, "Bus,gold_foil,,", "radiator,white_paint,,"))
+    assert {"gold_foil", "white_paint"} <= set(materials_of(report.root))
+
+
+def test_a_material_for_full_renders_is_the_one_that_is_seen(craft: Path, tmp_path: Path) -> None:
+    applied = 'def Xform "Craft" ( prepend apiSchemas = ["MaterialBindingAPI"] )'
+    craft.write_text(CRAFT.replace('def Xform "Craft"\n{', f"{applied}\n{{\n{bound(':full', 'Red')}"))
+    author(craft, tmp_path / "out", materials="auto")
+    rows = csv.DictReader((tmp_path / "out" / "materials.csv").open())
+    patterns = {row["pattern"] for row in rows}
+    assert "Red" in patterns
+    assert "Flag" not in patterns
+
+
+def test_a_collection_keeps_what_it_binds(craft: Path, tmp_path: Path) -> None:
+    applied = 'def Xform "Craft" ( prepend apiSchemas = ["MaterialBindingAPI", "CollectionAPI:all"] )'
+    collection = 'uniform token collection:all:expansionRule = "expandPrims"\n'
+    collection += "rel collection:all:includes = </Craft/Bus>\n"
+    collection += "rel material:binding:collection:all = [</Craft.collection:all>, </Craft/Red>]"
+    craft.write_text(CRAFT.replace('def Xform "Craft"\n{', f"{applied}\n{{\n{collection}"))
+    with pytest.raises(InputError, match="a collection binds the material of Bus"):
+        author(craft, tmp_path / "out", materials=table(tmp_path, "Bus,gold_foil,,"))
+    assert "Red" in materials_of(author(craft, tmp_path / "auto", materials="auto").root)
+
+
+def test_looks_of_other_names_do_no_harm_where_nothing_is_asked(tmp_path: Path) -> None:
+    sets = 'variantSet "look" = { "red" { } "blue" { } }'
+    (tmp_path / "craft.usda").write_text(
+        PLAIN.replace('def Xform "Craft"\n{', f'def Xform "Craft" (variantSets = "look")\n{{\n{sets}')
+    )
+    assert len(materials_of(author(tmp_path / "craft.usda", tmp_path / "out").root)) == 1
+
+
 def test_looks_of_other_names_are_refused(craft: Path, tmp_path: Path) -> None:
     craft.write_text(CRAFT.replace('def Xform "Craft"\n{', 'def Xform "Craft" (variantSets = "look")\n{\n'
                                    'variantSet "look" = { "red" { } "blue" { } }'))  # fmt: skip
