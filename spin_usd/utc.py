@@ -24,7 +24,7 @@ def is_utc(text: str) -> bool:
 
 def utc_text(time: datetime) -> str:
     """Return a time as ISO 8601 has it, to the microsecond, without zeros at its end."""
-    text = f"{time.replace(tzinfo=None).isoformat(timespec='microseconds')}".rstrip("0").rstrip(".")
+    text = time.replace(tzinfo=None).isoformat(timespec="microseconds").rstrip("0").rstrip(".")
     return f"{text}Z"
 
 

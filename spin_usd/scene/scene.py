@@ -26,6 +26,8 @@ from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
 
 NOMINAL = "nominal"
+STATED = ("source_file", "time_s", "utc")
+"""What a stage may say of a picture that decides none of its files, by the fields of FrameId and of the record."""
 """The variant that is the stage without any augmentation."""
 
 
@@ -61,9 +63,8 @@ class FrameId:
 
     @property
     def stated(self) -> dict[str, str | float]:
-        """What the stage says of the picture that decides none of its files, by the record's fields."""
-        said = {"source_file": self.source_file, "time_s": self.time_s, "utc": self.utc}
-        return {name: value for name, value in said.items() if value not in ("", None)}
+        """Those of STATED that the stage says."""
+        return {name: value for name in STATED if (value := getattr(self, name)) not in ("", None)}
 
 
 @dataclass(frozen=True, kw_only=True)

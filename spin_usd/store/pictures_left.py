@@ -18,13 +18,11 @@ from spin_usd.picture.kinds import FILE_KINDS, IMAGE, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import KEYS
+from spin_usd.scene.scene import STATED
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record, recorded_files
-
-STATED = ("source_file", "time_s", "utc")
-"""The fields of a record in which the stage may say what decides none of its files: those of FrameId.stated."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.read.bodies.find_bodies import find_targets
-from spin_usd.stage.usd.shader_inputs import Output, read_input
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE, Output, read_input
 from spin_usd.stage.usd.values import read
 
 COLORS = ("diffuseColor", "specularColor", "emissiveColor")
@@ -66,7 +66,7 @@ def surfaces_named(base: BaseStage, name: str, parameter: str) -> list[tuple[Usd
         names = ", ".join(material_names(base.stage)[:20]) or "none that can be overridden"
         raise InputError(f"no target has a material {name!r}", where=parameter, do=f"it has {names}")
     found = ((material, material.ComputeSurfaceSource()[0]) for material in chosen)
-    return [each for each in found if each[1] and read(each[1].GetIdAttr()) == "UsdPreviewSurface"]
+    return [each for each in found if each[1] and read(each[1].GetIdAttr()) == PREVIEW_SURFACE]
 
 
 def replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:

@@ -8,9 +8,9 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.stage.usd.values import read
 
-SURFACE = "UsdPreviewSurface"
 TYPES = Sdf.ValueTypeNames
 # With an index of refraction of 1 a dielectric reflects nothing.
 INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
@@ -78,7 +78,7 @@ def _below(model: Sdf.PrimSpec, relative: str) -> Sdf.PrimSpec:
 
 
 def _is_surface(prim: Usd.Prim) -> bool:
-    return bool(prim.IsA(UsdShade.Shader)) and read(UsdShade.Shader(prim).GetIdAttr()) == SURFACE
+    return bool(prim.IsA(UsdShade.Shader)) and read(UsdShade.Shader(prim).GetIdAttr()) == PREVIEW_SURFACE
 
 
 def _is_displayed(prim: Usd.Prim) -> bool:
@@ -91,7 +91,7 @@ def _is_displayed(prim: Usd.Prim) -> bool:
 def _author_displayed(layer: Sdf.Layer, path: Sdf.Path) -> None:
     """Author a material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
     material = _define(layer, path, "Material")
-    shader = _node(material, "Surface", SURFACE)
+    shader = _node(material, "Surface", PREVIEW_SURFACE)
     for name, (kind, value) in INPUTS.items():
         Sdf.AttributeSpec(shader, name, kind).default = value
     for name, primvar, of, kind, fallback in (

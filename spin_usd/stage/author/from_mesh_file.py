@@ -19,6 +19,7 @@ from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.read.bodies.part_labels import MAX_LABEL
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.unique_names import UniqueNames
 
 NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
@@ -215,7 +216,7 @@ def author_material(
     """
     made = UsdShade.Material.Define(stage, path)
     made.GetPrim().SetDisplayName(material.constants.path)
-    surface = _node(stage, path.AppendChild("Surface"), "UsdPreviewSurface")
+    surface = _node(stage, path.AppendChild("Surface"), PREVIEW_SURFACE)
     _author_constants(surface, material.constants)
     made.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", TYPES.Token))
     nodes: dict[ImageMap, UsdShade.Shader] = {}

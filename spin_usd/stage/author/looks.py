@@ -23,12 +23,13 @@ from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
 from spin_usd.stage.usd.layer_file import author_metadata, export
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.stage.usd.values import array
 from spin_usd.unique_names import UniqueNames
 
 LOOK, MATT, REFLECTIVE = "look", "matt", "reflective"
-MATERIALS, SURFACE, PREVIEW_SURFACE = "Materials", "Surface", "UsdPreviewSurface"
-"""The scope of the materials, and the node of each: its name, as the library has it, and what it is."""
+MATERIALS, SURFACE = "Materials", "Surface"
+"""The scope of the materials, and the UsdPreviewSurface of each, as the library has it."""
 BINDING = "material:binding"
 TYPES = Sdf.ValueTypeNames
 TIME = Usd.TimeCode.EarliestTime()

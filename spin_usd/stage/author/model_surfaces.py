@@ -14,11 +14,11 @@ from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
 from spin_usd.stage.read.bodies.part_labels import labels_of_target
 from spin_usd.stage.read.shapes.primvars import DISPLAY_COLOR
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read, read_any
 from spin_usd.stage.usd.visibility import PROXIES
 
 NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
-SURFACE = "UsdPreviewSurface"
 NOTHING_SAID = Material(path="")
 TOLD = ("diffuseColor", "emissiveColor", "opacity")
 
@@ -148,13 +148,18 @@ def _unique(*names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for each in names for name in each))
 
 
+def _constants(material: UsdShade.Material) -> dict[str, UsdShade.Input] | None:
+    """Return the inputs of a material's UsdPreviewSurface by name; None where it has none, or one with connections."""
+    shader = material.ComputeSurfaceSource()[0]
+    if not shader or read(shader.GetIdAttr()) != PREVIEW_SURFACE:
+        return None
+    inputs = {each.GetBaseName(): each for each in shader.GetInputs()}
+    return None if any(each.HasConnectedSource() for each in inputs.values()) else inputs
+
+
 def _is_blank(material: UsdShade.Material) -> bool:
     """Return whether a material is what one is that says nothing, as that of mesh files without any."""
-    shader = material.ComputeSurfaceSource()[0]
-    if not shader or read(shader.GetIdAttr()) != SURFACE:
-        return False
-    inputs = {each.GetBaseName(): each for each in shader.GetInputs()}
-    if any(each.HasConnectedSource() for each in inputs.values()):
+    if (inputs := _constants(material)) is None:
         return False
     fields = {limits.name: getattr(NOTHING_SAID, of) for of, limits in LIMITS.items()}
     values = {name: read_any(each.GetAttr()) for name, each in inputs.items() if name in fields}
@@ -163,11 +168,7 @@ def _is_blank(material: UsdShade.Material) -> bool:
 
 def _color_of(material: UsdShade.Material) -> Color | None:
     """Return the one colour of a material of UsdPreviewSurface that is opaque, emits nothing and has no images."""
-    shader = material.ComputeSurfaceSource()[0]
-    if not shader or read(shader.GetIdAttr()) != SURFACE:
-        return None
-    inputs = {each.GetBaseName(): each for each in shader.GetInputs()}
-    if any(each.HasConnectedSource() for each in inputs.values()):
+    if (inputs := _constants(material)) is None:
         return None
     values = {name: read(inputs[name].GetAttr()) if name in inputs else None for name in TOLD}
     if any(values["emissiveColor"] or ()) or (values["opacity"] is not None and values["opacity"] < 1):

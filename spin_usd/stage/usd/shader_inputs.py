@@ -12,6 +12,7 @@ from spin_usd.stage.usd.image_tiles import resolved_tiles
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import read, read_any
 
+PREVIEW_SURFACE = "UsdPreviewSurface"
 LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
 
 

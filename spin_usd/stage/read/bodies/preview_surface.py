@@ -21,6 +21,7 @@ from spin_usd.stage.read.bodies.texture_nodes import NodeReader, PrimvarInput
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar, find_primvar
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.shader_inputs import (
+    PREVIEW_SURFACE,
     Output,
     input_path,
     note_lost_connections,
@@ -37,7 +38,6 @@ NOT_IN_MATERIAL = {
     "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
 }
 CONSTANT = ("opacityThreshold",)
-SURFACE = "UsdPreviewSurface"
 FACING = (0.0, 0.0, 1.0)
 DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
 SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
@@ -163,7 +163,9 @@ def unsupported_surface(material: UsdShade.Material) -> str:
     if shader.GetImplementationSource() != UsdShade.Tokens.id:
         return f"its surface {shader.GetPath()} is given by code"
     name = read(shader.GetIdAttr())
-    return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not supported"
+    if name == PREVIEW_SURFACE:
+        return ""
+    return f"its surface {shader.GetPath()} is '{name or ''}', which is not supported"
 
 
 def _surface(material: UsdShade.Material) -> UsdShade.Shader:
