@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from msgspec import UNSET
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.reading.window import Window
@@ -21,6 +22,8 @@ class PicturedTarget:
         T_cam_body: (4, 4) its pose, as a Picture has that of the first target.
         q_cam_body: (4,) its rotation as a unit quaternion, scalar first.
         t_cam_body: (3,) the origin of its axes, metres.
+        velocity: (3,) of the origin of its axes, in the camera's, m/s; NaN where the dataset does not say it.
+        angular_velocity: (3,) radians a second, in the camera's axes; likewise.
         range: from the camera to the origin of its axes, metres.
         box_visible: (4,) tight box x0, y0, x1, y1 around the pixels that show it, x1 and y1 past the last; NaN where
             none does.
@@ -47,6 +50,8 @@ class PicturedTarget:
     T_cam_body: Float
     q_cam_body: Float
     t_cam_body: Float
+    velocity: Float
+    angular_velocity: Float
     range: float
     box_visible: Float
     box_amodal: Float
@@ -68,6 +73,8 @@ class PicturedTarget:
             T_cam_body=frozen(found.pose.T_cam_body.matrix),
             q_cam_body=frozen(found.pose.q_cam_body),
             t_cam_body=frozen(found.pose.t_cam_body),
+            velocity=_numbers(None if found.motion is UNSET else found.motion.velocity, (3,)),
+            angular_velocity=_numbers(None if found.motion is UNSET else found.motion.angular_velocity, (3,)),
             range=found.range,
             box_visible=_numbers(found.box.visible, (4,)),
             box_amodal=_numbers(found.box.amodal, (4,)),

@@ -148,12 +148,20 @@ class RecordedBox3d(JsonStruct, frozen=True, kw_only=True):
     ]
 
 
+class RecordedMotion(JsonStruct, frozen=True, kw_only=True):
+    """How a target moves before the camera, in the camera's axes."""
+
+    velocity: Annotated[Vector, Meta(description="Of the origin of its axes, m/s.")]
+    angular_velocity: Annotated[Vector, Meta(description="Radians a second.")]
+
+
 class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
     """A target in the picture."""
 
     id: Id
     name: str
     pose: RecordedPose
+    motion: Annotated[RecordedMotion | UnsetType, Meta(description="Absent where the stage does not say it.")] = UNSET
     range: Annotated[Size, Meta(description="From the camera to the origin of the target's axes, metres.")]
     pixels: RecordedPixels
     visible_fraction: Annotated[

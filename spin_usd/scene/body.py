@@ -1,12 +1,28 @@
 """A body: something that moves as one, with its shape and where it is."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+from spin_usd.arrays import Float, finite
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.content import NAME
 from spin_usd.scene.target import Target
 
 OCCLUDER = 0  # the id of all geometry that is no target, and of nothing in the label `instance`
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyMotion:
+    """How a body moves before the camera, in the camera's axes."""
+
+    velocity: Float
+    """(3,) that of the origin of its axes, m/s."""
+    angular_velocity: Float
+    """(3,) radians a second."""
+
+    def __post_init__(self) -> None:
+        for name in ("velocity", "angular_velocity"):
+            object.__setattr__(self, name, finite(getattr(self, name), (3,), name))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,6 +40,8 @@ class Body:
     part_offset: int | None = None
     """What is added to the numbers of its own parts to give their ids in labels. None stands for the number of parts of
     the bodies before it in the scene."""
+    motion: BodyMotion | None = field(default=None, metadata=NAME)
+    """None where the stage does not say it."""
 
     def __post_init__(self) -> None:
         if self.id < OCCLUDER:

@@ -13,6 +13,7 @@ from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
 from spin_usd.json_fields import FRAME_PATTERN
 
 FRAME_NAME = re.compile(FRAME_PATTERN)
+RATES = ("velocities", "angular_velocities")
 FRAME_NAME_RULE = "use up to 200 letters, digits, '.', '_' and '-', the first a letter or digit, and not '.tmp-'"
 
 
@@ -43,6 +44,10 @@ class PoseList:
     """(N): what the names are called where they come from, such as img000001.jpg; empty where that is nowhere."""
     times: Float | None = None
     """(N,) seconds since the start, each after the one before; None where nothing says when they are."""
+    velocities: Float | None = None
+    """(N, 3) of the body's origin, m/s, camera axes; None where they are not known."""
+    angular_velocities: Float | None = None
+    """(N, 3) radians a second, camera axes, likewise."""
     epoch: str = ""
     """When second 0 is, UTC; "" where nothing says that."""
     source: str = ""
@@ -69,6 +74,9 @@ class PoseList:
                 found = f"its time, {times[i]:g} s, is not after that of the one before, {times[i - 1]:g} s"
                 raise GeometryError(found, where=f"pose {i} ({self.names[i]!r})", do="put them in their order")
             object.__setattr__(self, "times", times)
+        for name in RATES:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, finite(getattr(self, name), (count, 3), name))
         for i, name in enumerate(self.names):
             if not FRAME_NAME.fullmatch(name):
                 raise GeometryError(f"{name!r} cannot name a picture", where=f"pose {i}", do=FRAME_NAME_RULE)
@@ -81,12 +89,14 @@ class PoseList:
 
     def __getitem__(self, chosen: slice) -> Self:
         """Return the poses of a Python slice, in its order."""
+        timed = self.times is not None and (chosen.step or 1) > 0
+        of_times = {name: getattr(self, name) for name in ("times", *RATES)}
         return type(self)(
             names=self.names[chosen],
             q_cam_body=self.q_cam_body[chosen],
             t_cam_body=self.t_cam_body[chosen],
             files=self.files[chosen],
-            times=None if self.times is None or (chosen.step or 1) < 0 else self.times[chosen],
+            **{name: each[chosen] if timed and each is not None else None for name, each in of_times.items()},
             epoch=self.epoch,
             source=self.source,
             lists=self.lists,

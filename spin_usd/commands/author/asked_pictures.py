@@ -8,6 +8,7 @@ from typing import Any
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.sampling_spec import open_spec
+from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
@@ -49,7 +50,8 @@ def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOp
 def _listed(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:
     assert options.poses is not None
     with reading(options.poses):
-        listed = read_pose_list(options.poses)
+        found = read_pose_list(options.poses)
+    listed = smooth_poses(found, found.times)
     chosen = chosen_frames(listed, options.frames)
     files = {"poses": Path(options.poses)}
     return options, AskedPictures(files=files, whole=len(listed), poses=lambda camera, asset: chosen)
@@ -70,7 +72,8 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
     def poses(camera: Camera, asset: TargetAsset) -> PoseList:
         framed = any(law.inside for law in laws)  # nothing else asks for the hull
         hull = hull_corners(asset) if framed else box_corners(asset)
-        return sample_poses(chosen, options.seed, camera, hull, spec.source, progress)
+        sampled = sample_poses(chosen, options.seed, camera, hull, spec.source, progress)
+        return smooth_poses(sampled, sampled.times)
 
     def light(stage: Any) -> SampledValues:
         return sample_light(stage, chosen, options.seed, spec.table.constraints)

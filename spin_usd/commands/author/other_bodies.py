@@ -16,6 +16,7 @@ from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, wri
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.commands.author.sampling_tables import BodyPoses, inside_law
+from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.faults import reading
@@ -62,6 +63,7 @@ def write_others(making: Authoring) -> None:
     for body in making.sources.others:
         asset, said = model(body.file)
         own = _own_poses(body, making)
+        own = smooth_poses(own, making.poses.times) if own and len(own) > 1 and not body.occluder else own
         notes |= dict.fromkeys((*said, *(own.notes if own else ())))
         meant = "its poses are meant in these"
         if body.occluder and not own:

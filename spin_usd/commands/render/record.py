@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from spin_usd.arrays import Float
 from spin_usd.commands.render.worker_options import WorkerOptions
@@ -28,6 +28,7 @@ from spin_usd.records.record import (
     RecordedFile,
     RecordedLidar,
     RecordedLight,
+    RecordedMotion,
     RecordedPixels,
     RecordedPose,
     RecordedRangeFinder,
@@ -40,7 +41,7 @@ from spin_usd.records.record import (
     StageProvenance,
 )
 from spin_usd.renderers.background.sky import place_image
-from spin_usd.scene.body import Body
+from spin_usd.scene.body import Body, BodyMotion
 from spin_usd.scene.derived.content_keys import background_seed, picture_seed, render_seed
 from spin_usd.scene.derived.echoes import LaserRange
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
@@ -169,6 +170,7 @@ def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
         id=body.id,
         name=body.target.name,
         pose=RecordedPose.of(body.T_cam_body),
+        motion=_motion(body.motion),
         range=float(np.linalg.norm(body.T_cam_body.translation)),
         pixels=RecordedPixels(visible=facts.counts.visible, amodal=facts.counts.amodal),
         visible_fraction=facts.counts.visible_fraction,
@@ -180,6 +182,13 @@ def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
         box_3d=RecordedBox3d(box=facts.box.tolist(), corners=[_pixel_or_null(uv) for uv in facts.corners]),
         keypoints=[_keypoint(uv, state) for uv, state in zip(facts.keypoints, facts.states, strict=True)],
     )
+
+
+def _motion(motion: BodyMotion | None) -> RecordedMotion | UnsetType:
+    if motion is None:
+        return UNSET
+    velocity, rate = motion.velocity.tolist(), motion.angular_velocity.tolist()
+    return RecordedMotion(velocity=velocity, angular_velocity=rate)
 
 
 def _pixel_or_null(uv: Float) -> list[float] | None:

@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Usd
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
 from spin_usd.stage.augment.parameters import attribute_changes
 from spin_usd.stage.read.camera import find_camera
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.shutter import read_opening
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
@@ -51,7 +52,8 @@ def open_base(stage: Usd.Stage) -> tuple[BaseStage, tuple[str, ...], int]:
     """
     frames = read_frames(stage, "")
     camera = find_camera(stage)
-    times = tuple(read_opening(camera, frame.time_code, rows=1).middle for frame in frames)
+    clock = Clock(stage)
+    times = tuple(read_opening(camera, frame.time_code, clock, rows=1).middle for frame in frames)
     metres = root_number(stage, METRES_PER_UNIT)
     return BaseStage(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
 

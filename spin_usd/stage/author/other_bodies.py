@@ -9,7 +9,7 @@ from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.rotation import matrices_from_quaternions, quaternion_from_matrix
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.paths import CAMERA, WORLD
-from spin_usd.stage.author.poses_layer import author_pose_samples, by_short_ways, target_in_world
+from spin_usd.stage.author.poses_layer import author_pose_samples, author_poses, by_short_ways
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.author.target_prim import MODEL, asset_reference, author_model, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
@@ -31,7 +31,7 @@ def add_target(root: Path, asset: TargetAsset, poses: PoseList) -> None:
     author_target(stage, path, asset, _reference(asset, root.parent, up="."))
     layer = Sdf.Layer.CreateAnonymous(".usdc")
     author_metadata(layer, default_prim=WORLD.name, frames=len(poses))
-    author_pose_samples(Sdf.CreatePrimInLayer(layer, path), *target_in_world(poses))
+    author_poses(Sdf.CreatePrimInLayer(layer, path), poses)
     export(layer, root.parent / FOLDER / f"{_stem(path)}_poses.usdc")
     # USD lists a weaker layer's prims before a stronger one's, and their order gives targets their ids.
     strongest = made.subLayerPaths.index(VARIANT_SETS) + 1

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf
+from pxr import Sdf, Usd
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.transform import Transform
@@ -28,7 +28,6 @@ T_WORLD_CAM = Transform(
 def poses_layer(poses: PoseList) -> Sdf.Layer:
     """Make an anonymous layer with an `over` for the world and one for the target. It is meant for a .usdc file."""
     layer = Sdf.Layer.CreateAnonymous(".usdc")
-    q, t = target_in_world(poses)
     with Sdf.ChangeBlock():
         author_metadata(layer, default_prim=WORLD.name, frames=len(poses))
         world, target = Sdf.CreatePrimInLayer(layer, WORLD), Sdf.CreatePrimInLayer(layer, TARGET)
@@ -39,7 +38,7 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
         if poses.epoch:
             epoch = Sdf.AttributeSpec(world, schema.CAPTURE_EPOCH, Sdf.ValueTypeNames.String, Sdf.VariabilityUniform)
             epoch.default = poses.epoch
-        author_pose_samples(target, q, t)
+        author_poses(target, poses)
     return layer
 
 
@@ -59,6 +58,19 @@ def author_clock(root: Path, times: Float) -> None:
             layer.timeCodesPerSecond = layer.framesPerSecond = 1 / step
             with writing(file):
                 layer.Save()
+
+
+def author_poses(prim: Sdf.PrimSpec, poses: PoseList) -> None:
+    """Author the `poses` of a target at time codes 0 to N - 1, and its rates where they are known."""
+    author_pose_samples(prim, *target_in_world(poses))
+    if poses.velocities is None or poses.angular_velocities is None:
+        return
+    apis = Sdf.TokenListOp.Create(prependedItems=[schema.MOTION_API])
+    prim.SetInfo(Usd.Tokens.apiSchemas, apis)
+    rates = (poses.velocities, np.degrees(poses.angular_velocities))
+    for name, each in zip((schema.MOTION_VELOCITY, schema.MOTION_ANGULAR_VELOCITY), rates, strict=True):
+        rows = T_WORLD_CAM.directions(each) + 0.0  # no negative zeros
+        _samples(prim, name, Sdf.ValueTypeNames.Double3, [vec3d(row) for row in rows])
 
 
 def author_pose_samples(prim: Sdf.PrimSpec, q: Float, t: Float) -> None:

@@ -186,7 +186,7 @@ class BlendedPoses:
 
     def __init__(self, reader: StageReader) -> None:
         self.pictures: list[str] = []
-        self._camera, self._bodies = reader.camera_prim, reader.bodies
+        self._camera, self._bodies, self._clock = reader.camera_prim, reader.bodies, reader.clock
         self.where = str(reader.bodies[0].prim.GetPath())
         self._times = [self._moving_times(body.prim) for body in reader.bodies]
 
@@ -202,7 +202,7 @@ class BlendedPoses:
         """Look at one picture of the reader's stage."""
         if scene.shutter is None:
             return
-        opening = read_opening(self._camera, scene.frame.time_code, rows=scene.camera.height)
+        opening = read_opening(self._camera, scene.frame.time_code, self._clock, rows=scene.camera.height)
         size = 2 * scene.bodies[0].target.mesh.radius
         if any(self._blends(body, times, opening, size) for body, times in zip(self._bodies, self._times, strict=True)):
             self.pictures.append(scene.frame.name)
@@ -215,8 +215,10 @@ class BlendedPoses:
 
     def _blends(self, body: BodyReader, times: list[float], opening: Opening, size: float) -> bool:
         """Return whether the exposure blends poses of `body`, sampled at `times`, that no motion joins."""
-        first = bisect_right(times, opening.middle - opening.duration / 2) - 1
-        last = bisect_left(times, opening.middle + opening.duration / 2)
+        if opening.of_exposure or body.moves_smoothly:
+            return False
+        start, _, end = opening.time_codes(3)
+        first, last = bisect_right(times, start) - 1, bisect_left(times, end)
         poses = [body.pose_at(time) for time in times[max(first, 0) : last + 1]]
         return any(
             rotation_angle(a, b) > MAX_TURN_RAD or np.linalg.norm(a.translation - b.translation) > size

@@ -18,6 +18,7 @@ from spin_usd.stage.read.bodies.part_labels import Labels
 from spin_usd.stage.read.bodies.point_instancer import read_instances
 from spin_usd.stage.read.bodies.renderable import is_geometry, is_left_out
 from spin_usd.stage.read.camera import find_cameras, read_camera
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights import LightReader, read_light, refuse_light, visible_lights
@@ -67,9 +68,13 @@ def _of_camera(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
         yield partial(read_camera, prim, time)
         yield partial(read_sensor, prim, time)
         yield partial(read_thin_lens, prim, time, 1.0)
-        yield partial(read_opening, prim, 0.0, rows=1)
+        yield partial(_try_opening, prim, stage)
         with suppress(SpinError):
             yield partial(read_optics, prim, read_camera(prim, time), time)
+
+
+def _try_opening(camera: Usd.Prim, stage: Usd.Stage) -> None:
+    read_opening(camera, 0.0, Clock(stage), rows=1)
 
 
 def _of_bodies(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:

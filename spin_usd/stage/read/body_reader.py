@@ -10,11 +10,14 @@ from pxr import Usd, UsdGeom, UsdShade
 from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import BodyMotion
 from spin_usd.scene.target import Target
 from spin_usd.stage.read.bodies.find_bodies import OccluderPrims
 from spin_usd.stage.read.bodies.gprim import MaterialUse
 from spin_usd.stage.read.bodies.keypoints import find_keypoints
 from spin_usd.stage.read.bodies.target import TargetReader
+from spin_usd.stage.read.clock import Clock
+from spin_usd.stage.read.known_motion import KnownMotion
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.shared_poses import Placed, SharedPoses
@@ -42,6 +45,7 @@ class BodyReader:
         id: The target's, 0 of an occluder.
         prim: The one whose axes are the body's.
         part_offset: As Body has it.
+        moves_smoothly: Whether its rates are known.
     """
 
     def __init__(
@@ -51,6 +55,7 @@ class BodyReader:
         numbering: Numbering,
         camera: Usd.Prim,
         metres: float,
+        clock: Clock,
         open_reader: OpenReader,
         shared: SharedPoses | None = None,
     ) -> None:
@@ -60,6 +65,7 @@ class BodyReader:
             numbering: The stage's.
             camera: The stage's.
             metres: The length of a stage unit.
+            clock: The stage's.
             shared: The poses of the same body in another variant, which are kept for further ones too.
         """
         self._metres, self._open = metres, open_reader
@@ -67,6 +73,9 @@ class BodyReader:
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
         self.id, self.part_offset = numbering.id_of(self.prim), numbering.part_offset(self.prim)
         check_chain(self.prim)
+        self._motion = KnownMotion.of(self.prim, clock)
+        self.moves_smoothly: bool = self._motion is not None
+        self._seen_still = not (moves(camera) or any(moves(prim) for prim in ancestors(self.prim)[-1:]))
         self._above = common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))
         self.shared = None if shared is None else shared.of(camera, self.prim)
@@ -90,7 +99,10 @@ class BodyReader:
         """Compute what `placed` returns. Units are applied last: a far origin would be rounded by them."""
         usdcam, size = self._usdcam_below.at(time)
         body = placement_below(self._above, self.prim, world, frame="body")
-        near = between(usdcam, body.transform)
+        T_above_body = body.transform
+        if self._motion and (correction := self._motion.correction(time.GetValue(), body.scale)):
+            T_above_body = T_above_body @ correction
+        near = between(usdcam, T_above_body)
         metres = near.translation * (size * self._metres)
         if not np.abs(metres).max() <= MAX_DISTANCE_M:
             found = f"is {np.abs(metres).max():g} m from the camera, more than {MAX_DISTANCE_M:g} m"
@@ -98,6 +110,15 @@ class BodyReader:
         return T_CAM_USDCAM @ Transform.unchecked(
             to=near.to, of=near.of, rotation=near.rotation, translation=metres
         ), size * body.scale
+
+    def motion_at(self, time_code: float, T_cam_body: Transform, scale: float) -> BodyMotion | None:
+        """Return how the body moves before the camera, whose pose it has then; None where that is not known."""
+        motion = self._motion.at(time_code) if self._motion and self._seen_still else None
+        if motion is None:
+            return None
+        R_cam_parent = T_cam_body.rotation @ motion.rotation.T
+        velocity = R_cam_parent @ motion.velocity * (scale * self._metres)
+        return BodyMotion(velocity=velocity, angular_velocity=R_cam_parent @ motion.rate)
 
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
         """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the

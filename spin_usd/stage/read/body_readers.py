@@ -1,20 +1,26 @@
 """All bodies of a stage: found in the order of their ids, placed at an exposure, and read without a picture."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.geometry.blur import motion_px
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.read.body_reader import BodyReader
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.shutter import Opening, read_poses
 from spin_usd.stage.usd.root_metadata import Notes
+
+STILL_PX = 0.05  # from the first to the last light: no picture shows it
 
 
 class BodyReaders:
@@ -26,6 +32,7 @@ class BodyReaders:
         camera: Usd.Prim,
         *,
         metres: float,
+        clock: Clock,
         numbering: Numbering,
         group_of: Callable[[Usd.Prim], int],
         images: Images,
@@ -33,9 +40,9 @@ class BodyReaders:
         before: Iterable[BodyReader],
         keep_poses: bool,
     ) -> None:
-        """`metres`: the length of a stage unit. `group_of`: the light links' group of a prim. `before`: those of a
-        variant before, whose poses may be the same; with `keep_poses` they are kept for variants after this one. Raises
-        as Numbering.in_order."""
+        """`metres`: the length of a stage unit. `clock`: the stage's. `group_of`: the light links' group of a prim.
+        `before`: those of a variant before, whose poses may be the same; with `keep_poses` they are kept for variants
+        after this one. Raises as Numbering.in_order."""
         self._camera, self._metres, self._numbering = camera, metres, numbering
         self._group_of, self._images = group_of, images
         self._readers: tuple[BodyReader, ...]
@@ -44,7 +51,9 @@ class BodyReaders:
             parts = numbering.parts_of(prim)
             return TargetReader(prim=prim, parts=parts, time=time, group_of=group_of, images=images, notes=notes)
 
-        make = partial(BodyReader, camera=camera, metres=metres, open_reader=open_reader, numbering=numbering)
+        make = partial(
+            BodyReader, camera=camera, metres=metres, clock=clock, open_reader=open_reader, numbering=numbering
+        )
         found = numbering.in_order(stage)
         if not keep_poses:
             self._readers = tuple(make(body) for body in found)
@@ -62,16 +71,30 @@ class BodyReaders:
     def __getitem__(self, place: int) -> BodyReader:
         return self._readers[place]
 
-    def at(self, opening: Opening, world: UsdGeom.XformCache) -> tuple[Body, ...]:
-        """Read the bodies that are visible in the middle of an exposure."""
+    def at(self, opening: Opening, world: UsdGeom.XformCache, *, focal: float) -> tuple[Body, ...]:
+        """Read the bodies that are visible in the middle of an exposure by a camera of the `focal` length, pixels.
+        Where nothing is authored of the shutter, those move whose rates are known, and it is an instant where none of
+        them moves by STILL_PX."""
         time = Usd.TimeCode(opening.middle)
         placed = [(reader, *reader.placed(time, world)) for reader in self._readers]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
         shown = [(reader, pose, target) for reader, pose, target in shapes if target]
-        poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self._camera.GetPath())
+        scales = [scale for (_, _, scale), (_, _, target) in zip(placed, shapes, strict=True) if target]
+        if opening.of_exposure and not any(_moves(*each, opening, focal) for each in shown):
+            opening = replace(opening, duration=0.0)
+        still = opening.of_exposure
+        pose_at = [_resting(pose) if still and not each.moves_smoothly else each.pose_at for each, pose, _ in shown]
+        poses = read_poses(opening, pose_at, self._camera.GetPath())
         return tuple(
-            Body(id=reader.id, target=target, T_cam_body=pose, poses=own, part_offset=reader.part_offset)
-            for (reader, pose, target), own in zip(shown, poses, strict=True)
+            Body(
+                id=reader.id,
+                target=target,
+                T_cam_body=pose,
+                poses=own,
+                part_offset=reader.part_offset,
+                motion=reader.motion_at(opening.middle, pose, scale),
+            )
+            for (reader, pose, target), own, scale in zip(shown, poses, scales, strict=True)
         )
 
     def target_at(self, time_code: float) -> Target:
@@ -104,3 +127,16 @@ class BodyReaders:
         targets = (body for body in self._readers if body.id != OCCLUDER)
         found = {body.id: body.target_at(time, body.placed(time, world)[1]) for body in targets}
         return {number: target for number, target in found.items() if target}
+
+
+def _moves(reader: BodyReader, pose: Transform, target: Target, opening: Opening, focal: float) -> bool:
+    """Return whether the body moves by more than STILL_PX in the exposure."""
+    if not reader.moves_smoothly:
+        return False
+    first, _, last = opening.time_codes(3)
+    poses = (reader.pose_at(first), pose, reader.pose_at(last))
+    return motion_px(poses, target.mesh.centre, target.mesh.radius, focal) > STILL_PX
+
+
+def _resting(pose: Transform) -> Callable[[float], Transform]:
+    return lambda time_code: pose

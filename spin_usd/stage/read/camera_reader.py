@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import UnknownPictureError
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.read.camera import read_camera
-from spin_usd.stage.read.frames import is_timed
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.optics import read_optics, read_thin_lens
 from spin_usd.stage.read.rig import lidar_in_time, range_finder_in_time, rig_in_time
 from spin_usd.stage.read.sensor import read_sensor
@@ -40,13 +40,15 @@ def chosen_camera(
 
 class CameraReader:
     """Reads each part of the camera `prim` at a time: once where it cannot change. `cameras`: all of the stage's, by
-    name; `metres`: the length of a stage unit.
+    name; `metres`: the length of a stage unit; `clock`: the stage's.
 
     The readers refer to the prim, not to this object: a reference cycle would keep the stage open for a while.
     """
 
-    def __init__(self, stage: Usd.Stage, cameras: Mapping[str, Usd.Prim], prim: Usd.Prim, metres: float) -> None:
-        self._prim, names = prim, varying(prim)
+    def __init__(
+        self, stage: Usd.Stage, cameras: Mapping[str, Usd.Prim], prim: Usd.Prim, metres: float, clock: Clock
+    ) -> None:
+        self._prim, self._clock, names = prim, clock, varying(prim)
         lens = any(not name.startswith((*SENSOR, *OPTICS, *SHUTTER, *FOCUS)) for name in names)
 
         def varies(*prefixes: str) -> bool:
@@ -56,7 +58,7 @@ class CameraReader:
             return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
 
         camera = CachedIfConstant(lens, partial(read_camera, prim))
-        self._shutter_varies = varies(*SHUTTER) or is_timed(stage)
+        self._shutter_varies = varies(*SHUTTER) or clock.timed
         self.T_world_usdcam = CachedIfConstant(moves(prim), T_world_usdcam)
         self.camera = camera
         self.sensor = CachedIfConstant(varies(*SENSOR), partial(read_sensor, prim))
@@ -71,9 +73,9 @@ class CameraReader:
         """Return the exposure of the frame at `time_code`."""
         rows = self.camera.at(Usd.TimeCode(time_code)).height
         if self._shutter_varies:
-            return read_opening(self._prim, time_code, rows=rows)
+            return read_opening(self._prim, time_code, self._clock, rows=rows)
         if self._opening is None:
-            self._opening = read_opening(self._prim, 0.0, rows=rows)
+            self._opening = read_opening(self._prim, 0.0, self._clock, rows=rows)
         return replace(self._opening, middle=time_code + self._opening.middle)
 
 

@@ -1,14 +1,14 @@
 """The frames of a stage: their names and time codes."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Usd
 
 from spin_usd.errors import StageError, UnknownPictureError
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.scene.scene import FrameId
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXT, WHOLE, read, read_samples
@@ -30,7 +30,7 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
         named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
-    files, (seconds, epoch) = _source_files(prim), _times(prim)
+    files, seconds, epoch = _source_files(prim), Clock(stage).samples, _epoch(prim)
     return tuple(
         FrameId(
             index=i,
@@ -69,42 +69,14 @@ def _source_files(prim: Usd.Prim) -> dict[float, str]:
     return dict(read_samples(attribute, *TEXT)) if attribute else {}
 
 
-def _times(prim: Usd.Prim) -> tuple[dict[float, float], str]:
-    """Map time codes to the seconds since the start, where these are authored, and return the UTC of second 0. Raises
-    StageError for times that go back, and for an epoch that is no UTC."""
-    attribute = prim.GetAttribute(schema.CAPTURE_TIME) if prim else None
-    samples = read_samples(attribute, Sdf.ValueTypeNames.Double) if attribute else []
-    for (_, before), (time_code, seconds) in pairwise(samples):
-        if seconds <= before:
-            found = f"is {seconds:g} s at time code {time_code:g}, not after the {before:g} s before it"
-            raise StageError(
-                found, where=f"{prim.GetPath()}.{schema.CAPTURE_TIME}", do="let each picture be after the one before"
-            )
+def _epoch(prim: Usd.Prim) -> str:
+    """Return the UTC of second 0; "" where nothing says that. Raises StageError for what is no UTC."""
     of_start = prim.GetAttribute(schema.CAPTURE_EPOCH) if prim else None
     epoch = str(read(of_start, DEFAULT_TIME, *TEXT) or "") if of_start else ""
     if epoch and not is_utc(epoch):
         do = "write it as 2026-11-26T12:00:00Z"
         raise StageError(f"is {epoch[:40]!r}, and no UTC", where=f"{prim.GetPath()}.{schema.CAPTURE_EPOCH}", do=do)
-    return dict(samples), epoch
-
-
-def is_timed(stage: Usd.Stage) -> bool:
-    """Return whether the pictures have times."""
-    prim = stage.GetDefaultPrim()
-    return bool(prim and prim.GetAttribute(schema.CAPTURE_TIME).GetNumTimeSamples() > 1)
-
-
-def time_codes_per_second(stage: Usd.Stage, time_code: float) -> float:
-    """Return how many time codes a second has around `time_code`: by the times of the pictures where they have such,
-    else the stage's own."""
-    if is_timed(stage):
-        attribute = stage.GetDefaultPrim().GetAttribute(schema.CAPTURE_TIME)
-        first = attribute.GetBracketingTimeSamples(time_code - 0.5)[0]
-        last = attribute.GetBracketingTimeSamples(time_code + 0.5)[-1]
-        seconds = [float(read(attribute, Usd.TimeCode(each))) for each in (first, last)]
-        if seconds[0] < seconds[1]:
-            return float((last - first) / (seconds[1] - seconds[0]))
-    return float(stage.GetTimeCodesPerSecond())
+    return epoch
 
 
 def _time_range(stage: Usd.Stage) -> list[float]:

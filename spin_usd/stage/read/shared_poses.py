@@ -8,7 +8,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.stage.usd.time_variation import POSE
 from spin_usd.stage.usd.visibility import ancestors
 
-TRANSFORM = POSE.removesuffix(":")  # xformOp:translate and the like, and xformOpOrder
+TRANSFORM = (*POSE, "xformOpOrder")
 Placed = tuple[Transform, float]
 """T_cam_body, and the scale of the body's axes in the world."""
 

@@ -1,8 +1,9 @@
 """The times at which the camera's shutter is open.
 
 `shutter:open` and `shutter:close` are time codes relative to the picture's own; equal ones, USD's fallback, are an
-instant. With a rolling shutter they are the middle row's: the rows above open earlier and those below later. The labels
-of a picture describe the middle of that time, so a rolling shutter changes no label.
+instant. Where neither is authored and the pictures have times, the shutter is open for `exposure:time`, around the
+picture's own. With a rolling shutter they are the middle row's: the rows above open earlier and those below later. The
+labels of a picture describe the middle of that time, so a rolling shutter changes no label.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +16,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.blur import rotation_angle
 from spin_usd.geometry.transform import Transform
-from spin_usd.stage.read.frames import time_codes_per_second
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
@@ -23,21 +24,35 @@ OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
 MIN_POSES, MAX_POSES = 9, 129
 STEP_RAD = np.radians(5.0)  # a chord of this angle is off its arc by a thousandth of the radius
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
-READOUTS = Range(0, 1e6)  # seconds
+READOUTS = EXPOSURE_TIMES = Range(0, 1e6)  # seconds
+EXPOSURE_TIME = "exposure:time"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Opening:
-    """An exposure in time codes."""
+    """An exposure."""
 
     middle: float
+    """Time code."""
     duration: float = 0.0
-    """From the first row's opening to the last row's closing."""
+    """From the first row's opening to the last row's closing: seconds of the `clock`, time codes without one."""
     readout: float = 0.0
     """The share of that between the first row's opening and the last row's."""
+    clock: Clock | None = None
+    of_exposure: bool = False
+    """Whether it follows exposure:time, because nothing is authored of the shutter."""
+
+    def time_codes(self, count: int) -> list[float]:
+        """Return `count` time codes, an odd number, equally far apart in time from its start to its end."""
+        steps = ((np.arange(count) / (count - 1) - 0.5) * self.duration).tolist()
+        if self.clock is None:
+            return [self.middle + step for step in steps]
+        middle, half = self.clock.seconds(self.middle), count // 2
+        codes = [self.clock.time_code(middle + step) for step in steps]
+        return [*codes[:half], self.middle, *codes[half + 1 :]]
 
 
-def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
+def read_opening(prim: Usd.Prim, time_code: float, clock: Clock, *, rows: int) -> Opening:
     """Read the exposure of a frame of `rows` rows at `time_code`. Raises StageError for times that are not valid."""
     time = Usd.TimeCode(time_code)
     start, end = (value_in(prim, name, TIMES, time) for name in (OPENS, CLOSES))
@@ -45,9 +60,22 @@ def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
         found = f"its shutter opens at {start:g} and closes at {end:g}"
         raise StageError(found, where=prim.GetPath(), do="let shutter:close be no less than shutter:open")
     readout = _readout(prim, time) if rows > 1 else 0.0
-    duration = end - start + readout
-    share = readout / duration if duration else 0.0
-    return Opening(middle=time_code + (start + end) / 2, duration=duration, readout=share)
+    middle, of_exposure = time_code + (start + end) / 2, False
+    if clock.timed:
+        open_for = clock.seconds(time_code + end) - clock.seconds(time_code + start)
+        of_exposure = not any(prim.GetAttribute(name).HasAuthoredValue() for name in (OPENS, CLOSES))
+        if of_exposure and prim.GetAttribute(EXPOSURE_TIME).HasAuthoredValue():
+            open_for = float(value_in(prim, EXPOSURE_TIME, EXPOSURE_TIMES, time))
+    else:
+        open_for, readout = end - start, readout * prim.GetStage().GetTimeCodesPerSecond()
+    duration = open_for + readout
+    return Opening(
+        middle=middle,
+        duration=duration,
+        readout=readout / duration if duration else 0.0,
+        clock=clock if clock.timed else None,
+        of_exposure=of_exposure and not readout,
+    )
 
 
 PoseAt = Callable[[float], Transform]
@@ -59,15 +87,15 @@ def read_poses(opening: Opening, bodies: Sequence[PoseAt], where: object) -> tup
     """Sample the poses of each of the `bodies` while the shutter is open, all at the times of Shutter.poses; none of
     them for an instant.
 
-    Between time samples USD interpolates: translations linearly, orientations by slerp; before the first and after the
-    last it holds the value. Raises StageError where a body rotates too fast for MAX_POSES.
+    Where rates are not known USD interpolates: translations linearly, orientations by slerp; before the first and after
+    the last it holds the value. Raises StageError where a body rotates too fast for MAX_POSES.
     """
     if not opening.duration:
         return tuple(() for _ in bodies)
     count = MIN_POSES
     while count <= MAX_POSES:
-        times = opening.middle + (np.arange(count) / (count - 1) - 0.5) * opening.duration
-        poses = tuple(tuple(pose_at(float(time)) for time in times) for pose_at in bodies)
+        times = opening.time_codes(count)
+        poses = tuple(tuple(pose_at(time) for time in times) for pose_at in bodies)
         if max(rotation_angle(a, b) for of_body in poses for a, b in pairwise(of_body)) <= STEP_RAD:
             return poses
         count = 2 * count - 1
@@ -78,9 +106,8 @@ def read_poses(opening: Opening, bodies: Sequence[PoseAt], where: object) -> tup
 
 
 def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:
-    """Read the rolling shutter's readout time, in time codes."""
+    """Read the rolling shutter's readout time, in seconds."""
     if not prim.HasAPI(schema.SHUTTER_API):
         refuse_unapplied(prim, "spin:shutter:", schema.SHUTTER_API)
         return 0.0
-    seconds = float(value_in(prim, schema.SHUTTER_READOUT_TIME, READOUTS, time))
-    return seconds * time_codes_per_second(prim.GetStage(), time.GetValue())
+    return float(value_in(prim, schema.SHUTTER_READOUT_TIME, READOUTS, time))

@@ -18,6 +18,7 @@ from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_readers import BodyReaders
 from spin_usd.stage.read.camera import find_cameras, picture_variants
 from spin_usd.stage.read.camera_reader import CameraReader, chosen_camera
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights import LightReader
@@ -34,9 +35,9 @@ NO_IMAGES: Mapping[tuple[str, str], Decoded] = MappingProxyType({})
 class StageReader:
     """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
 
-    frames: the stage's frames · seed: the dataset's · variants: all of its pictures' · variant: the selected one ·
-    camera_prim: the camera that takes its pictures · bodies: the targets in order of their ids, then the occluders ·
-    numbering: the ids of both, of all variants.
+    frames: the stage's frames · clock: its seconds · seed: the dataset's · variants: all of its pictures' · variant:
+    the selected one · camera_prim: the camera that takes its pictures · bodies: the targets in order of their ids, then
+    the occluders · numbering: the ids of both, of all variants.
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for features not supported yet.
     """
 
@@ -68,6 +69,7 @@ class StageReader:
             self.stage, self._cameras, self._camera_name, variant=variant, variants=self.variants
         )
         self._notes = Notes()
+        self.clock = Clock(self.stage)
         self._images: Images = Images(before=after._images.decoded if after else images, check=check_images)
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
@@ -78,6 +80,7 @@ class StageReader:
             self.stage,
             self.camera_prim,
             metres=self.metres,
+            clock=self.clock,
             numbering=self.numbering,
             group_of=self._lights.links.group_of,
             images=self._images,
@@ -87,7 +90,7 @@ class StageReader:
         )
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
-        self._camera = CameraReader(self.stage, self._cameras, self.camera_prim, self.metres)
+        self._camera = CameraReader(self.stage, self._cameras, self.camera_prim, self.metres, self.clock)
 
     @property
     def stage_hash(self) -> str:
@@ -143,7 +146,8 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._camera.T_world_usdcam.at(time)
-        bodies = self.bodies.at(opening, world)
+        camera = self._camera.camera.at(time)
+        bodies = self.bodies.at(opening, world, focal=max(camera.fx, camera.fy))
         target, T_cam_body = bodies[0].target, bodies[0].T_cam_body
         space = CameraSpace(time=time, world=world, T_world_usdcam=T_world_usdcam, metres=self.metres)
         lights, environment = self._lights.read(space), self._environment.read(space)
@@ -153,7 +157,7 @@ class StageReader:
             lights = eclipsed(lights, environment.planets, centre)
         scene = (Scene if len(bodies) > 1 else OneBody)(
             frame=frame,
-            camera=self._camera.camera.at(time),
+            camera=camera,
             bodies=bodies,
             lights=lights,
             environment=environment,

@@ -15,6 +15,7 @@ SHUTTER_API = "SpinShutterAPI"
 LIDAR_API = "SpinLidarAPI"
 RANGE_FINDER_API = "SpinRangeFinderAPI"
 CAPTURE_API = "SpinCaptureAPI"
+MOTION_API = "SpinMotionAPI"
 TARGET_API = "SpinTargetAPI"
 KEYPOINTS_API = "SpinKeypointsAPI"
 PLANET_API = "SpinPlanetAPI"
@@ -28,6 +29,7 @@ APIS = (
     LIDAR_API,
     RANGE_FINDER_API,
     CAPTURE_API,
+    MOTION_API,
     TARGET_API,
     KEYPOINTS_API,
     PLANET_API,
@@ -105,6 +107,8 @@ CAPTURE_FRAME = "spin:capture:frame"
 CAPTURE_SOURCE_FILE = "spin:capture:sourceFile"
 CAPTURE_TIME, CAPTURE_EPOCH = "spin:capture:time", "spin:capture:epoch"
 CAPTURE_SEED = "spin:capture:seed"
+
+MOTION_VELOCITY, MOTION_ANGULAR_VELOCITY = "spin:motion:velocity", "spin:motion:angularVelocity"
 
 TARGET_NAME = "spin:target:name"
 TARGET_KEYPOINTS = "spin:target:keypoints"

@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 from spin_usd.identity_memo import IdentityMemo
 from spin_usd.stage.usd.visibility import ancestors
 
-POSE = "xformOp:"
+POSE = ("xformOp:", "spin:motion:")
 T = TypeVar("T")
 
 

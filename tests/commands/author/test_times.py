@@ -3,19 +3,22 @@ none."""
 
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Usd
+from pxr import Gf, Usd
+from scipy.spatial.transform import Rotation
 
 from spin_usd import Dataset, export, render
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.exchange.read_pose_list import read_pose_list
+from spin_usd.geometry.blur import rotation_angle
 from spin_usd.stage.check.check_stage import check_stage
-from spin_usd.stage.read.frames import time_codes_per_second
+from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 
@@ -61,8 +64,9 @@ def test_an_uneven_step_has_its_seconds_beside_the_time_codes(tmp_path: Path) ->
     stage = Usd.Stage.Open(str(root))
     assert stage.GetTimeCodesPerSecond() == PRESET_STEP
     assert [frame.time_s for frame in StageReader(root).frames] == [0, 2, 10]
-    rates = [time_codes_per_second(stage, code) for code in (0.0, 1.0, 2.0)]
-    assert rates == pytest.approx([1 / 2, 2 / 10, 1 / 8])
+    clock = Clock(stage)
+    assert [clock.seconds(code) for code in (-0.5, 0.5, 1.5, 2.5)] == pytest.approx([-1, 1, 6, 14])
+    assert [clock.time_code(time) for time in (-1, 1, 6, 14)] == pytest.approx([-0.5, 0.5, 1.5, 2.5])
 
 
 @pytest.mark.parametrize("times", [("0", "10", "20"), ("0", "10", "30")], ids=["even", "uneven"])
@@ -77,12 +81,86 @@ def test_a_rolling_shutter_reads_out_in_seconds(tmp_path: Path, times: tuple[str
     reader = StageReader(root)
     poses = reader.scene(reader.frames[0]).bodies[0].poses
     moved = poses[-1].translation[0] - poses[0].translation[0]
-    # Before its first sample a trajectory rests, so half of the rows see it move: 0.1 m in 10 s.
-    assert moved == pytest.approx(0.01 * 0.02 / 2, rel=1e-6)
-    last = reader.scene(reader.frames[2]).bodies[0].poses
-    moved = last[-1].translation[0] - last[0].translation[0]  # after the last one too: 0.1 m in the time before it
-    step = float(times[2]) - float(times[1])
-    assert moved == pytest.approx(0.1 / step * 0.02 / 2, rel=1e-6)
+    exposure = camera.GetAttribute("exposure:time").Get()  # for which each row is open
+    motion = reader.scene(reader.frames[0]).bodies[0].motion
+    assert motion is not None
+    if times[2] == "20":
+        assert motion.velocity == pytest.approx([0.01, 0, 0], abs=1e-12)  # 0.1 m in 10 s
+    assert moved == pytest.approx(motion.velocity[0] * (0.02 + exposure), rel=1e-3)
+
+
+def moving(folder: Path, speed: float, turn_deg: float = 0.0, *, times: Sequence[float] = range(7)) -> Path:
+    """The target at 6 m, moving across at `speed`, metres a second, and turning about the camera's axis."""
+    rows = []
+    for i, time in enumerate(times):
+        half = np.radians(turn_deg * time) / 2
+        rows.append(f"p{i},{np.cos(half)!r},0,0,{np.sin(half)!r},{speed * time!r},0,6,{time!r}")
+    path = folder / "moving.csv"
+    path.write_text("\n".join((f"{HEADS},time", *rows)).replace("np.float64(", "").replace(")", "") + "\n")
+    return path
+
+
+def test_the_shutter_is_open_for_the_exposure_and_blurs_by_the_rates(tmp_path: Path) -> None:
+    speed, turn_deg = 0.5, 30.0
+    root = authored(tmp_path, moving(tmp_path, speed, turn_deg))
+    stage = Usd.Stage.Open(str(root))
+    exposure = stage.GetPrimAtPath("/World/Camera").GetAttribute("exposure:time").Get()
+    reader = StageReader(root)
+    for frame in (reader.frames[0], reader.frames[3], reader.frames[-1]):  # the ends move on
+        scene = reader.scene(frame)
+        (body,) = scene.bodies
+        assert scene.shutter is not None
+        blur = (body.poses[-1].translation - body.poses[0].translation) / 6 * scene.camera.fx
+        assert blur == pytest.approx([speed * exposure / 6 * scene.camera.fx, 0, 0], rel=0.01, abs=1e-9)
+        assert rotation_angle(body.poses[0], body.poses[-1]) == pytest.approx(np.radians(turn_deg) * exposure, rel=1e-4)
+        assert body.T_cam_body.translation[0] == pytest.approx(speed * (scene.frame.time_s or 0.0))
+        assert body.motion is not None
+        assert body.motion.velocity == pytest.approx([speed, 0, 0], abs=1e-9)
+        assert body.motion.angular_velocity == pytest.approx([0, 0, np.radians(turn_deg)], abs=1e-9)
+
+
+def test_what_hardly_moves_is_an_instant_and_so_is_what_a_layer_says(tmp_path: Path) -> None:
+    slow = StageReader(authored(tmp_path, moving(tmp_path, 1e-4)))
+    assert slow.scene(slow.frames[1]).shutter is None
+    (tmp_path / "still").mkdir()
+    root = authored(tmp_path / "still", moving(tmp_path, 0.5))
+    stage = Usd.Stage.Open(str(root))
+    for name in ("shutter:open", "shutter:close"):
+        stage.GetPrimAtPath("/World/Camera").GetAttribute(name).Set(0.0)
+    stage.GetRootLayer().Save()
+    reader = StageReader(root)
+    assert reader.scene(reader.frames[1]).shutter is None
+
+
+def test_poses_that_do_not_follow_one_another_blur_nothing(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    turns = Rotation.random(9, random_state=3).as_quat(scalar_first=True)
+    rows = [
+        ",".join(map(str, (f"p{i}", *q.tolist(), *rng.uniform(-1, 1, 2).tolist(), 6, i))) for i, q in enumerate(turns)
+    ]
+    (tmp_path / "list.csv").write_text("\n".join((f"{HEADS},time", *rows)) + "\n")
+    made = author_stage(poses=tmp_path / "list.csv", target="cubesat", camera="spin", out=tmp_path / "stage")
+    assert any("do not follow one another smoothly" in note for note in made.notes)
+    reader = StageReader(Path(made.root))
+    scene = reader.scene(reader.frames[4])
+    assert (scene.shutter, scene.bodies[0].motion) == (None, None)
+
+
+def test_records_say_how_fast_the_target_moves(tmp_path: Path) -> None:
+    root = authored(tmp_path, moving(tmp_path, 0.5, 30.0))
+    render(stage=root, out=tmp_path / "set", labels_only=True)
+    target = Dataset(tmp_path / "set")[2].targets[0]
+    assert target.velocity == pytest.approx([0.5, 0, 0], abs=1e-9)
+    assert target.angular_velocity == pytest.approx([0, 0, np.radians(30)], abs=1e-9)
+
+
+def test_rates_that_are_not_at_the_poses_are_refused(tmp_path: Path) -> None:
+    root = authored(tmp_path, moving(tmp_path, 0.5))
+    stage = Usd.Stage.Open(str(root))
+    stage.GetPrimAtPath("/World/Target").GetAttribute(schema.MOTION_VELOCITY).Set(Gf.Vec3d(1), 0.5)
+    stage.GetRootLayer().Save()
+    with pytest.raises(StageError, match="not at the samples of its pose"):
+        StageReader(root)
 
 
 def test_utc_gives_the_start_and_reaches_records_and_exports(tmp_path: Path) -> None:

@@ -1,0 +1,27 @@
+"""Poses that have times, with the rates of a smooth motion through them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.motion import fitted_rates
+from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.scene.poses import PoseList
+
+
+def smooth_poses(poses: PoseList, times: Float | None) -> PoseList:
+    """Return the `poses`, which are taken at the `times` (N,), with rates that are fitted to them, and with a note on
+    how well; as they are where they have rates or there are no times."""
+    if times is None or len(times) < 2 or poses.velocities is not None:
+        return poses
+    fit = fitted_rates(times, matrices_from_quaternions(poses.q_cam_body), poses.t_cam_body)
+    name = poses.source or "the pose list"
+    if fit is None:
+        said = f"{name}: its poses do not follow one another smoothly, so no exposure is blurred by their motion"
+        return replace(poses, notes=(*poses.notes, said))
+    said = f"{name}: between its poses the target moves by splines through them"
+    if fit.missed or fit.missed_rad:
+        off = f"{fit.missed:.2g} m and {np.degrees(fit.missed_rad):.2g} degrees"
+        said += f"; splines through every other pose miss those left out by at most {off}"
+    return replace(poses, velocities=fit.velocities, angular_velocities=fit.rates, notes=(*poses.notes, said))
