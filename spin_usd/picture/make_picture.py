@@ -25,11 +25,13 @@ from spin_usd.picture.kinds import (
 from spin_usd.records.record import RecordedTones
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
+from spin_usd.renderers.magnify import gathered, magnified
 from spin_usd.renderers.renderer import LabelPass, Renderer
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed, render_seed
 from spin_usd.scene.derived.echoes import FirstFaces, echoes
 from spin_usd.scene.derived.light_groups import UnitLight
+from spin_usd.scene.derived.magnification import magnification
 from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import CPU
@@ -100,6 +102,8 @@ def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, wa
     """Render the target in unit light: a render that all pictures with this radiance key share."""
     with watch(BEAUTY_PASS if settings.device == CPU else DEVICE_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
+        if magnification(light.scene) > 1:  # a reduced render would see even less of it
+            return gathered(renderer.radiance(magnified(light.scene), settings.effort, seed=seed), light.scene)
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
         return enlarged(small, light.scene, by)
 

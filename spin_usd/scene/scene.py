@@ -197,6 +197,16 @@ class Scene:
         region = self.picture_region
         return min(sum(one.outline_pixels for one in self.one_body_scenes), float(region.width * region.height))
 
+    @cached_property
+    def outline_box(self) -> Float | None:
+        """(2, 2): the least and the greatest pixel of the bodies' outlines in the picture; None where that shows none,
+        or where they could be anywhere."""
+        boxes = [one.outline_box for one in self.one_body_scenes if not one.picture_region.empty]
+        known = [box for box in boxes if box is not None]
+        if not boxes or len(known) < len(boxes):
+            return None
+        return np.array([np.min(known, axis=0)[0], np.max(known, axis=0)[1]])
+
     def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
         """Return the same scene with other lights; what was computed of its geometry stays."""
         other = copy(self)
@@ -256,6 +266,12 @@ class OneBody(Scene):
         region, outline = self.picture_region, self._picture_outline
         box = float(region.width * region.height)
         return box if outline is None else min(polygon_area(outline), box)
+
+    @cached_property
+    def outline_box(self) -> Float | None:
+        """As in a scene of several."""
+        outline = self._picture_outline
+        return None if outline is None or not len(outline) else np.array([outline.min(0), outline.max(0)])
 
     @cached_property
     def _picture_outline(self) -> Float | None:

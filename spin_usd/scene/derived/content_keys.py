@@ -15,6 +15,7 @@ from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
+from spin_usd.scene.derived.magnification import magnification
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import AreaLight
 from spin_usd.scene.scene import Scene, augmentation_and_camera
@@ -75,7 +76,8 @@ class KeyMaker:
         if scene.several:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
-        how = [LIGHT.get(settings.renderer, settings.renderer), self._effort, settings.seed, *elsewhere]
+        fine = [f"magnified {by}"] if (by := magnification(scene)) > 1 else []
+        how = [LIGHT.get(settings.renderer, settings.renderer), self._effort, settings.seed, *elsewhere, *fine]
         radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._last[str(i)].of((part,), partial(key_of, part)) for i, part in enumerate(parts)]

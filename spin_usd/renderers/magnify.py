@@ -1,0 +1,73 @@
+"""A render of more pixels than the picture's, for targets so small that a pixel's few rays would miss or overrate them.
+
+A far target's light is then right however small it is: rays go through a frame of fine pixels around it alone, and each
+pixel of the picture has the mean of its own.
+"""
+
+from dataclasses import replace
+from math import ceil, floor
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.region import Region
+from spin_usd.scene.derived.magnification import magnification
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene, Shutter
+
+PADDING_PX = 2  # fine ones around the target
+
+
+def magnified(scene: Scene) -> Scene:
+    """Return the scene as a camera of finer pixels sees it, whose frame holds the target alone; itself where the target
+    is large enough."""
+    by = magnification(scene)
+    if by == 1:
+        return scene
+    frame, camera = _fine_frame(scene, by), scene.camera
+    fine = replace(
+        camera,
+        width=frame.width,
+        height=frame.height,
+        fx=camera.fx * by,
+        fy=camera.fy * by,
+        cx=camera.cx * by - frame.x0,
+        cy=camera.cy * by - frame.y0,
+    )
+    return replace(scene, camera=fine, shutter=scene.shutter and _fine_shutter(scene.shutter, frame, by, camera.height))
+
+
+def gathered(fine: Radiance, scene: Scene) -> Radiance:
+    """Return the radiance of `scene.picture_region` from that of `magnified(scene)`."""
+    by = magnification(scene)
+    if by == 1:
+        return fine
+    region, frame = scene.picture_region, _fine_frame(scene, by)
+    down = _means(frame.y0 + fine.region.y0, fine.region.height, region.y0, region.height, by)
+    across = _means(frame.x0 + fine.region.x0, fine.region.width, region.x0, region.width, by)
+    groups = np.einsum("ai,gijc,bj->gabc", down, fine.groups.astype(np.float64), across)
+    coverage = down @ fine.coverage.astype(np.float64) @ across.T
+    return Radiance(
+        region=region, groups=groups.astype(np.float32), coverage=np.minimum(coverage, 1).astype(np.float32)
+    )
+
+
+def _fine_frame(scene: Scene, by: int) -> Region:
+    """Return the fine pixels around the target, counted from the picture's corner."""
+    box = scene.outline_box
+    assert box is not None
+    (x0, y0), (x1, y1) = box.tolist()
+    around = Region(x0=floor(x0 * by), y0=floor(y0 * by), x1=ceil(x1 * by), y1=ceil(y1 * by))
+    return around.padded(PADDING_PX)
+
+
+def _fine_shutter(shutter: Shutter, frame: Region, by: int, rows: int) -> Shutter:
+    """Return the shutter by which the fine rows are exposed as the picture's are in which they lie."""
+    first, last = (((row + 0.5) / by - 0.5) / max(rows - 1, 1) for row in (frame.y0, frame.y1 - 1))
+    return replace(shutter, first_row=first, last_row=last)
+
+
+def _means(start: int, count: int, first: int, pixels: int, by: int) -> Float:
+    """Return the matrix (pixels, count) that gives pixels from `first` on the mean of the fine ones from `start` on."""
+    own = (start + np.arange(count)) // by - first
+    return np.asarray((own == np.arange(pixels)[:, None]) / by)
