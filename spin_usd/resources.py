@@ -30,6 +30,7 @@ BUNDLED: Mapping[str, BundledKind] = {
     "environment": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Environment"),
     "lidar": BundledKind(pattern="lidars/*.toml", instead="a LiDAR file"),
     "material": BundledKind(pattern="materials/*.usda", instead="keep"),
+    "scenario": BundledKind(pattern="scenarios/*.toml", instead="a .toml file"),
     "sample": BundledKind(pattern="examples/*.toml", instead="a .toml file, or text such as range=3..10"),
     "specification": BundledKind(pattern="augmentations/*.toml", instead="a .toml file"),
 }

@@ -201,3 +201,24 @@ def rendered(library, small_stage, spin_usd):
                  "--radiance")  # fmt: skip
 
     return library.folder("rendered", make) / "dataset"
+
+
+@pytest.fixture(scope="session")
+def skyfield_loader():
+    """Another library's view of the sky: Skyfield with the files that travel with skyfield-data."""
+    from skyfield.api import Loader
+    from skyfield_data import get_skyfield_data_path
+
+    return Loader(get_skyfield_data_path(), expire=False)
+
+
+@pytest.fixture(scope="session")
+def timescale(skyfield_loader):
+    """Its times."""
+    return skyfield_loader.timescale(builtin=True)
+
+
+@pytest.fixture(scope="session")
+def de421(skyfield_loader):
+    """JPL's ephemeris DE421."""
+    return skyfield_loader("de421.bsp")

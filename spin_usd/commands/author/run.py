@@ -23,7 +23,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     """
     _refuse_without_pictures(options)
     with nothing_left_of(Path(options.out)):
-        reads = f"{options.poses or options.sample} or {options.target}"
+        reads = f"{options.poses or options.scenario or options.sample} or {options.target}"
         given = options.as_json()
         report = ask_child("author", reads=reads, progress=options.progress, within_s=AUTHOR_PATIENCE_S, **given)
     return convert(report, AuthorReport)
@@ -31,15 +31,16 @@ def author(options: AuthorOptions) -> AuthorReport:
 
 def _refuse_without_pictures(options: AuthorOptions) -> None:
     """Raise InputError where it is not said, or said twice, where the pictures come from."""
-    if options.poses is None and options.sample is None:
+    given = [name for name in ("poses", "sample", "scenario") if getattr(options, name) is not None]
+    if not given:
         do = "give a pose list as poses, or say what to sample: sample='range=3..10 inside=0.9 count=100'"
-        raise InputError("neither poses nor sample is given", do=do)
-    if options.poses is not None and options.sample is not None:
-        raise InputError("poses and sample are given together", do="give one of them")
+        raise InputError("neither poses, sample nor scenario is given", do=do)
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} are given together", do="give one of them")
     if options.sample is not None:
         return
     if options.count is not None:
         raise InputError("count is given without sample", do="choose poses with frames")
     for name in ("target", "camera"):
         if not getattr(options, name):
-            raise InputError(f"poses is given without {name}", do=f"give {name} too")
+            raise InputError(f"{given[0]} is given without {name}", do=f"give {name} too")

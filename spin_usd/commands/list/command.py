@@ -70,6 +70,7 @@ LISTS = {
     "lidars": Kind(option="author --lidar", names=_travelling("lidar")),
     "materials": Kind(option="author --materials", names=_travelling("material")),
     "samples": Kind(option="author --sample", names=_travelling("sample")),
+    "scenarios": Kind(option="author --scenario", names=_travelling("scenario")),
     "augmentations": Kind(option="augment --spec, author --augment", names=_travelling("specification")),
     "labels": Kind(option="render --labels", names=_labels),
     "formats": Kind(option="export --to", names=_formats),

@@ -35,12 +35,15 @@ class SampledValues:
     """In the order of their paths."""
     apis: tuple[tuple[str, str], ...] = ()
     """(prim, API schema) to apply."""
+    credit: str = ""
+    """Whose data they are, where these ask for it."""
 
     def of(self, chosen: Callable[[str], bool]) -> "SampledValues":
         """Return those of the chosen prims, by their paths."""
         return SampledValues(
             attributes=tuple(each for each in self.attributes if chosen(each.attribute.prim)),
             apis=tuple(each for each in self.apis if chosen(each[0])),
+            credit=self.credit,
         )
 
 
@@ -96,7 +99,9 @@ def overlaid(stronger: SampledValues, weaker: SampledValues) -> SampledValues:
     paths = {str(each.attribute) for each in stronger.attributes}
     kept = (each for each in weaker.attributes if str(each.attribute) not in paths)
     return SampledValues(
-        attributes=_ordered((*stronger.attributes, *kept)), apis=tuple(sorted({*stronger.apis, *weaker.apis}))
+        attributes=_ordered((*stronger.attributes, *kept)),
+        apis=tuple(sorted({*stronger.apis, *weaker.apis})),
+        credit=stronger.credit or weaker.credit,
     )
 
 

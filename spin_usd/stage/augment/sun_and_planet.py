@@ -1,5 +1,6 @@
 """Positions of Sun, target and planet in all pictures, for constraints on sampled values."""
 
+from collections.abc import Sized
 from pathlib import Path
 
 import numpy as np
@@ -72,12 +73,14 @@ def write_sampled(root: Path, values: SampledValues, frames: int) -> None:
     if outside := next((path for path in changed if not any(map(path.HasPrefix, places))), None):
         raise InputError("is sampled, but belongs neither to the lights nor to the environment", where=outside)
     moving = {each.attribute.prim for each in values.attributes if each.samples}
-    file = f"{NAME}{'.usdc' if frames > MAX_FRAMES_IN_TEXT and moving else '.usda'}"
+    longest = max((len(each.value) for each in values.attributes if isinstance(each.value, Sized)), default=0)
+    file = f"{NAME}{'.usdc' if max(frames, longest) > MAX_FRAMES_IN_TEXT and moving else '.usda'}"
     for place in places:
         _write_own(root.parent / FOLDER / f"{place.name.lower()}.usda", place, values, moving, file)
     if moving:
         layer = Sdf.Layer.CreateAnonymous(Path(file).suffix)
-        author_metadata(layer, default_prim=WORLD.name, frames=frames, documentation="The light of each picture.")
+        documentation = f"The light of each picture. {values.credit}".strip()
+        author_metadata(layer, default_prim=WORLD.name, frames=frames, documentation=documentation)
         write_values(layer, values.of(lambda prim: prim in moving))
         used = [place for place in places if any(Sdf.Path(prim).HasPrefix(place) for prim in moving)]
         add_layer(root, layer, file, {place: place for place in used})

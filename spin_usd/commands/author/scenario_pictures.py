@@ -1,0 +1,99 @@
+"""The pictures of a scenario: the target's poses, and Sun, Earth, Moon and stars where they are then."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_SPECIFICATION
+from spin_usd.formats.checked_document import read_as
+from spin_usd.formats.chosen_frames import chosen_frames
+from spin_usd.formats.text_file import read_toml_file
+from spin_usd.geometry.camera import Camera
+from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
+from spin_usd.orbits.stars import CREDIT, stars
+from spin_usd.resources import bundled
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.augment.placed_sky import PlacedSky
+from spin_usd.stage.augment.sampled_values import SampledValues, open_base
+from spin_usd.stage.author.target_asset import TargetAsset
+
+ENVIRONMENT = "near_earth"
+NO_STARS = -2.0  # magnitude: none is brighter but the Sun
+ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquity of J2000, 84381.406 arcseconds
+
+
+class ScenarioPictures:
+    """The pictures of the scenario in a file, of those that `frames` chooses.
+
+    files: those that they come from, by their roles · whole: how many there were to choose from.
+    """
+
+    def __init__(self, given: str | Path, frames: str | None) -> None:
+        """Raises InputError."""
+        file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("scenario", str(given))
+        scenario = read_as(Scenario, read_toml_file(file, MAX_SPECIFICATION), file)
+        self.files = {"scenario": file}
+        self.files |= {f"scenario_{number}": file.parent / name for number, name in enumerate(scenario.files, 1)}
+        try:
+            self._seen = see(scenario, file.parent)
+            self._stars = _stars(scenario, self._seen.year)
+        except InputError as error:
+            where = str(error.where or "")
+            if not where.startswith(str(file.parent)):
+                where = f"{file}, {where}" if where else str(file)
+            raise InputError(error.found, where=where, do=error.do) from None
+        self._listed = _listed(self._seen, scenario, str(file))
+        self.whole = len(self._listed)
+        self._chosen = chosen_frames(self._listed, frames)
+
+    def poses(self, camera: Camera, asset: TargetAsset) -> PoseList:
+        """Return the target's poses, with their rates."""
+        return self._chosen
+
+    def light(self, stage: Any) -> SampledValues:
+        """Return what places Sun, planets and stars in the opened `stage`."""
+        seen, places = self._seen, {name: i for i, name in enumerate(self._listed.names)}
+        rows = [places[name] for name in self._chosen.names]
+        moon = _axes_of_moon(seen)
+        sky = PlacedSky(
+            sun=seen.sun[rows],
+            planets={"Earth": (seen.R_cam_earth[rows], seen.earth[rows]), "Moon": (moon[rows], seen.moon[rows])},
+            stars=seen.R_cam_gcrf[rows],
+            directions=self._stars[0],
+            magnitudes=self._stars[1],
+            credit=CREDIT if len(self._stars[1]) else "",
+        )
+        return sky.values(stage, open_base(stage)[0])
+
+
+def _listed(seen: Seen, scenario: Scenario, source: str) -> PoseList:
+    return PoseList(
+        names=tuple(f"img{number:06d}" for number in range(1, len(seen.seconds) + 1)),
+        q_cam_body=quaternions_of(seen.R_cam_body),
+        t_cam_body=seen.t_cam_body,
+        times=seen.seconds,
+        epoch=scenario.utc,
+        velocities=seen.velocities,
+        angular_velocities=seen.rates,
+        source=source,
+        notes=seen.notes,
+    )
+
+
+def _stars(scenario: Scenario, year: float) -> tuple[Float, Float]:
+    if scenario.stars < NO_STARS:
+        return np.zeros((0, 3)), np.zeros(0)
+    return stars(scenario.stars, year)
+
+
+def _axes_of_moon(seen: Seen) -> Float:
+    """Return the rotations (N, 3, 3) from the Moon's axes: x towards the Earth, z along the ecliptic's pole as near as
+    can be. Its libration, 8 degrees, is left out."""
+    x = seen.earth - seen.moon
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    y = np.cross(seen.R_cam_gcrf @ np.array(ECLIPTIC_POLE), x)
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], -1)

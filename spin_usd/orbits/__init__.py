@@ -1,0 +1,1 @@
+"""Where craft, Sun, Moon, Earth and stars are at given times, and how craft are turned."""

@@ -1,0 +1,223 @@
+"""The kinds of attitude that a scenario may name, each of which turns a craft's axes at the scenario's moments."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Protocol
+
+import numpy as np
+from msgspec import Meta, Struct
+from msgspec import field as named
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.ccsds_file import read_aem
+from spin_usd.formats.text_file import lines_of
+from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
+from spin_usd.json_fields import one_of
+from spin_usd.orbits.moments import Moments, frame_named
+from spin_usd.orbits.orbits import Flight, ordered, refuse_outside, within
+from spin_usd.orbits.propagation import rtn_axes
+from spin_usd.sampling.distribution import Vector
+from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
+
+Unit = tuple[float, float, float, float]
+ALONG = 1e-6  # the sine of the least angle between two directions that fix an attitude
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sight:
+    """What a pointing law looks at: states (N, 6) of the craft itself and of the other one."""
+
+    flight: Flight
+    own: Float
+    other: Float
+
+
+DIRECTIONS: dict[str, Callable[[Sight], Float]] = {
+    "target": lambda sight: sight.other[:, :3] - sight.own[:, :3],
+    "nadir": lambda sight: -sight.own[:, :3],
+    "zenith": lambda sight: sight.own[:, :3],
+    "velocity": lambda sight: sight.own[:, 3:],
+    "orbit_normal": lambda sight: rtn_axes(sight.own)[:, :, 2],
+    "sun": lambda sight: sight.flight.moments.sun - sight.own[:, :3],
+    "moon": lambda sight: sight.flight.moments.moon - sight.own[:, :3],
+}
+DIRECTIONS["chaser"] = DIRECTIONS["target"]
+"""By the name of what is pointed at, in GCRF: target and chaser both are the other craft."""
+Where = Annotated[str, one_of(*DIRECTIONS)] | Vector
+
+
+class Attitude(Protocol):
+    """An attitude that a scenario names."""
+
+    def rotations(self, sight: Sight) -> Float:
+        """Return the rotations (N, 3, 3) from the craft's axes to GCRF. Raises InputError."""
+        ...
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of its files."""
+        ...
+
+
+class _Attitude(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    @property
+    def files(self) -> tuple[str, ...]:
+        return ()
+
+
+class AttitudeFile(_Attitude, frozen=True, kw_only=True):
+    """An attitude in a file."""
+
+    file: Annotated[str, Meta(description="Beside the scenario.")]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return (self.file,)
+
+
+class Aem(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="aem"):
+    """A CCSDS attitude ephemeris of quaternions, KVN or XML."""
+
+    def rotations(self, sight: Sight) -> Float:
+        flight, moments = sight.flight, sight.flight.moments
+        path = flight.path(self.file)
+        found = np.full((len(moments.seconds), 3, 3), np.nan)
+        for segment in read_aem(path):
+            times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
+            own = frame_named(segment.frame, path)
+            turns = Moments(moments.epoch, times).axes_of(own) @ matrices_from_quaternions(_units(segment.rows, path))
+            chosen = within(times, moments.seconds)
+            if chosen.any():
+                found[chosen] = _between(times, turns, moments.seconds[chosen])
+        refuse_outside(found.reshape(-1, 9), flight, path)
+        return found
+
+
+class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="list"):
+    """A list of attitudes: in each line the seconds and w, x, y, z of the rotation from the craft's axes to the
+    frame's, apart by commas or blanks."""
+
+    frame: str = "GCRF"
+
+    def rotations(self, sight: Sight) -> Float:
+        moments, path = sight.flight.moments, sight.flight.path(self.file)
+        rows: list[list[float]] = []
+        for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
+            words = line.replace(",", " ").replace(";", " ").split()
+            if not words or words[0].startswith("#") or (not rows and words[0][:1].isalpha()):
+                continue
+            try:
+                rows.append([float(word) for word in words])
+            except ValueError:
+                raise InputError("holds no numbers", where=f"{path}, line {number}") from None
+            if len(words) != 5 or not np.isfinite(rows[-1]).all():
+                do = "give seconds, w, x, y, z"
+                raise InputError("has not five numbers", where=f"{path}, line {number}", do=do)
+        table = np.array(rows).reshape(-1, 5)
+        times = ordered(table[:, 0], path)
+        turns = matrices_from_quaternions(_units(table[:, 1:], path))
+        turns = Moments(moments.epoch, times).axes_of(frame_named(self.frame, path)) @ turns
+        found = np.full((len(moments.seconds), 3, 3), np.nan)
+        chosen = within(times, moments.seconds)
+        found[chosen] = _between(times, turns, moments.seconds[chosen])
+        refuse_outside(found.reshape(-1, 9), sight.flight, path)
+        return found
+
+
+class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="pointing"):
+    """An axis of the craft looks at something, and a second one as near to something else as can be."""
+
+    axis: Annotated[Vector, Meta(description="Of the craft.")] = (0.0, 0.0, 1.0)
+    at: Annotated[Where, Meta(description="What it looks at: by name, or a direction in GCRF.")]
+    second: Annotated[Vector, Meta(description="Another axis of the craft.")] = (0.0, 1.0, 0.0)
+    towards: Annotated[Where, Meta(description="What that looks towards.")] = "nadir"
+
+    def rotations(self, sight: Sight) -> Float:
+        there = _axes(*(np.broadcast_to(_direction(each, sight), sight.own[:, :3].shape) for each in self._sought))
+        here = _axes(*(np.array([each], np.float64) for each in (self.axis, self.second)))
+        bad = np.flatnonzero(np.isnan(there).any((1, 2)))
+        if len(bad) or np.isnan(here).any():
+            second = f" at second {sight.flight.moments.seconds[bad[0]]:g}" if len(bad) else ""
+            found = f"looks along {self.at}, and towards {self.towards} the same way{second}"
+            raise InputError(found, where="pointing", do="choose another axis, or another thing for `towards`")
+        return np.asarray(there @ here[0].T)
+
+    @property
+    def _sought(self) -> tuple[Where, Where]:
+        return self.at, self.towards
+
+
+class Inertial(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="inertial"):
+    """It stays among the stars."""
+
+    q: Annotated[Unit, Meta(description="w, x, y, z of the rotation from the craft's axes to the frame's.")]
+    frame: str = "GCRF"
+
+    def rotations(self, sight: Sight) -> Float:
+        start = Moments(sight.flight.moments.epoch, np.zeros(1)).axes_of(frame_named(self.frame, "frame"))[0]
+        turn = start @ rotation_of(self.q, "q")
+        return np.broadcast_to(turn, (len(sight.own), 3, 3))
+
+
+class Tumbling(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="tumbling"):
+    """It turns without torque."""
+
+    q: Annotated[Unit, Meta(description="At second 0: w, x, y, z of the rotation from its axes to GCRF.")]
+    rate_deg_s: Annotated[Vector, Meta(description="At second 0, in its axes.")]
+    inertia: Inertia = named(name="inertia_kg_m2", default=(1.0, 1.0, 1.0))
+
+    def __post_init__(self) -> None:
+        tensor_of(self.inertia)
+
+    def rotations(self, sight: Sight) -> Float:
+        start = rotation_of(self.q, "q")
+        rate, inertia, seconds = np.radians(self.rate_deg_s), tensor_of(self.inertia), sight.flight.moments.seconds
+        found = np.empty((len(seconds), 3, 3))
+        for sign in (1, -1):  # backwards it turns as one with the opposite rate does forwards
+            chosen = seconds >= 0 if sign > 0 else seconds < 0
+            order = np.argsort(np.abs(seconds[chosen]))
+            if chosen.any():
+                q = tumbled(sign * rate, inertia, np.abs(seconds[chosen])[order])
+                found[np.flatnonzero(chosen)[order]] = start @ matrices_from_quaternions(q)
+        return found
+
+
+AnyAttitude = Aem | Listed | Pointing | Inertial | Tumbling
+
+
+def _direction(where: Where, sight: Sight) -> Float:
+    return DIRECTIONS[where](sight) if isinstance(where, str) else np.array([where])
+
+
+def _axes(first: Float, second: Float) -> Float:
+    """Return rotations (N, 3, 3) whose columns are `first`, what is across both, and what is across these; NaN where
+    both (N, 3) have one direction, or none."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        first = first / np.linalg.norm(first, axis=-1, keepdims=True)
+        across = np.cross(first, second / np.linalg.norm(second, axis=-1, keepdims=True))
+        sine = np.linalg.norm(across, axis=-1, keepdims=True)
+        across = np.where(sine > ALONG, across / sine, np.nan)
+    return np.stack([first, across, np.cross(first, across)], -1)
+
+
+def rotation_of(q: Unit, where: object) -> Float:
+    """Return the rotation (3, 3) of a quaternion. Raises InputError for one that is none."""
+    return np.asarray(matrices_from_quaternions(_units(np.array([q]), where))[0])
+
+
+def _units(q: Float, where: object) -> Float:
+    norm = np.linalg.norm(q, axis=1)
+    if not (np.abs(norm - 1) <= QUATERNION_NORM_ROUNDED).all():
+        i = int(np.argmax(~(np.abs(norm - 1) <= QUATERNION_NORM_ROUNDED)))
+        raise InputError(f"quaternion {i + 1} has norm {norm[i]:.6g}, expected 1", where=where, do="normalise it")
+    return np.asarray(q / norm[:, None])
+
+
+def _between(times: Float, turns: Float, seconds: Float) -> Float:
+    """Return rotations at `seconds` (N,) of the smooth motion through `turns` (M, 3, 3) at `times` (M,)."""
+    from scipy.spatial.transform import Rotation, RotationSpline
+
+    spline = RotationSpline(times, Rotation.from_matrix(turns))
+    return np.asarray(spline(seconds).as_matrix())

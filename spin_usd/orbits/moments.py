@@ -1,0 +1,137 @@
+"""The moments of a scenario, and where Sun, Moon and the Earth's axes are then.
+
+All is in the axes of GCRF, which are those of ICRF, with the Earth's centre as origin: metres, seconds. Places are
+geometric: neither the time that light takes nor aberration is applied. Times are differences of atomic time, so that a
+leap second counts. Source: astropy's transformations, which are ERFA's (IAU 2006/2000A), with the orientation of the
+Earth that IERS measured and predicts.
+"""
+
+import warnings
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+
+GCRF, EME2000, TEME, ITRF = "GCRF", "EME2000", "TEME", "ITRF"
+FRAMES = {"ICRF": GCRF, "GCRF": GCRF, "J2000": EME2000, "EME2000": EME2000, "TEME": TEME}
+"""The names of frames that are read, in capitals; besides, all that begin with ITRF."""
+SCALES = ("utc", "tai", "tt", "tdb", "ut1")
+GPS_BEHIND_TAI = 19.0  # seconds
+YEARS = (1962, 2100)  # from where on IERS knows the Earth's orientation; where its precession is well known
+
+
+def frame_named(name: str, where: object) -> str:
+    """Return one of GCRF, EME2000, TEME and ITRF. Raises InputError for a frame that is not known."""
+    known = ITRF if name.upper().startswith("ITRF") else FRAMES.get(name.upper())
+    if known is None:
+        do = f"give it in one of {', '.join(dict.fromkeys((*FRAMES, ITRF)))}"
+        raise InputError(f"is in the frame {name[:40]!r}, which is not known", where=where, do=do)
+    return known
+
+
+class Moments:
+    """So many seconds after an epoch, at each of N moments."""
+
+    def __init__(self, epoch: str, seconds: Float) -> None:
+        """`epoch`: UTC as ISO 8601 has it. Raises InputError for years when the Earth's orientation is not known."""
+        self.epoch, self.seconds = epoch, seconds
+        self._start = _astropy().time.Time(epoch.removesuffix("Z"), scale="utc")
+        if not YEARS[0] <= self._start.ymdhms["year"] < YEARS[1]:
+            do = f"choose a year from {YEARS[0]} to {YEARS[1] - 1}"
+            raise InputError(f"is {epoch}, when the Earth's orientation is not known", where="epoch", do=do)
+
+    def after(self, seconds: float) -> "Moments":
+        """Return the moments so much later."""
+        return Moments(self.epoch, self.seconds + seconds)
+
+    @cached_property
+    def time(self) -> Any:
+        """The moments (N,) as astropy has them."""
+        return self._start + _astropy().time.TimeDelta(self.seconds, format="sec")
+
+    def seconds_of(self, texts: Iterable[str], scale: str, where: object) -> Float:
+        """Return the seconds (M,) since the epoch of times as ISO 8601 has them, in a time scale such as UTC. Raises
+        InputError."""
+        gps = scale.upper() == "GPS"
+        if not gps and scale.lower() not in SCALES:
+            do = f"give it in {', '.join(SCALES).upper()} or GPS"
+            raise InputError(f"is in the time system {scale[:20]!r}, which is not known", where=where, do=do)
+        try:
+            times = _astropy().time.Time(
+                [each.strip().removesuffix("Z") for each in texts], scale="tai" if gps else scale.lower()
+            )
+        except ValueError as error:
+            do = "write times as 2026-11-26T12:00:00"
+            raise InputError(f"holds a time that is none ({error})"[:200], where=where, do=do) from None
+        return np.asarray((times - self._start).to_value("s") + gps * GPS_BEHIND_TAI)
+
+    @cached_property
+    def sun(self) -> Float:
+        """Where the Sun is (N, 3)."""
+        return self._from_earth("sun")
+
+    @cached_property
+    def moon(self) -> Float:
+        """Where the Moon is (N, 3)."""
+        return self._from_earth("moon")
+
+    def _from_earth(self, body: str) -> Float:
+        place = _astropy().coordinates.get_body_barycentric
+        away = place(body, self.time, ephemeris="builtin") - place("earth", self.time, ephemeris="builtin")
+        return np.asarray(away.xyz.to_value("m").T)
+
+    @cached_property
+    def R_gcrf_itrf(self) -> Float:
+        """The Earth's own axes (N, 3, 3): z is its pole, x at longitude 0."""
+        return self.axes_of(ITRF)
+
+    def axes_of(self, frame: str) -> Float:
+        """Return the rotations (N, 3, 3) from a frame that `frame_named` returns."""
+        if frame in (GCRF, EME2000):
+            turn = np.eye(3) if frame == GCRF else _bias()
+            return np.broadcast_to(turn, (len(self.seconds), 3, 3))
+        turned = [self._in_gcrf(frame, np.tile(axis, (len(self.seconds), 1)))[0] for axis in np.eye(3)]
+        return np.stack(turned, -1)
+
+    def states_from(self, frame: str, states: Float) -> Float:
+        """Return states (N, 6), places and velocities, that are given in a frame."""
+        if frame in (GCRF, EME2000):
+            turn = np.eye(3) if frame == GCRF else _bias()
+            return np.concatenate([states[:, :3] @ turn.T, states[:, 3:] @ turn.T], -1)
+        return np.concatenate(self._in_gcrf(frame, states[:, :3], states[:, 3:]), -1)
+
+    def _in_gcrf(self, frame: str, places: Float, velocities: Float | None = None) -> tuple[Float, ...]:
+        coordinates = _astropy().coordinates
+        found = coordinates.CartesianRepresentation(places.T, unit="m")
+        if velocities is not None:
+            found = found.with_differentials(coordinates.CartesianDifferential(velocities.T, unit="m/s"))
+        kind = coordinates.TEME if frame == TEME else coordinates.ITRS
+        turned = kind(found, obstime=self.time).transform_to(coordinates.GCRS(obstime=self.time)).cartesian
+        if velocities is None:
+            return (np.asarray(turned.xyz.to_value("m").T),)
+        return np.asarray(turned.xyz.to_value("m").T), np.asarray(turned.differentials["s"].d_xyz.to_value("m/s").T)
+
+
+def _bias() -> Float:
+    """Return the rotation (3, 3) from EME2000, the mean equator and equinox of J2000, to GCRF: 0.02 arcseconds."""
+    import erfa  # not above: an extra
+
+    return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0].T)
+
+
+def _astropy() -> Any:
+    """Return astropy, which reads the tables that travel with it, and nothing from the network."""
+    import astropy.coordinates  # not above: an extra
+    import astropy.time
+    from astropy.utils import iers
+
+    if iers.conf.auto_download:
+        iers.conf.auto_download, iers.conf.auto_max_age = False, None
+        iers.conf.iers_degraded_accuracy = "ignore"
+        iers.earth_orientation_table.set(iers.IERS_A.read(iers.IERS_A_FILE))
+        warnings.filterwarnings("ignore", module="erfa")  # of dubious years: leap seconds of the future are not known
+    return astropy

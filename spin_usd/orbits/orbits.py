@@ -1,0 +1,279 @@
+"""The kinds of orbit that a scenario may name, each of which gives a craft's states at the scenario's moments."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Protocol
+
+import numpy as np
+from msgspec import Meta, Struct
+from msgspec import field as named
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_MODEL, MAX_SPECIFICATION
+from spin_usd.files.user_file import open_file
+from spin_usd.formats.ccsds_file import EphemerisSegment, read_oem
+from spin_usd.formats.text_file import read_any_text
+from spin_usd.orbits.moments import TEME, Moments, frame_named
+from spin_usd.orbits.propagation import (
+    J2,
+    RADIUS,
+    acceleration,
+    beside,
+    beside_by_elements,
+    propagated,
+    state_of,
+)
+from spin_usd.sampling.distribution import Vector
+
+MARGIN_S = 1.0  # outside a file's span, for which it is carried on
+FRESH_DAYS = 3.0  # of a TLE
+TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
+"""How far a TLE's orbit is off at its epoch, and how much more a day later. Source: Vallado and Crawford, "SGP4 orbit
+determination" (2008): about 1 km at the epoch, growing by 1 to 3 km a day."""
+MAX_AWAY = 1e10  # metres from the Earth's centre, 26 times as far as the Moon
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Flight:
+    """What an orbit is computed in."""
+
+    moments: Moments
+    folder: Path
+    """In which the files lie that a scenario names."""
+    j2: bool = True
+    other: Float | None = None
+    """(6,) the other craft's state at second 0; None where that is not known."""
+    notes: dict[str, None] = field(default_factory=dict)
+    """Sentences for the user, in their order."""
+
+    def path(self, name: str) -> Path:
+        return self.folder / name
+
+    def pole(self) -> Float:
+        """The Earth's pole (3,) in the middle of the scenario."""
+        return np.asarray(self.moments.R_gcrf_itrf[len(self.moments.seconds) // 2, :, 2])
+
+    def propagated(self, start: Float, where: str) -> Float:
+        """Return the states (N, 6) from that at second 0, GCRF."""
+        try:
+            return propagated(start, self.moments.seconds, self.pole(), J2 if self.j2 else 0.0)
+        except InputError as error:
+            raise InputError(error.found, where=where, do=error.do) from None
+
+
+class Orbit(Protocol):
+    """An orbit that a scenario names."""
+
+    relative: bool
+    """Whether it says where a craft is by the other one."""
+
+    def states(self, flight: Flight) -> Float:
+        """Return places and velocities (N, 6) in the axes of GCRF, metres. Raises InputError."""
+        ...
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of its files."""
+        ...
+
+
+class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    relative = False
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return ()
+
+
+class OrbitFile(_Orbit, frozen=True, kw_only=True):
+    """An orbit in a file."""
+
+    file: Annotated[str, Meta(description="Beside the scenario.")]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return (self.file,)
+
+
+class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
+    """A CCSDS orbit ephemeris, KVN or XML. Between its states a craft moves by quintics that also have the acceleration
+    which the Earth gives it there."""
+
+    def states(self, flight: Flight) -> Float:
+        from scipy.interpolate import BPoly
+
+        moments, path = flight.moments, flight.path(self.file)
+        found = np.full((len(moments.seconds), 6), np.nan)
+        pole = flight.pole()
+        for segment in read_oem(path):
+            times, rows = in_gcrf(segment, moments, path)
+            chosen = within(times, moments.seconds)
+            if not chosen.any():
+                continue
+            known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
+            path_of = BPoly.from_derivatives(times, known)
+            at = moments.seconds[chosen]
+            found[chosen] = np.concatenate([path_of(at), path_of.derivative()(at)], -1)
+        refuse_outside(found, flight, path)
+        return found
+
+
+class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
+    """Two-line elements, after which SGP4 flies."""
+
+    def states(self, flight: Flight) -> Float:
+        from sgp4.api import SGP4_ERRORS, Satrec
+        from sgp4.io import verify_checksum
+
+        path, moments = flight.path(self.file), flight.moments
+        lines = [line.rstrip() for line in read_any_text(path, MAX_SPECIFICATION).splitlines() if line.strip()]
+        pair = [line for line in lines if line[:2] in ("1 ", "2 ")]
+        if [line[0] for line in pair] != ["1", "2"] or min(map(len, pair)) < 69:
+            raise InputError("is not the two lines of one TLE", where=path, do="give one, with or without its name")
+        try:
+            verify_checksum(*pair)
+            craft = Satrec.twoline2rv(*pair)
+        except ValueError as error:
+            raise InputError(f"is no TLE ({error})", where=path, do="copy it again") from None
+        times = moments.time.utc
+        errors, places, velocities = craft.sgp4_array(times.jd1, times.jd2)
+        if errors.any():
+            raise InputError(f"has no orbit then: {SGP4_ERRORS[int(errors.max())]}", where=path)
+        days = float(np.abs(times.jd - craft.jdsatepoch - craft.jdsatepochF).max())
+        if days > FRESH_DAYS:
+            off = TLE_KM + TLE_KM_A_DAY * days
+            flight.notes[f"{path.name} is of {days:.0f} days away: expect it to be off by about {off:.0f} km"] = None
+        return moments.states_from(TEME, np.concatenate([places, velocities], -1) * 1e3)
+
+
+class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
+    """SPICE kernels of the user's own."""
+
+    kernels: Annotated[tuple[str, ...], Meta(min_length=1, description="Beside the scenario; SPK.")]
+    body: Annotated[str, Meta(description="Its name, or its number.")]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return self.kernels
+
+    def states(self, flight: Flight) -> Float:
+        import spiceypy
+
+        for name in self.kernels:
+            open_file(flight.path(name), MAX_MODEL).close()  # so that no library opens a pipe
+        try:
+            spiceypy.furnsh([str(flight.path(name)) for name in self.kernels])
+            et = (flight.moments.time.tdb.jd1 - 2451545.0) * 86400 + flight.moments.time.tdb.jd2 * 86400
+            rows = [spiceypy.spkezr(self.body, float(time), "J2000", "NONE", "EARTH")[0] for time in et]
+        except spiceypy.utils.exceptions.SpiceyError as error:
+            said = (getattr(error, "long", "") or getattr(error, "short", "") or str(error)).split(". ")[0]
+            raise InputError(f"gives no orbit of {self.body}: {said[:160]}", where=", ".join(self.kernels)) from None
+        finally:
+            spiceypy.kclear()
+        return np.array(rows) * 1e3
+
+
+class Keplerian(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="keplerian"):
+    """Osculating elements at second 0, after which it is propagated."""
+
+    semi_major_axis: float = named(name="semi_major_axis_m")
+    eccentricity: Annotated[float, Meta(ge=0, lt=1)] = 0.0
+    inclination_deg: float
+    node_deg: Annotated[float, Meta(description="Right ascension of the ascending node.")] = 0.0
+    perigee_deg: Annotated[float, Meta(description="Argument of the perigee.")] = 0.0
+    mean_anomaly_deg: float = 0.0
+    frame: str = "GCRF"
+
+    def __post_init__(self) -> None:
+        if not RADIUS < self.semi_major_axis * (1 - self.eccentricity) < MAX_AWAY:
+            do = f"let the perigee be more than {RADIUS / 1e3:.0f} km from the Earth's centre; metres"
+            raise InputError(f"semi_major_axis_m {self.semi_major_axis:g} meets the ground, or is far away", do=do)
+
+    def states(self, flight: Flight) -> Float:
+        angles = np.radians([self.inclination_deg, self.node_deg, self.perigee_deg, self.mean_anomaly_deg])
+        start = state_of(self.semi_major_axis, self.eccentricity, *angles.tolist())
+        return flight.propagated(_at_start(start, self.frame, flight), "keplerian")
+
+
+class StateVector(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="state"):
+    """A state at second 0, after which it is propagated."""
+
+    place: Vector = named(name="place_m")
+    velocity: Vector = named(name="velocity_m_s")
+    frame: str = "GCRF"
+
+    def states(self, flight: Flight) -> Float:
+        start = np.array([*self.place, *self.velocity])
+        return flight.propagated(_at_start(start, self.frame, flight), "state")
+
+
+class RelativeState(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="relative_state"):
+    """Where it is by the other craft at second 0, in that one's radial, transverse and normal axes, which turn with it;
+    after which it is propagated."""
+
+    relative = True
+    place: Vector = named(name="place_m")
+    velocity: Vector = named(name="velocity_m_s", default=(0.0, 0.0, 0.0))
+
+    def states(self, flight: Flight) -> Float:
+        assert flight.other is not None
+        return flight.propagated(beside(flight.other, np.array(self.place), np.array(self.velocity)), "relative_state")
+
+
+class RelativeElements(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="relative_elements"):
+    """Quasi-nonsingular relative elements to the other craft at second 0, times its semi-major axis, metres; after
+    which it is propagated."""
+
+    relative = True
+    da: float = named(name="a_da_m", default=0.0)
+    dlambda: float = named(name="a_dlambda_m", default=0.0)
+    dex: float = named(name="a_dex_m", default=0.0)
+    dey: float = named(name="a_dey_m", default=0.0)
+    dix: float = named(name="a_dix_m", default=0.0)
+    diy: float = named(name="a_diy_m", default=0.0)
+
+    def states(self, flight: Flight) -> Float:
+        assert flight.other is not None
+        elements = np.array([self.da, self.dlambda, self.dex, self.dey, self.dix, self.diy])
+        return flight.propagated(beside_by_elements(flight.other, elements), "relative_elements")
+
+
+AnyOrbit = Oem | Tle | Spice | Keplerian | StateVector | RelativeState | RelativeElements
+
+
+def _at_start(state: Float, frame: str, flight: Flight) -> Float:
+    """Return a state at second 0 in GCRF."""
+    start = Moments(flight.moments.epoch, np.zeros(1))
+    return np.asarray(start.states_from(frame_named(frame, "frame"), state[None])[0])
+
+
+def in_gcrf(segment: EphemerisSegment, moments: Moments, path: Path) -> tuple[Float, Float]:
+    """Return the seconds (M,) of a segment's states, and these (M, 6) in GCRF. Raises InputError."""
+    times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
+    frame = frame_named(segment.frame, path)
+    return times, Moments(moments.epoch, times).states_from(frame, segment.rows)
+
+
+def ordered(times: Float, path: Path) -> Float:
+    """Return the times of a file, two or more, which go on. Raises InputError."""
+    if len(times) < 2:
+        raise InputError("holds one state alone", where=path, do="give two or more")
+    if len(back := np.flatnonzero(np.diff(times) <= 0)):
+        i = int(back[0]) + 1
+        found = f"goes back by {times[i - 1] - times[i]:g} s at its state {i + 1}"
+        raise InputError(found, where=path, do="put the states in their order")
+    return times
+
+
+def within(times: Float, seconds: Float) -> Float:
+    """Return which of the seconds (N,) the span of times (M,) has."""
+    return np.asarray((seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S))
+
+
+def refuse_outside(found: Float, flight: Flight, path: Path) -> None:
+    """Raise InputError where there are moments (N,) for which nothing was found, NaN (N, ...)."""
+    missing = np.flatnonzero(np.isnan(found).any(-1))
+    if len(missing):
+        second = float(flight.moments.seconds[missing[0]])
+        raise InputError(f"says nothing of second {second:g}", where=path, do="choose moments within its span")

@@ -1,0 +1,219 @@
+"""A scenario: two craft about the Earth, how they are turned, and where Sun, Moon, Earth and stars are seen."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct
+from msgspec import field as named
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.geometry.motion import Motion, between
+from spin_usd.geometry.motion import log as rotation_vector
+from spin_usd.geometry.rotation import quaternion_from_matrix
+from spin_usd.json_fields import Positive
+from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
+from spin_usd.orbits.moments import Moments
+from spin_usd.orbits.orbits import AnyOrbit, Flight
+from spin_usd.sampling.distribution import Vector
+from spin_usd.utc import parsed_utc, utc_text
+
+DERIVATIVE_S = 0.01  # between states whose difference is a rate: rounding leaves 1e-7 m/s of it
+MAX_MOMENTS = 1_000_000
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Craft(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One of the two craft."""
+
+    orbit: AnyOrbit
+    attitude: AnyAttitude | None = None
+    centre_of_mass: Annotated[Vector, Meta(description="That flies along the orbit, in its axes.")] = named(
+        name="centre_of_mass_m", default=ORIGIN
+    )
+
+
+class Mounting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the camera stands on the chaser, whose axes it has unless said otherwise."""
+
+    q: Annotated[Unit, Meta(description="w, x, y, z of the rotation from the camera's axes to the chaser's.")] = (
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+    place: Annotated[Vector, Meta(description="In the chaser's axes.")] = named(name="place_m", default=ORIGIN)
+
+
+class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When pictures are taken, and of what."""
+
+    epoch: Annotated[str, Meta(description="UTC of second 0, such as 2026-03-01T12:00:00Z.")]
+    duration: Positive | None = named(name="duration_s", default=None)
+    step: Positive | None = named(name="step_s", default=None)
+    times: Annotated[tuple[float, ...] | None, Meta(description="Instead of duration and step.")] = named(
+        name="times_s", default=None
+    )
+    target: Craft
+    chaser: Craft
+    camera: Mounting = Mounting()
+    j2: Annotated[bool, Meta(description="Whether the Earth's flattening counts where orbits are propagated.")] = True
+    stars: Annotated[float, Meta(description="The faintest magnitude of the stars; below -2 there are none.")] = 6.5
+
+    def __post_init__(self) -> None:
+        if (self.times is None) == (self.duration is None or self.step is None):
+            raise InputError("has not just one of times_s, and duration_s with step_s", do="give one of them")
+        if self.target.orbit.relative and self.chaser.orbit.relative:
+            do = "give one of them an orbit about the Earth"
+            raise InputError("has both orbits relative to one another", do=do)
+        if self.target.attitude is None:
+            raise InputError("target has no attitude", do="add [target.attitude] with its kind")
+        seconds = self.seconds
+        if len(seconds) > MAX_MOMENTS:
+            raise InputError(f"has {len(seconds)} moments, more than {MAX_MOMENTS}", do="take longer steps")
+        if not (len(seconds) and np.isfinite(seconds).all()) or (np.diff(seconds) <= 0).any():
+            raise InputError("times_s do not go on", do="give each after the one before")
+        try:
+            parsed_utc(self.epoch)
+        except ValueError:
+            do = "write it as 2026-03-01T12:00:00Z"
+            raise InputError(f"epoch {self.epoch[:40]!r} is no UTC", do=do) from None
+
+    @property
+    def seconds(self) -> Float:
+        """The seconds (N,) after the epoch at which pictures are taken."""
+        if self.times is not None:
+            return np.array(self.times, np.float64)
+        duration, step = self.duration or 0.0, self.step or 1.0
+        count = min(int(np.floor(duration / step * (1 + 1e-12))) + 1, MAX_MOMENTS + 1)
+        return np.asarray(step * np.arange(count, dtype=np.float64))
+
+    @property
+    def utc(self) -> str:
+        """The epoch as `utc_text` writes it."""
+        return utc_text(parsed_utc(self.epoch))
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of all files that it names."""
+        named_by = (self.target.orbit, self.target.attitude, self.chaser.orbit, self.chaser.attitude)
+        return tuple(dict.fromkeys(name for each in named_by if each for name in each.files))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """What the camera sees at N moments, in its own axes: rotations (N, 3, 3) to them, places (N, 3) in metres."""
+
+    seconds: Float
+    R_cam_body: Float
+    t_cam_body: Float
+    velocities: Float
+    """Of the target's origin, m/s."""
+    rates: Float
+    """The target's angular velocity, radians a second."""
+    R_cam_gcrf: Float
+    R_cam_earth: Float
+    earth: Float
+    """Of its centre, as of all bodies."""
+    sun: Float
+    moon: Float
+    year: float
+    """The epoch's, with decimals."""
+    notes: tuple[str, ...]
+
+
+def see(scenario: Scenario, folder: Path) -> Seen:
+    """Return what the camera of the scenario sees; `folder`: where the files lie that it names. Raises InputError."""
+    moments = Moments(scenario.utc, scenario.seconds)
+    flight = Flight(moments=moments, folder=folder, j2=scenario.j2)
+    flight = replace(flight, other=_absolute_start(scenario, flight))
+    now, before, after = (_poses(scenario, _shifted(flight, step)) for step in (0.0, -DERIVATIVE_S, DERIVATIVE_S))
+    turns = (b @ a.T for a, b in zip(before.R_cam_body, after.R_cam_body, strict=True))
+    rates = np.array([rotation_vector(turn) for turn in turns]) / (2 * DERIVATIVE_S)
+    velocities = (after.t_cam_body - before.t_cam_body) / (2 * DERIVATIVE_S)
+    R_cam_gcrf, camera = now.R_cam_gcrf, now.camera
+
+    def placed(body: Float) -> Float:
+        return np.asarray(np.einsum("nij,nj->ni", R_cam_gcrf, body - camera))
+
+    found = Seen(
+        seconds=moments.seconds,
+        R_cam_body=now.R_cam_body,
+        t_cam_body=now.t_cam_body,
+        velocities=velocities,
+        rates=rates,
+        R_cam_gcrf=R_cam_gcrf,
+        R_cam_earth=R_cam_gcrf @ moments.R_gcrf_itrf,
+        earth=placed(np.zeros_like(camera)),
+        sun=placed(moments.sun),
+        moon=placed(moments.moon),
+        year=float(moments.time.jyear[0]),
+        notes=(),
+    )
+    return replace(found, notes=(*flight.notes, *_between_pictures(scenario, flight, found)))
+
+
+def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
+    """Return the state (6,) at second 0 of the craft whose orbit the other's is relative to; None where none is."""
+    pair = (scenario.target.orbit, scenario.chaser.orbit)
+    if not any(orbit.relative for orbit in pair):
+        return None
+    start = replace(flight, moments=Moments(flight.moments.epoch, np.zeros(1)))
+    return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
+
+
+def _shifted(flight: Flight, seconds: float) -> Flight:
+    return replace(flight, moments=flight.moments.after(seconds)) if seconds else flight
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Poses:
+    R_cam_body: Float
+    t_cam_body: Float
+    R_cam_gcrf: Float
+    camera: Float
+    """(N, 3) its place in GCRF."""
+
+
+def _poses(scenario: Scenario, flight: Flight) -> _Poses:
+    target, chaser = scenario.target.orbit.states(flight), scenario.chaser.orbit.states(flight)
+    assert scenario.target.attitude
+    of_target = scenario.target.attitude.rotations(Sight(flight=flight, own=target, other=chaser))
+    of_chaser = (scenario.chaser.attitude or Pointing(at="target")).rotations(
+        Sight(flight=flight, own=chaser, other=target)
+    )
+    body = target[:, :3] - of_target @ np.array(scenario.target.centre_of_mass)
+    mounted = np.array(scenario.camera.place) - np.array(scenario.chaser.centre_of_mass)
+    camera = chaser[:, :3] + of_chaser @ mounted
+    R_cam_gcrf = np.swapaxes(of_chaser @ rotation_of(scenario.camera.q, "camera.q"), 1, 2)
+    return _Poses(
+        R_cam_body=R_cam_gcrf @ of_target,
+        t_cam_body=np.einsum("nij,nj->ni", R_cam_gcrf, body - camera),
+        R_cam_gcrf=R_cam_gcrf,
+        camera=camera,
+    )
+
+
+def _between_pictures(scenario: Scenario, flight: Flight, found: Seen) -> list[str]:
+    """Return a note on how far the motion between pictures, which cubics give, is off the scenario's in the middle."""
+    if len(found.seconds) < 2:
+        return []
+    steps = np.diff(found.seconds)
+    middle = replace(flight, moments=Moments(flight.moments.epoch, found.seconds[:-1] + steps / 2), notes={})
+    true = _poses(scenario, middle)
+    away, turned = 0.0, 0.0
+    rows = zip(found.R_cam_body, found.t_cam_body, found.velocities, found.rates, strict=True)
+    states = [Motion(rotation=r, place=t, velocity=v, rate=w) for r, t, v, w in rows]
+    for i, step in enumerate(steps.tolist()):
+        rotation, place = between(states[i], states[i + 1], step, step / 2)
+        away = max(away, float(np.linalg.norm(place - true.t_cam_body[i])))
+        turned = max(turned, float(np.linalg.norm(rotation_vector(rotation.T @ true.R_cam_body[i]))))
+    off = f"{away:.2g} m and {np.degrees(turned):.2g} degrees"
+    return [f"between pictures the target's motion is off the scenario's by at most {off}"]
+
+
+def quaternions_of(rotations: Float) -> Float:
+    """Return the quaternions (N, 4), scalar first, of rotations (N, 3, 3)."""
+    return np.array([quaternion_from_matrix(each) for each in rotations])

@@ -1,0 +1,176 @@
+"""Orbits in files, as other programs have them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spiceypy
+from ccsds_ndm.ndm_io import NDMFileFormats, NdmIo
+from skyfield.api import EarthSatellite
+
+from spin_usd.errors import InputError
+from spin_usd.orbits.moments import GCRF, Moments
+from spin_usd.orbits.orbits import Flight, Keplerian, Oem, Spice, StateVector, Tle
+from spin_usd.orbits.propagation import propagated, state_of
+
+EPOCH = "2024-05-01T12:00:00Z"
+POLE = Moments(EPOCH, np.zeros(1)).R_gcrf_itrf[0, :, 2]
+STEP = 60.0
+START = state_of(7.078e6, 0.002, 1.71, 0.4, 0.2, 0.3)
+BETWEEN_M = 1e-4  # of quintics between states a minute apart
+TEME_M = 5.0  # between two libraries' axes, 0.1 arcseconds at 7,000 km
+# A real one, of the International Space Station (public, space-track.org).
+ISS = """ISS (ZARYA)
+1 25544U 98067A   24122.50000000  .00016717  00000-0  30270-3 0  9990
+2 25544  51.6400 208.9163 0006317  69.9862  25.2906 15.50103472    19
+"""
+
+
+def flight(folder: Path, *seconds: float, epoch: str = EPOCH, **fields) -> Flight:
+    return Flight(moments=Moments(epoch, np.array(seconds, float)), folder=folder, **fields)
+
+
+def checksum(line: str) -> str:
+    total = sum(int(each) if each.isdigit() else each == "-" for each in line[:68])
+    return f"{line[:68]}{total % 10}"
+
+
+def tle(folder: Path, text: str = ISS) -> Tle:
+    lines = [checksum(f"{line:<69}") if line[:2] in ("1 ", "2 ") else line for line in text.splitlines()]
+    (folder / "craft.tle").write_text("\n".join(lines) + "\n")
+    return Tle(file="craft.tle")
+
+
+def oem(folder: Path, *, frame="EME2000", system="TAI", count=12, states=None, name="craft.oem") -> Oem:
+    """An OEM of an orbit about a flattened Earth, a state a minute."""
+    times = STEP * np.arange(count) - 2 * STEP
+    rows = propagated(START, times, POLE) if states is None else states
+    moments = Moments(EPOCH, times)
+    own = np.swapaxes(moments.axes_of(frame), 1, 2)
+    rows = np.concatenate([np.einsum("nij,nj->ni", own, rows[:, :3]), np.einsum("nij,nj->ni", own, rows[:, 3:])], -1)
+    scale = moments.time.tai if system == "TAI" else moments.time.utc
+    stamps = [each.replace(" ", "T") for each in scale.iso]
+    scale.precision = 9
+    stamps = [each.replace(" ", "T") for each in scale.iso]
+    lines = [
+        f"{stamp} {' '.join(f'{value:.12f}' for value in row / 1e3)}" for stamp, row in zip(stamps, rows, strict=True)
+    ]
+    head = f"""CCSDS_OEM_VERS = 2.0
+CREATION_DATE = 2024-05-01T00:00:00
+ORIGINATOR = TEST
+META_START
+OBJECT_NAME = CRAFT
+OBJECT_ID = 2024-001A
+CENTER_NAME = EARTH
+REF_FRAME = {frame}
+TIME_SYSTEM = {system}
+START_TIME = {stamps[0]}
+STOP_TIME = {stamps[-1]}
+META_STOP
+"""
+    (folder / name).write_text(head + "\n".join(lines) + "\n")
+    return Oem(file=name)
+
+
+@pytest.mark.parametrize(("frame", "system"), [("EME2000", "TAI"), ("ICRF", "UTC")])
+def test_an_oem_gives_the_orbit_that_was_written(tmp_path: Path, frame: str, system: str) -> None:
+    seconds = np.arange(-100.0, 500.0, 7.3)
+    found = oem(tmp_path, frame=frame if frame == "EME2000" else GCRF, system=system).states(flight(tmp_path, *seconds))
+    known = propagated(START, seconds, POLE)
+    assert np.abs(found - known)[:, :3].max() < BETWEEN_M
+    assert np.abs(found - known)[:, 3:].max() < BETWEEN_M / 10
+
+
+def test_an_oem_in_xml_is_the_same(tmp_path: Path) -> None:
+    written = oem(tmp_path)
+    NdmIo().to_file(NdmIo().from_path(tmp_path / "craft.oem"), NDMFileFormats.XML, tmp_path / "craft.xml")
+    asked = flight(tmp_path, 0.0, 33.0)
+    assert np.array_equal(Oem(file="craft.xml").states(asked), written.states(asked))
+
+
+def test_a_tle_is_where_another_library_has_it(tmp_path: Path, timescale) -> None:
+    asked = flight(tmp_path, *np.arange(0.0, 6000.0, 500.0))
+    found = tle(tmp_path).states(asked)
+    lines = [line for line in (tmp_path / "craft.tle").read_text().splitlines() if line[:2] in ("1 ", "2 ")]
+    craft = EarthSatellite(*lines, ts=timescale)
+    known = craft.at(timescale.tt_jd(asked.moments.time.tt.jd1, asked.moments.time.tt.jd2))
+    assert np.abs(found[:, :3] - known.position.m.T).max() < TEME_M
+    assert np.abs(found[:, 3:] - known.velocity.km_per_s.T * 1e3).max() < TEME_M / 900
+    assert not asked.notes
+
+
+def test_a_tle_of_other_weeks_is_told(tmp_path: Path) -> None:
+    asked = flight(tmp_path, 0.0, epoch="2024-05-22T12:00:00Z")
+    tle(tmp_path).states(asked)
+    assert list(asked.notes) == ["craft.tle is of 21 days away: expect it to be off by about 43 km"]
+
+
+def test_spice_kernels_are_read(tmp_path: Path) -> None:
+    seconds = np.arange(-600.0, 1200.0, 30.0)
+    states = propagated(START, seconds, POLE)
+    tdb = Moments(EPOCH, seconds).time.tdb
+    et = (tdb.jd1 - 2451545.0) * 86400 + tdb.jd2 * 86400
+    handle = spiceypy.spkopn(str(tmp_path / "craft.bsp"), "made by a test", 0)
+    spiceypy.spkw13(handle, -999, 399, "J2000", et[0], et[-1], "craft", 7, len(et), states / 1e3, et)
+    spiceypy.spkcls(handle)
+    found = Spice(kernels=("craft.bsp",), body="-999").states(flight(tmp_path, 0.0, 45.5))
+    assert np.abs(found - propagated(START, np.array([0.0, 45.5]), POLE))[:, :3].max() < 5e-3  # of float64 seconds
+    with pytest.raises(InputError, match=r"gives no orbit of -998"):
+        Spice(kernels=("craft.bsp",), body="-998").states(flight(tmp_path, 0.0))
+
+
+def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
+    asked = flight(tmp_path, 0.0, 100.0)
+    elements = {"semi_major_axis": 7.078e6, "eccentricity": 0.002, "inclination_deg": np.degrees(1.71)}
+    angles = {"node_deg": np.degrees(0.4), "perigee_deg": np.degrees(0.2), "mean_anomaly_deg": np.degrees(0.3)}
+    by_elements = Keplerian(**elements, **angles).states(asked)
+    by_state = StateVector(place=tuple(START[:3]), velocity=tuple(START[3:])).states(asked)
+    assert by_elements == pytest.approx(by_state, rel=1e-12)
+    assert by_elements[0] == pytest.approx(START, rel=1e-12)
+    in_teme = StateVector(place=tuple(START[:3]), velocity=tuple(START[3:]), frame="TEME").states(asked)
+    assert np.linalg.norm(in_teme[0, :3] - START[:3]) > 1e4  # precession since 2000
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("REF_FRAME = EME2000", "REF_FRAME = LVLH"), "is in the frame 'LVLH', which is not known"),
+        (("CENTER_NAME = EARTH", "CENTER_NAME = MARS"), "is about MARS; give an orbit about the Earth"),
+        (("TIME_SYSTEM = TAI", "TIME_SYSTEM = SCLK"), "time system 'SCLK'"),
+        (("META_STOP\n", "META_STOP\n2024-05-01T13:00:37 7000 0 0 0 7.5 0\n"), "goes back by .* at its state 2"),
+        (("CCSDS_OEM_VERS = 2.0", "CCSDS_WHAT = 2.0"), "is damaged"),
+    ],
+)
+def test_an_oem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -> None:
+    orbit = oem(tmp_path)
+    file = tmp_path / "craft.oem"
+    file.write_text(file.read_text().replace(*change))
+    with pytest.raises(InputError, match=rf"craft\.oem: .*{says}"):
+        orbit.states(flight(tmp_path, 0.0))
+
+
+def test_moments_outside_a_file_are_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"craft\.oem: says nothing of second 4000; choose moments within its span"):
+        oem(tmp_path).states(flight(tmp_path, 0.0, 4000.0))
+
+
+def test_entities_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "bomb.xml").write_text('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><oem>&b;</oem>')
+    with pytest.raises(InputError, match="defines entities"):
+        Oem(file="bomb.xml").states(flight(tmp_path, 0.0))
+
+
+@pytest.mark.parametrize(
+    "text", ["ISS\n1 25544U\n", "", ISS.replace("2 25544", "3 25544"), ISS.replace("51.6400", "51.6x00")]
+)
+def test_what_is_no_tle_is_told(tmp_path: Path, text: str) -> None:
+    with pytest.raises(InputError, match=r"craft\.tle: (is no|is not the two lines|has no orbit then)"):
+        tle(tmp_path, text).states(flight(tmp_path, 0.0))
+
+
+def test_a_tle_with_a_wrong_checksum_is_told(tmp_path: Path) -> None:
+    orbit = tle(tmp_path)
+    file = tmp_path / "craft.tle"
+    file.write_text(file.read_text().replace("51.6400", "52.6400"))
+    with pytest.raises(InputError, match="is no TLE"):
+        orbit.states(flight(tmp_path, 0.0))
