@@ -30,7 +30,7 @@ def region_of_interest(
     """Return the smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres,
     each blurred by `blur_radius` (N,) in undistorted normalised coordinates.
 
-    The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
+    The whole frame when the hull crosses the camera's plane before it; empty when it lies behind it or out of view.
     """
     uv = outline_of(camera, hull_cam, near, blur_radius=blur_radius)
     return camera.frame if uv is None else region_around(camera, uv)
@@ -56,7 +56,7 @@ def outline_of(
     if not len(p) or p[:, 2].max() <= near:
         return np.zeros((0, 2))
     if p[:, 2].min() <= near:
-        return None
+        return np.zeros((0, 2)) if blur_radius is None and _beside(camera, p) else None
     xy = p[:, :2] / p[:, 2:]
     if blur_radius is not None:
         radius = np.asarray(blur_radius, np.float64)
@@ -65,6 +65,14 @@ def outline_of(
         if radius.any():
             xy = (xy[:, None] + radius[:, None, None] * SQUARE).reshape(-1, 2)
     return camera.pixels(outline_in_view(camera, convex_hull_2d(xy)))
+
+
+def _beside(camera: Camera, points: Float) -> bool:
+    """Return whether the points (N, 3), camera frame, before and behind the camera, all lie beyond one side of what it
+    sees: so does their hull."""
+    low, high = field_of_view(camera)[1]
+    xy, z = points[:, :2], points[:, 2:]
+    return bool((xy > high * z).all(0).any() or (xy < low * z).all(0).any())
 
 
 def polygon_area(corners: ArrayLike) -> float:

@@ -92,6 +92,12 @@ def test_out_of_view_is_empty(t) -> None:
     assert region_of_interest(SPEEDPLUS, CORNERS + t).empty
 
 
+@pytest.mark.parametrize("t", [(1000, 0, 0), (-3, 0, 0.4), (0, 50, 0), (0, -2, -0.4)])
+def test_what_stands_beside_the_camera_is_out_of_view(t) -> None:
+    """It crosses the camera's plane, and no pixel can show it."""
+    assert region_of_interest(SPEEDPLUS, CORNERS + t).empty
+
+
 def test_a_camera_inside_the_body_sees_it_everywhere() -> None:
     assert region_of_interest(SPEEDPLUS, CORNERS) == SPEEDPLUS.frame
 
