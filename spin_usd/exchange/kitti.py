@@ -8,7 +8,6 @@ the benchmarks of stereo (2015) and depth, and pykitti 0.3.1, which reads it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,25 +24,21 @@ from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
 from spin_usd.exchange.layout.limits import UINT16_MAX, undistorted
 from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported
+from spin_usd.exchange.layout.stamps import SAYS, stamp_of
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.displacement import PointState
 from spin_usd.reading.picture import Picture
 from spin_usd.scene.scene import augmentation_and_camera
-from spin_usd.utc import parsed_utc
 
 STEPS = 256.0  # of a metre, or a pixel
 FIRST_CENTRE = 0.0  # where the first pixel has its centre
 PARALLEL = 1e-9  # between axes, radians, and of a baseline's parts across, metres: what rounding leaves
-STEP_S = 0.1  # between two pictures without times, as KITTI's 10 Hz
-START = datetime(2000, 1, 1, tzinfo=UTC)  # of pictures whose times have none
 CONVENTIONS = (
     "AUGMENTATION/AUGMENTATION_drive_0001_sync is a recording, as KITTI has DATE/DATE_drive_NUMBER_sync, and a file's "
     "number is the picture's place in the stage. image_00 (grey) or image_02 (colour) is the first camera's, image_01 "
-    "or image_03 the second's. Timestamps are the pictures' UTC; without it their seconds from 2000-01-01 on, and "
-    "one every 0.1 s where nothing says when they were taken. oxts has nothing else: the record's pose says how the "
-    "target moves.",
+    f"or image_03 the second's. {SAYS} oxts has nothing else: the record's pose says how the target moves.",
     "P_rect and K have pixels whose centres are at whole numbers: half a pixel less than in the dataset. The four "
     "cameras of the calibration are two, each in grey and in colour.",
     "velodyne_points are those of the LiDAR in its own axes, x forward, y left, z up, metres, with reflectance 1; "
@@ -155,13 +150,8 @@ def _drive(picture: ExportedPicture) -> str:
 
 
 def _time(picture: Picture) -> str:
-    """Return the picture's timestamp as KITTI writes it: its UTC, its seconds after START, or else one every STEP_S."""
-    if picture.utc is None:
-        seconds = picture.index * STEP_S if picture.time_s is None else picture.time_s
-        time = START + timedelta(seconds=round(seconds, 6))
-    else:
-        time = parsed_utc(picture.utc)
-    return f"{time:%Y-%m-%d %H:%M:%S.%f}000"
+    """Return the picture's timestamp as KITTI writes it."""
+    return f"{stamp_of(picture):%Y-%m-%d %H:%M:%S.%f}000"
 
 
 def _projection(picture: ExportedPicture, rig: Transform | None) -> Float:

@@ -45,6 +45,7 @@ WITHOUT_DEPTH = "export without depth: --option depth=no"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
 LENS = ("fl_x", "fl_y", "cx", "cy")
 MATRIX, APPLIED = "transform_matrix", "applied_transform"
+STAMP = "timestamp"  # of a frame, seconds since the start; nerfstudio passes over it
 IDENTITY = np.eye(4).tolist()
 CONVENTIONS = (
     "transform_matrix takes the camera's axes, which are OpenGL's (x right, y up, looking along -z), to the body axes "
@@ -104,6 +105,8 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
         frame["depth_file_path"] = depth.path
     if len(exported_cameras(dataset)) > 1:
         frame |= lens(picture.camera)
+    if picture.picture.time_s is not None:
+        frame[STAMP] = picture.picture.time_s
     target = picture.target
     pose = Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)
     yield IndexRow(path=FILE, section=FRAMES, value={**frame, MATRIX: camera_to_world(pose)})
@@ -166,7 +169,9 @@ def read_poses(path: Path) -> Iterator[PoseEntry | str]:
         T_applied_usdcam, off = _transform(frame.get(MATRIX), MATRIX, where, of="usdcam", scale=scale)
         T_cam_body = T_CAM_USDCAM @ T_applied_usdcam.inverse() @ T_applied_body
         q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
-        yield PoseEntry(filename=name, q_cam_body=q, t_cam_body=t, off_rotation=off)
+        time = frame.get(STAMP)
+        time = float(time) if isinstance(time, int | float) else None
+        yield PoseEntry(filename=name, q_cam_body=q, t_cam_body=t, off_rotation=off, time=time)
 
 
 def _applied(document: Mapping[str, Any], where: str) -> tuple[Transform, float]:

@@ -23,7 +23,7 @@ from spin_usd.exchange.spark import SPARK, SPARK_POSES
 from spin_usd.exchange.speed import SPEED
 from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_CAMERA, SPEEDPLUS_POSES
 from spin_usd.exchange.swisscube import SWISSCUBE
-from spin_usd.exchange.trajectories import EUROC_POSES, KITTI_POSES, TUM_POSES
+from spin_usd.exchange.trajectories import EUROC_POSES, KITTI_POSES, TUM, TUM_POSES
 from spin_usd.exchange.urso import URSO, URSO_POSES
 from spin_usd.exchange.video import VIDEO
 from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
@@ -46,6 +46,7 @@ _ALL = (
     NERFSTUDIO,
     COLMAP,
     KITTI,
+    TUM,
     VIDEO,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}

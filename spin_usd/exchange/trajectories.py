@@ -1,6 +1,6 @@
 """Trajectories of a camera in a world, as odometry and SLAM write them: of TUM, EuRoC and KITTI.
 
-They are read alone. TUM has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks;
+TUM's is written too. It has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks;
 EuRoC nanoseconds, a position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three
 rows. All take the camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time
 is the name of its picture, as it is of the images of TUM and EuRoC; pictures have it in seconds since the first. Poses
@@ -18,7 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat
+from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, Output
+from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.images import any_image, own_suffix
+from spin_usd.exchange.layout.index_file import text_lines
+from spin_usd.exchange.layout.limits import one_variant
+from spin_usd.exchange.layout.stamps import SAYS, stamp_of
+from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.text_file import lines_of
@@ -30,6 +36,8 @@ NOTE = (
     "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
 )
 NANOSECONDS = 10**9  # in a second
+TUM_LIST, TUM_IMAGES = "groundtruth.txt", "rgb.txt"
+TUM_HEADS = {TUM_LIST: "timestamp tx ty tz qx qy qz qw", TUM_IMAGES: "timestamp filename"}
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], float]]
 """A line's numbers, and where they are, to the quaternion, scalar first, the position, and how far it missed one."""
@@ -81,18 +89,64 @@ def _matrix(values: list[float], where: str) -> tuple[Sequence[float], Sequence[
     return q, [row[3] for row in rows], off
 
 
-def _of(name: str, first: str, *, count: int, pose: Pose, timed: bool = True, headed: bool = False) -> PoseFormat:
+def _of(
+    name: str,
+    first: str,
+    *,
+    count: int,
+    pose: Pose,
+    timed: bool = True,
+    headed: bool = False,
+    lists: Callable[[Path], Sequence[Path]] = lambda folder: (),
+) -> PoseFormat:
     """Return the format whose head matches the pattern `first`."""
     return PoseFormat(
         name=name,
         recognises=lambda path, head: bool(re.match(rf"(?:\s*#[^\n]*\n)*?\s*(?:{first})", head)),
         read=partial(_read, name=name, count=count, timed=timed, pose=pose, headed=headed),
+        lists=lists,
         rotation=SCALAR_LAST,
     )
 
 
 EUROC_POSES = _of("EuRoC", "#time[^\n]*,[^\n]*p_", count=7, pose=lambda v, _: (v[3:], v[:3], 0.0), headed=True)
 TUM_POSES = _of(
-    "TUM", rf"{NUMBER}(?:[ \t]+{NUMBER}){{7}}\s*(?:\n|$)", count=7, pose=lambda v, _: ([v[6], *v[3:6]], v[:3], 0.0)
+    "TUM",
+    rf"{NUMBER}(?:[ \t]+{NUMBER}){{7}}\s*(?:\n|$)",
+    count=7,
+    pose=lambda v, _: ([v[6], *v[3:6]], v[:3], 0.0),
+    lists=files_like(TUM_LIST),
 )
 KITTI_POSES = _of("KITTI", rf"{NUMBER}(?:[ \t]+{NUMBER}){{11}}\s*(?:\n|$)", count=12, pose=_matrix, timed=False)
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    """Yield the image, and its lines in both lists."""
+    stamp = f"{stamp_of(picture.picture).timestamp():.6f}"
+    image = any_image(picture, f"rgb/{picture.name}{own_suffix(picture)}")
+    target = picture.target
+    T_cam_body = Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)
+    T_body_cam = T_cam_body.inverse()
+    w, *xyz = T_body_cam.quaternion.tolist()
+    pose = " ".join(repr(each) for each in (*T_body_cam.translation.tolist(), *xyz, w))
+    yield image
+    yield IndexRow(path=TUM_IMAGES, value=f"{stamp} {image.path}")
+    yield IndexRow(path=TUM_LIST, value=f"{stamp} {pose}")
+
+
+TUM = ExportFormat(
+    name="tum",
+    holds="as a trajectory of TUM's RGB-D benchmark: groundtruth.txt, rgb.txt and images",
+    layout=lambda options: Layout(
+        needs=("image",),
+        conventions=(
+            "groundtruth.txt has in each line a timestamp, tx ty tz and qx qy qz qw of the camera in the target's "
+            f"axes, in metres; rgb.txt a timestamp and an image. {SAYS} They are seconds since 1970.",
+            "Images are as the camera took them, with its lens distortion.",
+        ),
+        files=_files,
+        indexes=lambda dataset: {name: text_lines(f"# {head}\n") for name, head in TUM_HEADS.items()},
+        limits=(one_variant,),
+        splits={"train": "train"},
+    ),
+)

@@ -23,6 +23,7 @@ from spin_usd.reading.pictured_target import PicturedTarget
 
 CODEC = "mp4v"
 MAX_SIDE = 8190  # pixels, even
+REAL, UNEVEN = "real", 0.01  # of a step
 NOTHING, BOX, AXES, ALL = "none", "box", "axes", "all"
 BOX_COLOUR = (0, 255, 255)  # of blue, green and red, as OpenCV has colours
 AXIS_COLOURS = ((0, 0, 255), (0, 255, 0), (255, 0, 0))  # x red, y green, z blue
@@ -98,7 +99,8 @@ def _write_video(dataset: ExportedDataset, numbers: list[int], path: Path) -> No
     """Write the pictures of these numbers, and see that all are there: VideoWriter says nothing of a full disk."""
     import cv2
 
-    overlay, rate = dataset.options["overlay"], float(dataset.options["fps"])
+    overlay, fps = dataset.options["overlay"], dataset.options["fps"]
+    rate = _real_rate(dataset, numbers) if fps == REAL else float(fps)
     frames = (frame_of(dataset.picture(number), overlay) for number in numbers)
     first = next(frames)
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODEC), rate, first.shape[1::-1])
@@ -111,6 +113,19 @@ def _write_video(dataset: ExportedDataset, numbers: list[int], path: Path) -> No
     if count != len(numbers):
         found = f"holds {count} of {len(numbers)} frames after it was written"
         raise OutputError(found, where=path, do="free some space, or export fewer pictures")
+
+
+def _real_rate(dataset: ExportedDataset, numbers: list[int]) -> float:
+    """Return how many pictures a second were taken. Raises UnsupportedError where that is not known, or not steady."""
+    times = [dataset.picture(number).picture.time_s for number in numbers]
+    known = np.array([time for time in times if time is not None])
+    where, do = dataset.entries[numbers[0]].variant, "give fps a number"
+    if len(known) < max(len(times), 2):
+        raise UnsupportedError("has pictures without times, or one alone", where=where, do=do)
+    step = (known[-1] - known[0]) / (len(known) - 1)
+    if np.abs(known - known[0] - step * np.arange(len(known))).max() > UNEVEN * step:
+        raise UnsupportedError("has pictures that are not equally far apart in time", where=where, do=do)
+    return float(1 / step)
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:
@@ -130,7 +145,12 @@ VIDEO = ExportFormat(
     holds="as a video for each variant",
     layout=_layout,
     options=(
-        FormatOption(name="fps", meaning="how many pictures a second, from 1", default="10", read=from_one),
+        FormatOption(
+            name="fps",
+            meaning="how many pictures a second, from 1; or real, as they were taken",
+            default="10",
+            read=lambda text: text if text == REAL else from_one(text),
+        ),
         FormatOption(
             name="overlay", meaning="what is drawn over pictures", default=NOTHING, choices=(NOTHING, BOX, AXES, ALL)
         ),

@@ -1,5 +1,7 @@
 """Video: every picture a frame, in order, of any size, with boxes and axes where they belong."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -50,6 +52,24 @@ def test_each_variant_is_a_file_of_its_pictures_in_order(two_variants, tmp_path)
             assert np.abs(frame - picture.image[..., None].astype(float)).mean() < LOSSY
     write_export(two_variants, "video", tmp_path / "again", options={"fps": "4"})
     assert contents(tmp_path / "again") == contents(tmp_path / "out")
+
+
+def timed(folder, *times):
+    """Give the records of a dataset's variant their times, in the order of the pictures."""
+    for file, time in zip(sorted((folder / "records" / "nominal").iterdir()), times, strict=True):
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"time_s": time}))
+
+
+def test_real_time_is_that_of_the_pictures(rendered, tmp_path) -> None:
+    dataset = clone(rendered, tmp_path / "set", [{"frame": name} for name in "abc"])
+    with pytest.raises(UnsupportedError, match="nominal: has pictures without times, or one alone; give fps a number"):
+        write_export(dataset, "video", tmp_path / "out", options={"fps": "real"})
+    timed(dataset, 5.0, 5.5, 6.0)
+    write_export(dataset, "video", tmp_path / "real", options={"fps": "real"})
+    assert cv2.VideoCapture(str(tmp_path / "real" / "nominal.mp4")).get(cv2.CAP_PROP_FPS) == pytest.approx(2)
+    timed(dataset, 5.0, 5.5, 7.0)
+    with pytest.raises(UnsupportedError, match="not equally far apart in time"):
+        write_export(dataset, "video", tmp_path / "again", options={"fps": "real"})
 
 
 @pytest.mark.parametrize("size", [(64, 48), (63, 47), (1, 1), (17, 5), (1921, 3)])

@@ -37,7 +37,7 @@ def scene(root):
 
 def test_those_that_travel_along_are_reported_apart_by_their_kind() -> None:
     assert bundled_names("lights") == ("lightbox", "sun", "sunlamp")
-    assert bundled_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "stars")
+    assert bundled_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "near_earth", "stars")
 
 
 @pytest.mark.parametrize(

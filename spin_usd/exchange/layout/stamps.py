@@ -1,0 +1,21 @@
+"""When a picture was taken, for formats in which each has a time."""
+
+from datetime import UTC, datetime, timedelta
+
+from spin_usd.reading.picture import Picture
+from spin_usd.utc import parsed_utc
+
+STEP_S = 0.1  # between two pictures without times, as KITTI's 10 Hz
+START = datetime(2000, 1, 1, tzinfo=UTC)  # of pictures whose times have none
+SAYS = (
+    "Timestamps are the pictures' UTC; without it their seconds from 2000-01-01 on, and one every 0.1 s where nothing "
+    "says when they were taken."
+)
+
+
+def stamp_of(picture: Picture) -> datetime:
+    """Return the picture's UTC, its seconds after START, or else one every STEP_S."""
+    if picture.utc is not None:
+        return parsed_utc(picture.utc)
+    seconds = picture.index * STEP_S if picture.time_s is None else picture.time_s
+    return START + timedelta(seconds=round(seconds, 6))
