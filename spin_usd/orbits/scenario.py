@@ -134,6 +134,8 @@ def see(scenario: Scenario, folder: Path) -> Seen:
     rates = np.array([rotation_vector(turn) for turn in turns]) / (2 * DERIVATIVE_S)
     velocities = (after.t_cam_body - before.t_cam_body) / (2 * DERIVATIVE_S)
     R_cam_gcrf, camera = now.R_cam_gcrf, now.camera
+    if not moments.predicted:
+        flight.notes["the Earth's rotation is not predicted so far: it may be off by up to 15 arcseconds"] = None
 
     def placed(body: Float) -> Float:
         return np.asarray(np.einsum("nij,nj->ni", R_cam_gcrf, body - camera))

@@ -91,7 +91,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: spin_usd.author(out="x"), "neither poses nor sample is given"),
+        (lambda: spin_usd.author(out="x"), "neither poses, sample nor scenario is given"),
         (lambda: spin_usd.author(out="x", poses="gone.json", target="tango", camera="speedplus"), "gone.json"),
         (lambda: spin_usd.render("gone.usda", out="x"), "gone.usda: does not exist; check the path"),
         (

@@ -12,8 +12,8 @@ from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.camera import Camera
+from spin_usd.orbits.moments import CREDIT, stars
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
-from spin_usd.orbits.stars import CREDIT, stars
 from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.augment.placed_sky import PlacedSky

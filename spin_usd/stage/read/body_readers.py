@@ -8,7 +8,6 @@ from itertools import islice
 from pxr import Usd, UsdGeom
 
 from spin_usd.geometry.blur import motion_px
-from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Images
@@ -17,7 +16,7 @@ from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import SharedPoses
-from spin_usd.stage.read.shutter import Opening, read_poses
+from spin_usd.stage.read.shutter import Opening, PoseAt, read_poses
 from spin_usd.stage.usd.root_metadata import Notes
 
 STILL_PX = 0.05  # from the first to the last light: no picture shows it
@@ -78,24 +77,22 @@ class BodyReaders:
         time = Usd.TimeCode(opening.middle)
         placed = [(reader, *reader.placed(time, world)) for reader in self._readers]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
-        shown = [(reader, pose, target) for reader, pose, target in shapes if target]
-        scales = [scale for (_, _, scale), (_, _, target) in zip(placed, shapes, strict=True) if target]
-        if opening.of_exposure and not any(_moves(*each, opening, focal) for each in shown):
-            opening = replace(opening, duration=0.0)
-        still = opening.of_exposure
-        pose_at = [_resting(pose) if still and not each.moves_smoothly else each.pose_at for each, pose, _ in shown]
-        poses = read_poses(opening, pose_at, self._camera.GetPath())
-        return tuple(
+        bodies = [
             Body(
                 id=reader.id,
                 target=target,
                 T_cam_body=pose,
-                poses=own,
                 part_offset=reader.part_offset,
                 motion=reader.motion_at(opening.middle, pose, scale),
             )
-            for (reader, pose, target), own, scale in zip(shown, poses, scales, strict=True)
-        )
+            for (reader, pose, target), (_, _, scale) in zip(shapes, placed, strict=True)
+            if target
+        ]
+        shown = [reader for reader, _, target in shapes if target]
+        if opening.of_exposure and not any(map(partial(_moves, opening, focal), shown, bodies)):
+            return tuple(bodies)
+        poses = read_poses(opening, list(map(partial(_pose_at, opening), shown, bodies)), self._camera.GetPath())
+        return tuple(replace(body, poses=own) if own else body for body, own in zip(bodies, poses, strict=True))
 
     def target_at(self, time_code: float) -> Target:
         """Read the first target alone at a time code, metres."""
@@ -129,14 +126,16 @@ class BodyReaders:
         return {number: target for number, target in found.items() if target}
 
 
-def _moves(reader: BodyReader, pose: Transform, target: Target, opening: Opening, focal: float) -> bool:
+def _moves(opening: Opening, focal: float, reader: BodyReader, body: Body) -> bool:
     """Return whether the body moves by more than STILL_PX in the exposure."""
     if not reader.moves_smoothly:
         return False
     first, _, last = opening.time_codes(3)
-    poses = (reader.pose_at(first), pose, reader.pose_at(last))
-    return motion_px(poses, target.mesh.centre, target.mesh.radius, focal) > STILL_PX
+    poses = (reader.pose_at(first), body.T_cam_body, reader.pose_at(last))
+    return motion_px(poses, body.target.mesh.centre, body.target.mesh.radius, focal) > STILL_PX
 
 
-def _resting(pose: Transform) -> Callable[[float], Transform]:
-    return lambda time_code: pose
+def _pose_at(opening: Opening, reader: BodyReader, body: Body) -> PoseAt:
+    """Return what gives the body's pose: it rests while exposure:time alone says that the shutter is open, unless its
+    rates are known."""
+    return (lambda _: body.T_cam_body) if opening.of_exposure and not reader.moves_smoothly else reader.pose_at

@@ -41,7 +41,9 @@ class KnownMotion:
         moving = {float(time) for op in ops for time in op.GetTimeSamples()}
         if [op.GetOpName() for op in ops] != OPERATIONS or not velocities.keys() == rates.keys() == moving:
             found = "are not at the samples of its pose, or that has other operations than translate and orient"
-            raise StageError(f"has rates that {found}", where=prim.GetPath(), do="author both by spin-usd author")
+            raise StageError(
+                f"has rates that {found}", where=prim.GetPath(), do="give the rates anew, or remove SpinMotionAPI"
+            )
         numbers = {code: (np.array(each), np.radians(np.array(rates[code]))) for code, each in velocities.items()}
         if bad := next((code for code, each in numbers.items() if not np.isfinite(each).all()), None):
             raise StageError(f"has rates at time code {bad:g} that are not finite", where=prim.GetPath())

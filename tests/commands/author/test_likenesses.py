@@ -328,7 +328,7 @@ def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, wor
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ([], "neither poses nor sample"),
+        ([], "neither poses, sample nor scenario"),
         (["--sample", "shirt", "--poses", "x.json"], "poses"),
         (["--poses", "x.json"], "target"),
         (["--poses", "x.json", "--target", "tango", "--camera", "speed", "--count", "2"], "count"),

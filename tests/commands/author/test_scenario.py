@@ -249,6 +249,12 @@ def test_variants_and_the_sun_of_a_user_beat_it(tmp_path: Path) -> None:
     assert len(reader.variants) > 1
 
 
+def test_years_without_predictions_are_told(tmp_path: Path) -> None:
+    file = scenario(tmp_path, epoch="2080-01-01T00:00:00Z", times="times_s = [0]")
+    made = author_stage(scenario=file, out=tmp_path / "stage", target="cubesat", camera=CAMERA, resolution="160")
+    assert any("rotation is not predicted so far" in note for note in made.notes)
+
+
 def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
     root = stage_of(tmp_path, scenario(tmp_path))
     render(stage=root, out=tmp_path / "set", labels_only=True, frames="0:2")

@@ -18,7 +18,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.png import png
 
 NAMES = ("spin_lightbox", "spin_sunlamp", "spin_synthetic")
-OTHERS = ("ideal", "lightbox", "sunlamp")
+OTHERS = ("ideal", "lightbox", "star_tracker", "sunlamp")
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 EFFICACY = 124_261 / 1361  # lm/W: the published illuminance of the Sun over its irradiance
 FILTER = 0.4717  # the published colour filter, a factor on everything before the picture is cut off at white
@@ -241,7 +241,9 @@ def test_what_a_preset_cannot_say_is_refused_by_name(tmp_path: Path, below_world
 
 
 def test_an_unknown_preset_lists_those_there_are(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="ideal, lightbox, spin_lightbox, spin_sunlamp, spin_synthetic, sunlamp"):
+    with pytest.raises(
+        InputError, match="ideal, lightbox, spin_lightbox, spin_sunlamp, spin_synthetic, star_tracker, sunlamp"
+    ):
         made(tmp_path / "out", "moonlamp")
 
 
