@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -48,20 +48,10 @@ DIRECTIONS["chaser"] = DIRECTIONS["target"]
 Where = Annotated[str, one_of(*DIRECTIONS)] | Vector
 
 
-class Attitude(Protocol):
-    """An attitude that a scenario names."""
-
-    def rotations(self, sight: Sight) -> Float:
-        """Return the rotations (N, 3, 3) from the craft's axes to GCRF. Raises InputError."""
-        ...
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """The names of its files."""
-        ...
-
-
 class _Attitude(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An attitude that a scenario names. `rotations` returns those (N, 3, 3) from the craft's axes to GCRF, and raises
+    InputError. files: the names of its files."""
+
     @property
     def files(self) -> tuple[str, ...]:
         return ()

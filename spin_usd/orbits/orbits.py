@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -52,7 +52,8 @@ class Flight:
 
     def pole(self) -> Float:
         """The Earth's pole (3,) in the middle of the scenario."""
-        return np.asarray(self.moments.R_gcrf_itrf[len(self.moments.seconds) // 2, :, 2])
+        middle = Moments(self.moments.epoch, self.moments.seconds[len(self.moments.seconds) // 2 :][:1])
+        return np.asarray(middle.R_gcrf_itrf[0, :, 2])
 
     def propagated(self, start: Float, where: str) -> Float:
         """Return the states (N, 6) from that at second 0, GCRF."""
@@ -62,23 +63,13 @@ class Flight:
             raise InputError(error.found, where=where, do=error.do) from None
 
 
-class Orbit(Protocol):
-    """An orbit that a scenario names."""
-
-    relative: bool
-    """Whether it says where a craft is by the other one."""
-
-    def states(self, flight: Flight) -> Float:
-        """Return places and velocities (N, 6) in the axes of GCRF, metres. Raises InputError."""
-        ...
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """The names of its files."""
-        ...
-
-
 class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An orbit that a scenario names. `states` returns places and velocities (N, 6) in the axes of GCRF, metres, at the
+    flight's moments, and raises InputError.
+
+    relative: whether it says where a craft is by the other one · files: the names of its files.
+    """
+
     relative = False
 
     @property

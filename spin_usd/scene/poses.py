@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Self
 
@@ -86,6 +87,14 @@ class PoseList:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def with_rates(self, velocities: Float | None, angular_velocities: Float | None, note: str) -> Self:
+        """Return the same poses with these rates, and one more note; none of their own numbers is rounded anew."""
+        other = copy(self)
+        for name, rates in zip(RATES, (velocities, angular_velocities), strict=True):
+            object.__setattr__(other, name, None if rates is None else finite(rates, (len(self), 3), name))
+        object.__setattr__(other, "notes", (*self.notes, note))
+        return other
 
     def __getitem__(self, chosen: slice) -> Self:
         """Return the poses of a Python slice, in its order."""

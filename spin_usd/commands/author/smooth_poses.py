@@ -1,7 +1,5 @@
 """Poses that have times, with the rates of a smooth motion through them."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from spin_usd.arrays import Float
@@ -19,9 +17,9 @@ def smooth_poses(poses: PoseList, times: Float | None) -> PoseList:
     name = poses.source or "the pose list"
     if fit is None:
         said = f"{name}: its poses do not follow one another smoothly, so no exposure is blurred by their motion"
-        return replace(poses, notes=(*poses.notes, said))
+        return poses.with_rates(None, None, said)
     said = f"{name}: between its poses the target moves by splines through them"
     if fit.missed or fit.missed_rad:
         off = f"{fit.missed:.2g} m and {np.degrees(fit.missed_rad):.2g} degrees"
         said += f"; splines through every other pose miss those left out by at most {off}"
-    return replace(poses, velocities=fit.velocities, angular_velocities=fit.rates, notes=(*poses.notes, said))
+    return poses.with_rates(fit.velocities, fit.rates, said)
