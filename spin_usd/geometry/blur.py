@@ -39,18 +39,6 @@ def arc_height(radius: float, poses: tuple[Transform, ...]) -> float:
     return radius * max(angles, default=0.0) ** 2 / 8
 
 
-def motion_px(poses: tuple[Transform, ...], centre: Float, radius: float, focal: float) -> float:
-    """Return by how many pixels at most a point of a ball moves through the picture of a camera of the `focal` length,
-    pixels, between the first of the poses and another; infinite where that could be anything."""
-    places = [pose.points(centre) for pose in poses]
-    nearest = min(float(place[2]) for place in places) - radius
-    moved = [
-        float(np.linalg.norm(place - places[0])) + radius * rotation_angle(poses[0], pose)
-        for pose, place in zip(poses, places, strict=True)
-    ]
-    return max(moved) * focal / nearest if nearest > 0 else np.inf
-
-
 def rotation_angle(a: Transform, b: Transform) -> float:
     """Return the angle between two attitudes, radians."""
     sine = np.linalg.norm(a.rotation - b.rotation) / np.sqrt(8)  # of half the angle

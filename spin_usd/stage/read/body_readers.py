@@ -5,9 +5,9 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
+import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.geometry.blur import motion_px
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Images
@@ -127,12 +127,15 @@ class BodyReaders:
 
 
 def _moves(opening: Opening, focal: float, reader: BodyReader, body: Body) -> bool:
-    """Return whether the body moves by more than STILL_PX in the exposure."""
-    if not reader.moves_smoothly:
-        return False
-    first, _, last = opening.time_codes(3)
-    poses = (reader.pose_at(first), body.T_cam_body, reader.pose_at(last))
-    return motion_px(poses, body.target.mesh.centre, body.target.mesh.radius, focal) > STILL_PX
+    """Return whether a point of the body may move by more than STILL_PX in the exposure."""
+    motion, mesh = body.motion, body.target.mesh
+    if motion is None:
+        return reader.moves_smoothly
+    reach = float(np.linalg.norm(mesh.centre)) + mesh.radius
+    speed = np.linalg.norm(motion.velocity) + reach * np.linalg.norm(motion.angular_velocity)
+    way = float(speed) * opening.duration
+    depth, margin = float(body.T_cam_body.points(mesh.centre)[2]), mesh.radius + way
+    return depth > -margin and (depth <= margin or way * focal > STILL_PX * (depth - margin))
 
 
 def _pose_at(opening: Opening, reader: BodyReader, body: Body) -> PoseAt:
