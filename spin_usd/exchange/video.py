@@ -104,6 +104,9 @@ def _write_video(dataset: ExportedDataset, numbers: list[int], path: Path) -> No
     frames = (frame_of(dataset.picture(number), overlay) for number in numbers)
     first = next(frames)
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODEC), rate, first.shape[1::-1])
+    if not writer.isOpened():
+        found = f"cannot be written at {rate:g} pictures a second, which MPEG-4 does not hold"
+        raise UnsupportedError(found, where=path.name, do="give fps a whole number")
     for frame in chain([first], frames):
         writer.write(frame)
     writer.release()

@@ -17,8 +17,7 @@ from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.formats.text_file import read_any_text
 
 KM = 1e3
-SPACECRAFT = ("SC_", "ACTUATOR", "DSS", "RW", "IMU", "INSTRUMENT")
-"""How the names of a craft's own frames begin."""
+SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -56,7 +56,7 @@ def outline_of(
     if not len(p) or p[:, 2].max() <= near:
         return np.zeros((0, 2))
     if p[:, 2].min() <= near:
-        return np.zeros((0, 2)) if blur_radius is None and _beside(camera, p) else None
+        return np.zeros((0, 2)) if blur_radius is None and beside(camera, p) else None
     xy = p[:, :2] / p[:, 2:]
     if blur_radius is not None:
         radius = np.asarray(blur_radius, np.float64)
@@ -67,12 +67,13 @@ def outline_of(
     return camera.pixels(outline_in_view(camera, convex_hull_2d(xy)))
 
 
-def _beside(camera: Camera, points: Float) -> bool:
-    """Return whether the points (N, 3), camera frame, before and behind the camera, all lie beyond one side of what it
-    sees: so does their hull."""
+def beside(camera: Camera, points: Float, slack: float = 0.0) -> bool:
+    """Return whether the points (N, 3), camera frame, before and behind the camera, all lie more than `slack` metres
+    beyond one side of what it sees: so does their hull."""
     low, high = field_of_view(camera)[1]
     xy, z = points[:, :2], points[:, 2:]
-    return bool((xy > high * z).all(0).any() or (xy < low * z).all(0).any())
+    right, left = xy - high * z - slack * np.hypot(1, high), low * z - xy - slack * np.hypot(1, low)
+    return bool((right > 0).all(0).any() or (left > 0).all(0).any())
 
 
 def polygon_area(corners: ArrayLike) -> float:

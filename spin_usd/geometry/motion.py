@@ -12,6 +12,7 @@ import numpy as np
 from spin_usd.arrays import Float
 
 SMALL = 1e-4  # radians, below which a power series is exact in double precision
+FEWEST = 5  # states, of which every other one can be held against the rest
 SMOOTH = 0.3  # of the largest step: half as many samples miss those between by less where a motion is smooth
 STILL_M, STILL_RAD = 1e-9, 1e-9  # what rounding leaves of no motion
 
@@ -98,23 +99,21 @@ class FittedRates:
 
 def fitted_rates(times: Float, rotations: Float, places: Float) -> FittedRates | None:
     """Fit the rates of N states at `times` (N,), seconds, attitudes (N, 3, 3) and places (N, 3): those of cubic
-    splines. None where the states do not follow one another smoothly."""
+    splines. None where the states do not follow one another smoothly, or are too few to say so."""
     from scipy.interpolate import CubicSpline
     from scipy.spatial.transform import Rotation, RotationSpline
 
-    if len(times) < 2:
+    if len(times) < FEWEST:
         return None
     attitudes = Rotation.from_matrix(rotations)
-    missed = missed_rad = 0.0
-    if len(times) > 4:
-        kept, left = slice(None, None, 2), slice(1, (len(times) - 1) // 2 * 2, 2)
-        off = CubicSpline(times[kept], places[kept])(times[left]) - places[left]
-        turned = RotationSpline(times[kept], attitudes[kept])(times[left]).inv() * attitudes[left]
-        missed, missed_rad = float(np.linalg.norm(off, axis=1).max()), float(turned.magnitude().max())
-        steps = max(float(np.linalg.norm(b - a)) for a, b in pairwise(places))
-        turns = float((attitudes[:-1].inv() * attitudes[1:]).magnitude().max())
-        if missed > SMOOTH * steps + STILL_M or missed_rad > SMOOTH * turns + STILL_RAD:
-            return None
+    kept, left = slice(None, None, 2), slice(1, (len(times) - 1) // 2 * 2, 2)
+    off = CubicSpline(times[kept], places[kept])(times[left]) - places[left]
+    turned = RotationSpline(times[kept], attitudes[kept])(times[left]).inv() * attitudes[left]
+    missed, missed_rad = float(np.linalg.norm(off, axis=1).max()), float(turned.magnitude().max())
+    steps = max(float(np.linalg.norm(b - a)) for a, b in pairwise(places))
+    turns = float((attitudes[:-1].inv() * attitudes[1:]).magnitude().max())
+    if missed > SMOOTH * steps + STILL_M or missed_rad > SMOOTH * turns + STILL_RAD:
+        return None
     velocities = CubicSpline(times, places)(times, 1)
     rates = attitudes.apply(RotationSpline(times, attitudes)(times, 1))
     return FittedRates(velocities=np.asarray(velocities), rates=np.asarray(rates), missed=missed, missed_rad=missed_rad)

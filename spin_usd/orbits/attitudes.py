@@ -22,6 +22,7 @@ from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
 
 Unit = tuple[float, float, float, float]
+FASTEST, MOST_TURNS = 3600.0, 5000  # degrees a second; what is integrated in a minute
 ALONG = 1e-6  # the sine of the least angle between two directions that fix an attitude
 
 
@@ -125,18 +126,17 @@ class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="poin
     towards: Annotated[Where, Meta(description="What that looks towards.")] = "nadir"
 
     def rotations(self, sight: Sight) -> Float:
-        there = _axes(*(np.broadcast_to(_direction(each, sight), sight.own[:, :3].shape) for each in self._sought))
+        sought = (_direction(each, sight) for each in (self.at, self.towards))
+        there = _axes(*(np.broadcast_to(each, sight.own[:, :3].shape) for each in sought))
         here = _axes(*(np.array([each], np.float64) for each in (self.axis, self.second)))
-        bad = np.flatnonzero(np.isnan(there).any((1, 2)))
-        if len(bad) or np.isnan(here).any():
-            second = f" at second {sight.flight.moments.seconds[bad[0]]:g}" if len(bad) else ""
-            found = f"looks along {self.at}, and towards {self.towards} the same way{second}"
-            raise InputError(found, where="pointing", do="choose another axis, or another thing for `towards`")
+        if np.isnan(here).any():
+            found = f"has axis {self.axis} and second {self.second}, which are along one line, or 0"
+            raise InputError(found, where="pointing", do="choose another axis for `second`")
+        if len(bad := np.flatnonzero(np.isnan(there).any((1, 2)))):
+            at = f"at second {sight.flight.moments.seconds[bad[0]]:g}"
+            found = f"looks along {self.at}, and towards {self.towards} the same way {at}"
+            raise InputError(found, where="pointing", do="choose another thing for `towards`")
         return np.asarray(there @ here[0].T)
-
-    @property
-    def _sought(self) -> tuple[Where, Where]:
-        return self.at, self.towards
 
 
 class Inertial(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="inertial"):
@@ -160,10 +160,15 @@ class Tumbling(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="tumb
 
     def __post_init__(self) -> None:
         tensor_of(self.inertia)
+        if not np.linalg.norm(self.rate_deg_s) <= FASTEST:
+            raise InputError(f"rate_deg_s is above {FASTEST:g}", do="check its unit")
 
     def rotations(self, sight: Sight) -> Float:
         start = rotation_of(self.q, "q")
         rate, inertia, seconds = np.radians(self.rate_deg_s), tensor_of(self.inertia), sight.flight.moments.seconds
+        if np.linalg.norm(rate) * np.abs(seconds).max() > MOST_TURNS * 2 * np.pi:
+            do = "shorten the scenario, or give an attitude ephemeris (aem)"
+            raise InputError(f"turns more than {MOST_TURNS} times", where="tumbling", do=do)
         found = np.empty((len(seconds), 3, 3))
         for sign in (1, -1):  # backwards it turns as one with the opposite rate does forwards
             chosen = seconds >= 0 if sign > 0 else seconds < 0

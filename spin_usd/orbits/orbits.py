@@ -16,6 +16,7 @@ from spin_usd.formats.ccsds_file import EphemerisSegment, read_oem
 from spin_usd.formats.text_file import read_any_text
 from spin_usd.orbits.moments import TEME, Moments, frame_named
 from spin_usd.orbits.propagation import (
+    GM,
     J2,
     RADIUS,
     acceleration,
@@ -26,6 +27,8 @@ from spin_usd.orbits.propagation import (
 )
 from spin_usd.sampling.distribution import Vector
 
+LONGEST_S = 3e6  # a minute of work
+CLOSE_M = 0.01  # that an ephemeris may be off between its states without a word
 MARGIN_S = 1.0  # outside a file's span, for which it is carried on
 FRESH_DAYS = 3.0  # of a TLE
 TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
@@ -57,6 +60,11 @@ class Flight:
 
     def propagated(self, start: Float, where: str) -> Float:
         """Return the states (N, 6) from that at second 0, GCRF."""
+        if not np.isfinite(start).all() or not np.linalg.norm(np.cross(start[:3], start[3:])) > 0:
+            raise InputError("is no orbit about the Earth", where=where, do="check the numbers and their units")
+        if np.abs(self.moments.seconds).max() > LONGEST_S:
+            do = "give an ephemeris (oem, spice) for longer"
+            raise InputError(f"is propagated for more than {LONGEST_S / 86400:.0f} days", where=where, do=do)
         try:
             return propagated(start, self.moments.seconds, self.pole(), J2 if self.j2 else 0.0)
         except InputError as error:
@@ -67,10 +75,12 @@ class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """An orbit that a scenario names. `states` returns places and velocities (N, 6) in the axes of GCRF, metres, at the
     flight's moments, and raises InputError.
 
-    relative: whether it says where a craft is by the other one · files: the names of its files.
+    relative: whether it says where a craft is by the other one · propagated: whether it flies by our own forces ·
+    files: the names of its files.
     """
 
     relative = False
+    propagated = False
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -104,10 +114,23 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
                 continue
             known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
             path_of = BPoly.from_derivatives(times, known)
+            off = _off_between(times, rows)
+            if off > CLOSE_M:
+                step = float(np.diff(times).max())
+                flight.notes[
+                    f"{path.name} has states up to {step:g} s apart: between them it may be off by {off:.2g} m"
+                ] = None
             at = moments.seconds[chosen]
             found[chosen] = np.concatenate([path_of(at), path_of.derivative()(at)], -1)
         refuse_outside(found, flight, path)
         return found
+
+
+def _off_between(times: Float, rows: Float) -> float:
+    """Return by about how much, metres, quintics between states (N, 6) are off: by Hermite's remainder, of a circle."""
+    far = np.linalg.norm(rows[:, :3], axis=1)
+    turned = np.diff(times) * np.sqrt(GM / far[1:] ** 3)
+    return float((far[1:] * turned**6 / 46080).max())  # 6! times 2^6
 
 
 class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
@@ -165,7 +188,11 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
         return np.array(rows) * 1e3
 
 
-class Keplerian(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="keplerian"):
+class _Propagated(_Orbit, frozen=True, kw_only=True):
+    propagated = True
+
+
+class Keplerian(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="keplerian"):
     """Osculating elements at second 0, after which it is propagated."""
 
     semi_major_axis: float = named(name="semi_major_axis_m")
@@ -187,7 +214,7 @@ class Keplerian(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="kepler
         return flight.propagated(_at_start(start, self.frame, flight), "keplerian")
 
 
-class StateVector(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="state"):
+class StateVector(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="state"):
     """A state at second 0, after which it is propagated."""
 
     place: Vector = named(name="place_m")
@@ -199,7 +226,7 @@ class StateVector(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="stat
         return flight.propagated(_at_start(start, self.frame, flight), "state")
 
 
-class RelativeState(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="relative_state"):
+class RelativeState(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_state"):
     """Where it is by the other craft at second 0, in that one's radial, transverse and normal axes, which turn with it;
     after which it is propagated."""
 
@@ -212,7 +239,7 @@ class RelativeState(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="re
         return flight.propagated(beside(flight.other, np.array(self.place), np.array(self.velocity)), "relative_state")
 
 
-class RelativeElements(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="relative_elements"):
+class RelativeElements(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_elements"):
     """Quasi-nonsingular relative elements to the other craft at second 0, times its semi-major axis, metres; after
     which it is propagated."""
 
@@ -227,7 +254,11 @@ class RelativeElements(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag=
     def states(self, flight: Flight) -> Float:
         assert flight.other is not None
         elements = np.array([self.da, self.dlambda, self.dex, self.dey, self.dix, self.diy])
-        return flight.propagated(beside_by_elements(flight.other, elements), "relative_elements")
+        try:
+            start = beside_by_elements(flight.other, elements)
+        except InputError as error:
+            raise InputError(error.found, where="relative_elements", do=error.do) from None
+        return flight.propagated(start, "relative_elements")
 
 
 AnyOrbit = Oem | Tle | Spice | Keplerian | StateVector | RelativeState | RelativeElements

@@ -13,7 +13,7 @@ RADIUS, J2 = 6378136.3, 1.0826355e-3  # metres, to which J2 belongs
 RELATIVE = 1e-13  # of the integrator, a step
 LONGEST_STEP = 1 / 60  # of the period of an orbit just above the ground: between steps it is then exact to 1e-12
 GROUND_PERIOD = 2 * np.pi * np.sqrt(RADIUS**3 / GM)
-KEPLER_STEPS = 50
+KEPLER_STEPS, STEEP, FLAT = 100, 0.8, 1e-6  # eccentricities above which Newton's method has to begin at the apogee
 
 
 def acceleration(place: Float, pole: Float, j2: float = J2) -> Float:
@@ -59,7 +59,8 @@ def state_of(
     semi_major_axis: float, eccentricity: float, inclination: float, node: float, perigee: float, mean_anomaly: float
 ) -> Float:
     """Return the state (6,) of Keplerian elements, metres and radians."""
-    e, anomaly = eccentricity, mean_anomaly
+    mean_anomaly %= 2 * np.pi
+    e, anomaly = eccentricity, mean_anomaly if eccentricity < STEEP else np.pi
     for _ in range(KEPLER_STEPS):  # Newton's, of Kepler's equation
         anomaly -= (anomaly - e * np.sin(anomaly) - mean_anomaly) / (1 - e * np.cos(anomaly))
     p, q = turned(inclination, node, perigee)
@@ -121,8 +122,13 @@ def beside_by_elements(state: Float, a_of: Float) -> Float:
     Source: S. D'Amico, "Autonomous formation flying in low Earth orbit" (2010).
     """
     axis, inclination, node, ex, ey, latitude = elements_of(state)
+    if abs(np.sin(inclination)) < FLAT:
+        do = "give relative_state"
+        raise InputError("are relative to an orbit in the equator, where they mean nothing", do=do)
     da, longitude, dex, dey, dix, diy = a_of / axis
     own_inclination, own_node = inclination + dix, node + diy / np.sin(inclination)
     own_latitude = latitude + longitude - (own_node - node) * np.cos(inclination)
+    if np.hypot(ex + dex, ey + dey) >= 1:
+        raise InputError("make no ellipse: a_dex_m and a_dey_m are too large", do="check their units")
     size, perigee = float(np.hypot(ex + dex, ey + dey)), float(np.arctan2(ey + dey, ex + dex))
     return state_of(axis * (1 + da), size, own_inclination, own_node, perigee, own_latitude - perigee)

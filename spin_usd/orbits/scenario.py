@@ -1,11 +1,12 @@
 """A scenario: two craft about the Earth, how they are turned, and where Sun, Moon, Earth and stars are seen."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, to_builtins
 from msgspec import field as named
 
 from spin_usd.arrays import Float
@@ -22,6 +23,7 @@ from spin_usd.utc import parsed_utc, utc_text
 
 DERIVATIVE_S = 0.01  # between states whose difference is a rate: rounding leaves 1e-7 m/s of it
 MAX_MOMENTS = 1_000_000
+LARGEST = 1e10  # metres, seconds, degrees: further than Pluto, longer than a life
 ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -63,13 +65,17 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     stars: Annotated[float, Meta(description="The faintest magnitude of the stars; below -2 there are none.")] = 6.5
 
     def __post_init__(self) -> None:
-        if (self.times is None) == (self.duration is None or self.step is None):
+        if (self.times is None) != (self.duration is not None and self.step is not None) or (
+            self.times is not None and (self.duration, self.step) != (None, None)
+        ):
             raise InputError("has not just one of times_s, and duration_s with step_s", do="give one of them")
         if self.target.orbit.relative and self.chaser.orbit.relative:
             do = "give one of them an orbit about the Earth"
             raise InputError("has both orbits relative to one another", do=do)
         if self.target.attitude is None:
             raise InputError("target has no attitude", do="add [target.attitude] with its kind")
+        if bad := next((each for each in _numbers(to_builtins(self)) if not abs(each) <= LARGEST), None):
+            raise InputError(f"holds {bad:g}, which no craft has", do="check the numbers and their units")
         seconds = self.seconds
         if len(seconds) > MAX_MOMENTS:
             raise InputError(f"has {len(seconds)} moments, more than {MAX_MOMENTS}", do="take longer steps")
@@ -102,6 +108,15 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return tuple(dict.fromkeys(name for each in named_by if each for name in each.files))
 
 
+def _numbers(value: Any) -> Iterator[float]:
+    """Yield all numbers in tables and lists."""
+    if isinstance(value, float | int):
+        yield float(value)
+    elif isinstance(value, dict | list | tuple):
+        for each in value.values() if isinstance(value, dict) else value:
+            yield from _numbers(each)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Seen:
     """What the camera sees at N moments, in its own axes: rotations (N, 3, 3) to them, places (N, 3) in metres."""
@@ -124,9 +139,10 @@ class Seen:
     notes: tuple[str, ...]
 
 
-def see(scenario: Scenario, folder: Path) -> Seen:
-    """Return what the camera of the scenario sees; `folder`: where the files lie that it names. Raises InputError."""
-    moments = Moments(scenario.utc, scenario.seconds)
+def see(scenario: Scenario, seconds: Float, folder: Path) -> Seen:
+    """Return what the camera of the scenario sees at `seconds` (N,) of its own; `folder`: where the files lie that it
+    names. Raises InputError."""
+    moments = Moments(scenario.utc, seconds)
     flight = Flight(moments=moments, folder=folder, j2=scenario.j2)
     flight = replace(flight, other=_absolute_start(scenario, flight))
     now, before, after = (_poses(scenario, _shifted(flight, step)) for step in (0.0, -DERIVATIVE_S, DERIVATIVE_S))
@@ -181,6 +197,9 @@ class _Poses:
 
 def _poses(scenario: Scenario, flight: Flight) -> _Poses:
     target, chaser = scenario.target.orbit.states(flight), scenario.chaser.orbit.states(flight)
+    if flight.other is not None and not (scenario.target.orbit.propagated and scenario.chaser.orbit.propagated):
+        off = (chaser if scenario.target.orbit.relative else target) - flight.propagated(flight.other, "orbit")
+        target, chaser = (target + off, chaser) if scenario.target.orbit.relative else (target, chaser + off)
     assert scenario.target.attitude
     of_target = scenario.target.attitude.rotations(Sight(flight=flight, own=target, other=chaser))
     of_chaser = (scenario.chaser.attitude or Pointing(at="target")).rotations(
@@ -200,9 +219,9 @@ def _poses(scenario: Scenario, flight: Flight) -> _Poses:
 
 def _between_pictures(scenario: Scenario, flight: Flight, found: Seen) -> list[str]:
     """Return a note on how far the motion between pictures, which cubics give, is off the scenario's in the middle."""
-    if len(found.seconds) < 2:
-        return []
     steps = np.diff(found.seconds)
+    if not len(steps) or steps.min() <= 0:
+        return []
     middle = replace(flight, moments=Moments(flight.moments.epoch, found.seconds[:-1] + steps / 2), notes={})
     true = _poses(scenario, middle)
     away, turned = 0.0, 0.0

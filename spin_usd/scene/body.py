@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from spin_usd.arrays import Float, finite
+from spin_usd.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
@@ -23,6 +23,11 @@ class BodyMotion:
     def __post_init__(self) -> None:
         for name in ("velocity", "angular_velocity"):
             object.__setattr__(self, name, finite(getattr(self, name), (3,), name))
+
+    @property
+    def key(self) -> str:
+        """The digest of both."""
+        return digest(self.velocity, self.angular_velocity)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

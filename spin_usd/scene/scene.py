@@ -14,7 +14,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_blur_radius
-from spin_usd.geometry.bounds import outline_of, polygon_area, region_around, region_of_interest
+from spin_usd.geometry.bounds import beside, outline_of, polygon_area, region_around, region_of_interest
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region, union
 from spin_usd.geometry.transform import Transform
@@ -276,6 +276,8 @@ class OneBody(Scene):
     @cached_property
     def _picture_outline(self) -> Float | None:
         places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
+        if self.shutter and not self.thin_lens and beside(self.camera, places, self._arc_height):
+            return np.zeros((0, 2))
         return outline_of(self.camera, places, blur_radius=self.blur_radius(places) if self.blurred else None)
 
     def blur_radius(self, points_cam: Float) -> Float:

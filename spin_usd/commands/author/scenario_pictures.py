@@ -9,7 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.checked_document import read_as
-from spin_usd.formats.chosen_frames import chosen_frames
+from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.camera import Camera
 from spin_usd.orbits.moments import CREDIT, stars
@@ -37,31 +37,32 @@ class ScenarioPictures:
         scenario = read_as(Scenario, read_toml_file(file, MAX_SPECIFICATION), file)
         self.files = {"scenario": file}
         self.files |= {f"scenario_{number}": file.parent / name for number, name in enumerate(scenario.files, 1)}
+        count = len(scenario.seconds)
+        rows = range(count) if frames is None else range(count)[slice_of(frames)]
+        if not rows:
+            raise InputError(f"frames {frames!r} chooses none of {count} pictures", where=file)
+        self.whole = count
         try:
-            self._seen = see(scenario, file.parent)
+            self._seen = see(scenario, scenario.seconds[list(rows)], file.parent)
             self._stars = _stars(scenario, self._seen.year)
         except InputError as error:
             where = str(error.where or "")
             if not where.startswith(str(file.parent)):
                 where = f"{file}, {where}" if where else str(file)
             raise InputError(error.found, where=where, do=error.do) from None
-        self._listed = _listed(self._seen, scenario, str(file))
-        self.whole = len(self._listed)
-        self._chosen = chosen_frames(self._listed, frames)
+        self._poses = _listed(self._seen, rows, scenario, str(file))
 
     def poses(self, camera: Camera, asset: TargetAsset) -> PoseList:
         """Return the target's poses, with their rates."""
-        return self._chosen
+        return self._poses
 
     def light(self, stage: Any) -> SampledValues:
         """Return what places Sun, planets and stars in the opened `stage`."""
-        seen, places = self._seen, {name: i for i, name in enumerate(self._listed.names)}
-        rows = [places[name] for name in self._chosen.names]
-        moon = _axes_of_moon(seen)
+        seen = self._seen
         sky = PlacedSky(
-            sun=seen.sun[rows],
-            planets={"Earth": (seen.R_cam_earth[rows], seen.earth[rows]), "Moon": (moon[rows], seen.moon[rows])},
-            stars=seen.R_cam_gcrf[rows],
+            sun=seen.sun,
+            planets={"Earth": (seen.R_cam_earth, seen.earth), "Moon": (_axes_of_moon(seen), seen.moon)},
+            stars=seen.R_cam_gcrf,
             directions=self._stars[0],
             magnitudes=self._stars[1],
             credit=CREDIT if len(self._stars[1]) else "",
@@ -69,15 +70,17 @@ class ScenarioPictures:
         return sky.values(stage, open_base(stage)[0])
 
 
-def _listed(seen: Seen, scenario: Scenario, source: str) -> PoseList:
+def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseList:
+    """Return the poses, called after their `rows` among all moments; without times where they go back."""
+    goes_on = rows.step > 0
     return PoseList(
-        names=tuple(f"img{number:06d}" for number in range(1, len(seen.seconds) + 1)),
+        names=tuple(f"img{row + 1:06d}" for row in rows),
         q_cam_body=quaternions_of(seen.R_cam_body),
         t_cam_body=seen.t_cam_body,
-        times=seen.seconds,
+        times=seen.seconds if goes_on else None,
         epoch=scenario.utc,
-        velocities=seen.velocities,
-        angular_velocities=seen.rates,
+        velocities=seen.velocities if goes_on else None,
+        angular_velocities=seen.rates if goes_on else None,
         source=source,
         notes=seen.notes,
     )

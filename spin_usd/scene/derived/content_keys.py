@@ -51,7 +51,7 @@ class Keys:
     exposure: str
     """Decides the image's numbers: radiance, lights as they are, the background, optics, sensor and seed."""
     targets: str
-    """Poses, meshes and keypoints of all targets, also where no picture shows them."""
+    """Poses, motions, meshes and keypoints of all targets, also where no picture shows them."""
 
 
 class KeyMaker:
@@ -90,7 +90,8 @@ class KeyMaker:
             return geometry_key(scene), self._targets(scene)
         (body,) = scene.bodies
         own = body.target.mesh.key, body.target.cut_out_key, self._keypoints(body.target)
-        of = (body.T_cam_body, *own, scene.camera.key, scene.rig, scene.range_finder)
+        moves = body.motion.key if body.motion else ""
+        of = (body.T_cam_body, moves, *own, scene.camera.key, scene.rig, scene.range_finder)
         if of not in self._posed:
             self._posed[of] = geometry_key(scene), self._targets(scene)
         return self._posed[of]
@@ -113,6 +114,7 @@ class KeyMaker:
             for body in scene.targets
         ]
         more = [content(scene.rig)] if scene.rig else []
+        more += [[body.id, body.motion.key] for body in scene.targets if body.motion]
         if scene.range_finder:
             more += [content(scene.range_finder), [placed(body) for body in scene.bodies]]
         return digest(scene.camera.key, shown, *more)

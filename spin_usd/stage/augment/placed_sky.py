@@ -12,6 +12,7 @@ from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
 from spin_usd.stage.augment.lights import find_sun, order
 from spin_usd.stage.augment.sampled_values import SampledValue, SampledValues, overlaid, sampled_values
+from spin_usd.stage.author.paths import ENVIRONMENT
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
@@ -43,7 +44,8 @@ class PlacedSky:
         directions = [tuple(row) for row in (self.sun / far[:, None]).tolist()]
         factors = ((ASTRONOMICAL_UNIT / far) ** 2).tolist()
         light = sampled_values(base, {}, {"sun.direction": directions, "sun.factor": factors})
-        prims = {prim.GetName(): prim for prim in stage.Traverse()}
+        there = Usd.PrimRange(stage.GetPrimAtPath(ENVIRONMENT))
+        prims = {prim.GetName(): prim for prim in there}
         found = [self._sun_angle(base, far)]
         for name, (rotations, places) in self.planets.items():
             if name in prims and prims[name].HasAPI(schema.PLANET_API):

@@ -113,9 +113,9 @@ class BodyReader:
 
     def motion_at(self, time_code: float, T_cam_body: Transform, scale: float) -> BodyMotion | None:
         """Return how the body moves before the camera, whose pose it has then; None where that is not known."""
-        motion = self._motion.at(time_code) if self._motion and self._seen_still else None
-        if motion is None:
+        if self._motion is None or not self._seen_still:
             return None
+        motion = self._motion.at(time_code)
         R_cam_parent = T_cam_body.rotation @ motion.rotation.T
         velocity = R_cam_parent @ motion.velocity * (scale * self._metres)
         return BodyMotion(velocity=velocity, angular_velocity=R_cam_parent @ motion.rate)

@@ -7,13 +7,14 @@ from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.geometry.motion import Motion, between
+from spin_usd.geometry.motion import Motion, between, log
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read_samples, refuse_unapplied
 
-RATES = (schema.MOTION_VELOCITY, schema.MOTION_ANGULAR_VELOCITY)
+ATTRIBUTES = (schema.MOTION_VELOCITY, schema.MOTION_ANGULAR_VELOCITY)
+SHORT_S = 1e-3  # seconds, over which a difference is a rate
 OPERATIONS = ["xformOp:translate", "xformOp:orient"]
 
 
@@ -34,7 +35,9 @@ class KnownMotion:
         if not prim.HasAPI(schema.MOTION_API):
             refuse_unapplied(prim, "spin:motion:", schema.MOTION_API)
             return None
-        velocities, rates = (dict(read_samples(prim.GetAttribute(name), Sdf.ValueTypeNames.Double3)) for name in RATES)
+        velocities, rates = (
+            dict(read_samples(prim.GetAttribute(name), Sdf.ValueTypeNames.Double3)) for name in ATTRIBUTES
+        )
         if not (velocities and clock.timed):
             return None
         ops = UsdGeom.Xformable(prim).GetOrderedXformOps()
@@ -49,13 +52,17 @@ class KnownMotion:
             raise StageError(f"has rates at time code {bad:g} that are not finite", where=prim.GetPath())
         return cls(prim, clock, numbers)
 
-    def at(self, time_code: float) -> Motion | None:
-        """Return the motion at a sample; None at other times."""
-        if time_code not in self._samples:
-            return None
-        rotation, place = self._local(time_code)
-        velocity, rate = self._samples[time_code]
-        return Motion(rotation=rotation, place=place, velocity=velocity, rate=rate)
+    def at(self, time_code: float) -> Motion:
+        """Return the motion: at a sample as the stage says it, at other times as the cubics move."""
+        if time_code in self._samples:
+            rotation, place = self._local(time_code)
+            velocity, rate = self._samples[time_code]
+            return Motion(rotation=rotation, place=place, velocity=velocity, rate=rate)
+        steps = [self._clock.time_code(self._clock.seconds(time_code) + each) for each in (-SHORT_S, SHORT_S)]
+        (first, start), (last, end) = (self._moved(code) for code in steps)
+        rotation, place = self._moved(time_code)
+        rate = log(last @ first.T) / (2 * SHORT_S)
+        return Motion(rotation=rotation, place=place, velocity=(end - start) / (2 * SHORT_S), rate=rate)
 
     def correction(self, time_code: float, size: float) -> Transform | None:
         """Return T_a_b, where `a` are the prim's axes as USD has them then and `b` as they are, by units of the parent
@@ -72,13 +79,10 @@ class KnownMotion:
         seconds, after = self._clock.seconds, int(np.searchsorted(self._codes, time_code))
         first = float(self._codes[max(after - 1, 0)])
         motion = self.at(first)
-        assert motion
         if after in (0, len(self._codes)):
             return motion.after(seconds(time_code) - seconds(first))
         last = float(self._codes[after])
-        end = self.at(last)
-        assert end
-        return between(motion, end, seconds(last) - seconds(first), seconds(time_code) - seconds(first))
+        return between(motion, self.at(last), seconds(last) - seconds(first), seconds(time_code) - seconds(first))
 
     def _local(self, time_code: float) -> tuple[Float, Float]:
         matrix = np.array(self._xform.GetLocalTransformation(Usd.TimeCode(time_code)))

@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterable
 from pxr import Usd, UsdGeom
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.time_variation import POSE
 from spin_usd.stage.usd.visibility import ancestors
 
-TRANSFORM = (*POSE, "xformOpOrder")
+TRANSFORM = (*POSE, "xformOpOrder", schema.CAPTURE_TIME)
 Placed = tuple[Transform, float]
 """T_cam_body, and the scale of the body's axes in the world."""
 
@@ -23,7 +24,9 @@ class SharedPoses:
     def of(self, camera: Usd.Prim, body: Usd.Prim) -> "SharedPoses | None":
         """Return these where the same opinions decide the poses of both prims as of those before, new ones where others
         do; None where values come from clips, whose opinions are not looked into."""
+        clock = body.GetStage().GetDefaultPrim()
         chain = {prim.GetPath(): prim for each in (camera, body) for prim in (*ancestors(each), each)}
+        chain |= {clock.GetPath(): clock} if clock else {}
         if any(prim.HasAuthoredMetadata("clips") for prim in chain.values()):
             return None
         sources = tuple(source for _, prim in sorted(chain.items()) for source in _sources(prim))

@@ -26,6 +26,7 @@ STEP_RAD = np.radians(5.0)  # a chord of this angle is off its arc by a thousand
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
 READOUTS = EXPOSURE_TIMES = Range(0, 1e6)  # seconds
 EXPOSURE_TIME = "exposure:time"
+EXACT = 1e-9  # of a time code: what rounding leaves
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +63,10 @@ def read_opening(prim: Usd.Prim, time_code: float, clock: Clock, *, rows: int) -
     readout = _readout(prim, time) if rows > 1 else 0.0
     middle, of_exposure = time_code + (start + end) / 2, False
     if clock.timed:
-        open_for = clock.seconds(time_code + end) - clock.seconds(time_code + start)
+        opens, closes = (clock.seconds(time_code + each) for each in (start, end))
+        open_for = closes - opens
+        if open_for and abs(shift := clock.time_code((opens + closes) / 2) - time_code) > EXACT:
+            middle = time_code + shift
         of_exposure = not any(prim.GetAttribute(name).HasAuthoredValue() for name in (OPENS, CLOSES))
         if of_exposure and prim.GetAttribute(EXPOSURE_TIME).HasAuthoredValue():
             open_for = float(value_in(prim, EXPOSURE_TIME, EXPOSURE_TIMES, time))

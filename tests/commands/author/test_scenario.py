@@ -242,6 +242,34 @@ def test_what_is_chosen_of_it_is_the_same(tmp_path: Path) -> None:
         assert frame.time_s == 20 + 20 * index
 
 
+def test_the_note_is_of_the_pictures_that_are_chosen(tmp_path: Path) -> None:
+    file = scenario(tmp_path, times="duration_s = 600\nstep_s = 10")
+    notes = []
+    for frames in (None, "0:60:20"):
+        (tmp_path / str(frames)).mkdir()
+        made = author_stage(
+            scenario=file, target="cubesat", camera=CAMERA, out=tmp_path / str(frames) / "stage", frames=frames
+        )
+        notes.append(next(note for note in made.notes if note.startswith("between pictures")))
+    degrees = [float(note.rpartition(" and ")[2].split()[0]) for note in notes]
+    assert degrees[0] < 0.1 < degrees[1]
+
+
+def test_a_craft_beside_a_tle_stays_there(tmp_path: Path) -> None:
+    """It is propagated by other forces than the TLE's: what these do to the target they do to it."""
+    lines = [checksum(f"{line:<69}") for line in ISS.splitlines()[1:]]
+    (tmp_path / "iss.tle").write_text("\n".join(lines))
+    attitude = '[chaser.attitude]\nkind = "inertial"\nq = [1, 0, 0, 0]'
+    times = "duration_s = 3000\nstep_s = 500"
+    file = scenario(tmp_path, epoch="2024-05-01T12:00:00Z", times=times, place="[0, 0, 0]", rest=attitude)
+    text = file.read_text()
+    orbit = '[target.orbit]\nkind = "tle"\nfile = "iss.tle"\n'
+    file.write_text(text[: text.index("[target.orbit]")] + orbit + text[text.index("[target.attitude]") :])
+    reader = StageReader(stage_of(tmp_path, file, any_size=True))
+    away = [np.linalg.norm(reader.scene(frame).bodies[0].T_cam_body.translation) for frame in reader.frames]
+    assert max(away) < 1e-3
+
+
 def test_variants_and_the_sun_of_a_user_beat_it(tmp_path: Path) -> None:
     root = stage_of(tmp_path, scenario(tmp_path), sun_direction=(0, 0, -1), augment="relight")
     reader = StageReader(root)
@@ -281,6 +309,16 @@ def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
         (("q = [0.6, 0.8, 0, 0]", "q = [1, 1, 0, 0]"), "norm 1.41"),
         (("[20, 30, 40]", "[1, 1, 40]"), "which no body has"),
         (("stars = -3", "stars = 12"), "stars to magnitude 12 are not in the catalogue"),
+        (("[0, -20, 1]", "[0, nan, 1]"), "holds nan, which no craft has"),
+        (("[0.3, 1.0, -0.5]", "[1e9, 0, 0]"), "rate_deg_s is above 3600; check its unit"),
+        (("duration_s = 60\nstep_s = 10", "times_s = [0, 1e8]"), "is propagated for more than 35 days"),
+        (("duration_s = 60\nstep_s = 10", "times_s = [0, 2e6]"), "turns more than 5000 times"),
+        (("duration_s = 60", "times_s = [0]\nduration_s = 60"), "just one of times_s"),
+        (("mean_anomaly_deg = 60", "eccentricity = 0.9"), "meets the ground"),
+        (
+            ('kind = "relative_state"\nplace_m = [0, -20, 1]', 'kind = "relative_elements"\na_dex_m = 1e8'),
+            "relative_elements: make no ellipse",
+        ),
     ],
 )
 def test_wrong_scenarios_are_told_and_leave_nothing(tmp_path: Path, change, says: str) -> None:

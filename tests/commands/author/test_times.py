@@ -77,16 +77,18 @@ def test_a_rolling_shutter_reads_out_in_seconds(tmp_path: Path, times: tuple[str
     camera = stage.GetPrimAtPath("/World/Camera")
     camera.ApplyAPI(schema.SHUTTER_API)
     camera.GetAttribute(schema.SHUTTER_READOUT_TIME).Set(0.02)
+    exposure = camera.GetAttribute("exposure:time").Get()  # for which each row is open
     stage.GetRootLayer().Save()
     reader = StageReader(root)
     poses = reader.scene(reader.frames[0]).bodies[0].poses
     moved = poses[-1].translation[0] - poses[0].translation[0]
-    exposure = camera.GetAttribute("exposure:time").Get()  # for which each row is open
-    motion = reader.scene(reader.frames[0]).bodies[0].motion
-    assert motion is not None
-    if times[2] == "20":
-        assert motion.velocity == pytest.approx([0.01, 0, 0], abs=1e-12)  # 0.1 m in 10 s
-    assert moved == pytest.approx(motion.velocity[0] * (0.02 + exposure), rel=1e-3)
+    # Three poses are too few for rates, so before the first and after the last the target rests, and half of the rows
+    # see it move: 0.1 m in 10 s.
+    open_for = 0.02 + exposure
+    assert moved == pytest.approx(0.01 * open_for / 2, rel=1e-6)
+    last = reader.scene(reader.frames[2]).bodies[0].poses
+    moved = last[-1].translation[0] - last[0].translation[0]
+    assert moved == pytest.approx(0.1 / (float(times[2]) - float(times[1])) * open_for / 2, rel=1e-6)
 
 
 def moving(folder: Path, speed: float, turn_deg: float = 0.0, *, times: Sequence[float] = range(7)) -> Path:
@@ -130,6 +132,48 @@ def test_what_hardly_moves_is_an_instant_and_so_is_what_a_layer_says(tmp_path: P
     stage.GetRootLayer().Save()
     reader = StageReader(root)
     assert reader.scene(reader.frames[1]).shutter is None
+
+
+def test_an_authored_shutter_is_open_for_the_seconds_of_its_time_codes(tmp_path: Path) -> None:
+    root = authored(tmp_path, moving(tmp_path, 0.5, times=(0.0, 10, 25, 35, 45, 55, 65)))
+    stage = Usd.Stage.Open(str(root))
+    camera = stage.GetPrimAtPath("/World/Camera")
+    for name, code in (("shutter:open", -0.5), ("shutter:close", 0.5)):
+        camera.GetAttribute(name).Set(code)
+    stage.GetRootLayer().Save()
+    reader = StageReader(root)
+    (body,) = reader.scene(reader.frames[1]).bodies
+    ends = [pose.translation[0] / 0.5 for pose in (body.poses[0], body.T_cam_body, body.poses[-1])]
+    assert ends == pytest.approx([5, (5 + 17.5) / 2, 17.5], abs=1e-6)  # seconds: half of 10 s before, of 15 s after
+    assert body.motion is not None  # though no pose is given then
+    assert body.motion.velocity == pytest.approx([0.5, 0, 0], abs=1e-6)
+
+
+def test_a_target_beside_the_camera_costs_no_pixel(tmp_path: Path) -> None:
+    rows = [f"p{i},1,0,0,0,{3 + 0.5 * i!r},0,0,{i}" for i in range(6)]
+    (tmp_path / "list.csv").write_text("\n".join((f"{HEADS},time", *rows)) + "\n")
+    reader = StageReader(authored(tmp_path, tmp_path / "list.csv", any_size=True))
+    scene = reader.scene(reader.frames[2])
+    assert scene.shutter is not None
+    assert scene.picture_region.empty
+
+
+def test_other_rates_are_another_record(tmp_path: Path) -> None:
+    root = authored(tmp_path, moving(tmp_path, 1e-4))
+    render(stage=root, out=tmp_path / "set", labels_only=True)
+    stage = Usd.Stage.Open(str(root))
+    attribute = stage.GetPrimAtPath("/World/Target").GetAttribute(schema.MOTION_VELOCITY)
+    for code in attribute.GetTimeSamples():
+        attribute.Set(Gf.Vec3d(2e-4, 0, 0), code)
+    stage.GetRootLayer().Save()
+    render(stage=root, out=tmp_path / "set", labels_only=True)
+    assert Dataset(tmp_path / "set")[2].targets[0].velocity == pytest.approx([2e-4, 0, 0])
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_too_few_poses_have_no_rates(tmp_path: Path, count: int) -> None:
+    reader = StageReader(authored(tmp_path, moving(tmp_path, 0.5, times=range(count))))
+    assert reader.scene(reader.frames[0]).bodies[0].motion is None
 
 
 def test_poses_that_do_not_follow_one_another_blur_nothing(tmp_path: Path) -> None:
