@@ -11,12 +11,12 @@ from msgspec import field as named
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.ccsds_file import read_aem
+from spin_usd.formats.ccsds_file import EphemerisSegment, read_aem
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
 from spin_usd.json_fields import one_of
 from spin_usd.orbits.moments import Moments, frame_named
-from spin_usd.orbits.orbits import Flight, ordered, refuse_outside, within
+from spin_usd.orbits.orbits import At, Flight, ordered, pieced
 from spin_usd.orbits.propagation import rtn_axes
 from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
@@ -74,16 +74,12 @@ class Aem(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="aem"):
     def rotations(self, sight: Sight) -> Float:
         flight, moments = sight.flight, sight.flight.moments
         path = flight.path(self.file)
-        found = np.full((len(moments.seconds), 3, 3), np.nan)
-        for segment in read_aem(path):
+
+        def between(segment: EphemerisSegment) -> tuple[Float, At]:
             times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
-            own = frame_named(segment.frame, path)
-            turns = Moments(moments.epoch, times).axes_of(own) @ matrices_from_quaternions(_units(segment.rows, path))
-            chosen = within(times, moments.seconds)
-            if chosen.any():
-                found[chosen] = _between(times, turns, moments.seconds[chosen])
-        refuse_outside(found.reshape(-1, 9), flight, path)
-        return found
+            return _smooth(flight, times, frame_named(segment.frame, path), _units(segment.rows, path))
+
+        return pieced(map(between, read_aem(path)), flight, path)
 
 
 class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="list"):
@@ -93,7 +89,7 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
     frame: str = "GCRF"
 
     def rotations(self, sight: Sight) -> Float:
-        moments, path = sight.flight.moments, sight.flight.path(self.file)
+        flight, path = sight.flight, sight.flight.path(self.file)
         rows: list[list[float]] = []
         for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
             words = line.replace(",", " ").replace(";", " ").split()
@@ -108,13 +104,8 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
                 raise InputError("has not five numbers", where=f"{path}, line {number}", do=do)
         table = np.array(rows).reshape(-1, 5)
         times = ordered(table[:, 0], path)
-        turns = matrices_from_quaternions(_units(table[:, 1:], path))
-        turns = Moments(moments.epoch, times).axes_of(frame_named(self.frame, path)) @ turns
-        found = np.full((len(moments.seconds), 3, 3), np.nan)
-        chosen = within(times, moments.seconds)
-        found[chosen] = _between(times, turns, moments.seconds[chosen])
-        refuse_outside(found.reshape(-1, 9), sight.flight, path)
-        return found
+        smooth = _smooth(flight, times, frame_named(self.frame, path), _units(table[:, 1:], path))
+        return pieced([smooth], flight, path)
 
 
 class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="pointing"):
@@ -210,9 +201,11 @@ def _units(q: Float, where: object) -> Float:
     return np.asarray(q / norm[:, None])
 
 
-def _between(times: Float, turns: Float, seconds: Float) -> Float:
-    """Return rotations at `seconds` (N,) of the smooth motion through `turns` (M, 3, 3) at `times` (M,)."""
+def _smooth(flight: Flight, times: Float, frame: str, q: Float) -> tuple[Float, At]:
+    """Return the times (M,), and what gives rotations between them: a smooth motion through those of `q` (M, 4), which
+    are to the axes of a frame."""
     from scipy.spatial.transform import Rotation, RotationSpline
 
+    turns = Moments(flight.moments.epoch, times).axes_of(frame) @ matrices_from_quaternions(q)
     spline = RotationSpline(times, Rotation.from_matrix(turns))
-    return np.asarray(spline(seconds).as_matrix())
+    return times, lambda at: np.asarray(spline(at).as_matrix())

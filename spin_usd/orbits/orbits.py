@@ -1,5 +1,6 @@
 """The kinds of orbit that a scenario may name, each of which gives a craft's states at the scenario's moments."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -35,6 +36,10 @@ TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
 """How far a TLE's orbit is off at its epoch, and how much more a day later. Source: Vallado and Crawford, "SGP4 orbit
 determination" (2008): about 1 km at the epoch, growing by 1 to 3 km a day."""
 MAX_AWAY = 1e10  # metres from the Earth's centre, 26 times as far as the Moon
+
+
+At = Callable[[Float], Float]
+"""Gives something at seconds (N,)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,13 +110,11 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
         from scipy.interpolate import BPoly
 
         moments, path = flight.moments, flight.path(self.file)
-        found = np.full((len(moments.seconds), 6), np.nan)
         pole = flight.pole()
-        for segment in read_oem(path):
-            times, rows = in_gcrf(segment, moments, path)
-            chosen = within(times, moments.seconds)
-            if not chosen.any():
-                continue
+
+        def between(segment: EphemerisSegment) -> tuple[Float, At]:
+            times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
+            rows = Moments(moments.epoch, times).states_from(frame_named(segment.frame, path), segment.rows)
             known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
             path_of = BPoly.from_derivatives(times, known)
             off = _off_between(times, rows)
@@ -120,10 +123,9 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
                 flight.notes[
                     f"{path.name} has states up to {step:g} s apart: between them it may be off by {off:.2g} m"
                 ] = None
-            at = moments.seconds[chosen]
-            found[chosen] = np.concatenate([path_of(at), path_of.derivative()(at)], -1)
-        refuse_outside(found, flight, path)
-        return found
+            return times, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
+
+        return pieced(map(between, read_oem(path)), flight, path)
 
 
 def _off_between(times: Float, rows: Float) -> float:
@@ -270,13 +272,6 @@ def _at_start(state: Float, frame: str, flight: Flight) -> Float:
     return np.asarray(start.states_from(frame_named(frame, "frame"), state[None])[0])
 
 
-def in_gcrf(segment: EphemerisSegment, moments: Moments, path: Path) -> tuple[Float, Float]:
-    """Return the seconds (M,) of a segment's states, and these (M, 6) in GCRF. Raises InputError."""
-    times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
-    frame = frame_named(segment.frame, path)
-    return times, Moments(moments.epoch, times).states_from(frame, segment.rows)
-
-
 def ordered(times: Float, path: Path) -> Float:
     """Return the times of a file, two or more, which go on. Raises InputError."""
     if len(times) < 2:
@@ -288,14 +283,18 @@ def ordered(times: Float, path: Path) -> Float:
     return times
 
 
-def within(times: Float, seconds: Float) -> Float:
-    """Return which of the seconds (N,) the span of times (M,) has."""
-    return np.asarray((seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S))
-
-
-def refuse_outside(found: Float, flight: Flight, path: Path) -> None:
-    """Raise InputError where there are moments (N,) for which nothing was found, NaN (N, ...)."""
-    missing = np.flatnonzero(np.isnan(found).any(-1))
-    if len(missing):
-        second = float(flight.moments.seconds[missing[0]])
+def pieced(pieces: Iterable[tuple[Float, At]], flight: Flight, path: Path) -> Float:
+    """Return what the pieces of a file say at the flight's moments (N,): each by the times (M,) of its states, and what
+    gives it between these. Raises InputError for moments of which none of them says anything."""
+    seconds, found = flight.moments.seconds, None
+    said = np.zeros(len(seconds), bool)
+    for times, at in pieces:
+        chosen = (seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S)
+        if chosen.any():
+            values = at(seconds[chosen])
+            found = np.empty((len(seconds), *values.shape[1:])) if found is None else found
+            found[chosen], said = values, said | chosen
+    if found is None or not said.all():
+        second = float(seconds[np.argmin(said)])
         raise InputError(f"says nothing of second {second:g}", where=path, do="choose moments within its span")
+    return found

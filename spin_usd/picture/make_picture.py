@@ -102,8 +102,9 @@ def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, wa
     """Render the target in unit light: a render that all pictures with this radiance key share."""
     with watch(BEAUTY_PASS if settings.device == CPU else DEVICE_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
-        if magnification(light.scene) > 1:  # a reduced render would see even less of it
-            return gathered(renderer.radiance(magnified(light.scene), settings.effort, seed=seed), light.scene)
+        if (fine := magnification(light.scene)) > 1:  # a reduced render would see even less of it
+            found = renderer.radiance(magnified(light.scene, fine), settings.effort, seed=seed)
+            return gathered(found, light.scene, fine)
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
         return enlarged(small, light.scene, by)
 

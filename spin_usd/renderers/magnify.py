@@ -1,7 +1,8 @@
 """A render of more pixels than the picture's, for targets so small that a pixel's few rays would miss or overrate them.
 
 A far target's light is then right however small it is: rays go through a frame of fine pixels around it alone, and each
-pixel of the picture has the mean of its own.
+pixel of the picture has the mean of its own. Several bodies, and what motion or the lens blurs, count by their outlines
+together: where these are large a small one is rendered by the picture's own pixels.
 """
 
 from dataclasses import replace
@@ -11,19 +12,14 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
-from spin_usd.scene.derived.magnification import magnification
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, Shutter
 
 PADDING_PX = 2  # fine ones around the target
 
 
-def magnified(scene: Scene) -> Scene:
-    """Return the scene as a camera of finer pixels sees it, whose frame holds the target alone; itself where the target
-    is large enough."""
-    by = magnification(scene)
-    if by == 1:
-        return scene
+def magnified(scene: Scene, by: int) -> Scene:
+    """Return the scene as a camera of `by` times more pixels a side sees it, whose frame holds the target alone."""
     frame, camera = _fine_frame(scene, by), scene.camera
     fine = replace(
         camera,
@@ -37,11 +33,8 @@ def magnified(scene: Scene) -> Scene:
     return replace(scene, camera=fine, shutter=scene.shutter and _fine_shutter(scene.shutter, frame, by, camera.height))
 
 
-def gathered(fine: Radiance, scene: Scene) -> Radiance:
-    """Return the radiance of `scene.picture_region` from that of `magnified(scene)`."""
-    by = magnification(scene)
-    if by == 1:
-        return fine
+def gathered(fine: Radiance, scene: Scene, by: int) -> Radiance:
+    """Return the radiance of `scene.picture_region` from that of `magnified(scene, by)`."""
     region, frame = scene.picture_region, _fine_frame(scene, by)
     down = _means(frame.y0 + fine.region.y0, fine.region.height, region.y0, region.height, by)
     across = _means(frame.x0 + fine.region.x0, fine.region.width, region.x0, region.width, by)
