@@ -3,6 +3,7 @@
 Source: CCSDS 502.0-B (orbit data messages) and 504.0-B (attitude data messages).
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,16 @@ from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.formats.text_file import read_any_text
 
 KM = 1e3
+AS_READ = (
+    (r"(CCSDS_OEM_VERS\s*=\s*)1\.0", r"\g<1>2.0"),  # which has all of it
+    (r"(CCSDS_AEM_VERS\s*=\s*)2\.0", r"\g<1>1.0"),
+)
+"""Versions of messages that ccsds-ndm does not read, and those with the same lines that it does."""
+OF_AEM_2 = (
+    (r"(?m)^(TIME_SYSTEM\s*=)", r"ATTITUDE_DIR = A2B\n\1"),
+    (r"(?m)^(ATTITUDE_TYPE\s*=.*)$", r"\1\nQUATERNION_TYPE = LAST"),
+)
+"""What version 2 of an AEM says without a line of it, as version 1 says it."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 
 
@@ -52,8 +63,9 @@ def read_aem(path: Path) -> list[EphemerisSegment]:
 
 def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
     about = segment.metadata
-    states = [state.quaternion_state for state in segment.data.attitude_state]
-    if None in states:
+    given = segment.data.attitude_state
+    states = [each.quaternion_state for each in given if getattr(each, "quaternion_state", None)]
+    if len(states) < len(given):
         kind = str(getattr(about.attitude_type, "value", about.attitude_type))
         raise InputError(f"has attitudes of the type {kind}", where=path, do="give quaternions")
     frames = [str(about.ref_frame_a), str(about.ref_frame_b)]
@@ -81,6 +93,9 @@ def _segments(path: Path, kind: str) -> Iterator[Any]:
     from ccsds_ndm.ndm_io import NdmIo  # not above: an extra
 
     text = read_any_text(path, MAX_DOCUMENT)
+    of_second = re.search(r"CCSDS_AEM_VERS\s*=\s*2\.", text)
+    for pattern, instead in (*AS_READ, *(OF_AEM_2 if of_second else ())):
+        text = re.sub(pattern, instead, text)
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise InputError("defines entities, which no message needs", where=path, do="remove its DOCTYPE")
     with decoding(path):

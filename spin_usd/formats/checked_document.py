@@ -35,9 +35,10 @@ def read_as(kind: type[T], tables: Mapping[str, Any], where: object) -> T:
     try:
         return msgspec.convert(tables, kind, strict=False)  # so that 4.0 is a whole number
     except msgspec.ValidationError as error:
-        found, _, path = str(error).rpartition(" - at `$.")
+        found, _, path = str(error).partition(" - at `$.")
         cause = error.__cause__ if isinstance(error.__cause__, InputError) else InputError(found)
-        raise InputError(f"{path.rstrip('`')}: {cause.found}", where=where, do=cause.do) from None
+        said = f"{path.rstrip('`')}: {cause.found}" if path else cause.found
+        raise InputError(said, where=where, do=cause.do) from None
 
 
 def _sentence(error: ValidationError) -> str:

@@ -116,6 +116,11 @@ class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="poin
     second: Annotated[Vector, Meta(description="Another axis of the craft.")] = (0.0, 1.0, 0.0)
     towards: Annotated[Where, Meta(description="What that looks towards.")] = "nadir"
 
+    def __post_init__(self) -> None:
+        for name in (self.at, self.towards):
+            if isinstance(name, str) and name not in DIRECTIONS:
+                raise InputError(f"points at {name[:40]!r}", do=f"choose among {', '.join(DIRECTIONS)}, or X, Y, Z")
+
     def rotations(self, sight: Sight) -> Float:
         sought = (_direction(each, sight) for each in (self.at, self.towards))
         there = _axes(*(np.broadcast_to(each, sight.own[:, :3].shape) for each in sought))
@@ -125,7 +130,7 @@ class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="poin
             raise InputError(found, where="pointing", do="choose another axis for `second`")
         if len(bad := np.flatnonzero(np.isnan(there).any((1, 2)))):
             at = f"at second {sight.flight.moments.seconds[bad[0]]:g}"
-            found = f"looks along {self.at}, and towards {self.towards} the same way {at}"
+            found = f"looks along {self.at}, and towards {self.towards} the same way, or one of them nowhere, {at}"
             raise InputError(found, where="pointing", do="choose another thing for `towards`")
         return np.asarray(there @ here[0].T)
 

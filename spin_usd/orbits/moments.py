@@ -9,6 +9,7 @@ G, and Hipparcos's where they are too bright for Gaia.
 
 import warnings
 from collections.abc import Iterable
+from datetime import date, timedelta
 from functools import cache, cached_property
 from typing import Any
 
@@ -73,12 +74,10 @@ class Moments:
             do = f"give it in {', '.join(SCALES).upper()} or GPS"
             raise InputError(f"is in the time system {scale[:20]!r}, which is not known", where=where, do=do)
         try:
-            times = _astropy().time.Time(
-                [each.strip().removesuffix("Z") for each in texts], scale="tai" if gps else scale.lower()
-            )
-        except ValueError as error:
-            do = "write times as 2026-11-26T12:00:00"
-            raise InputError(f"holds a time that is none ({error})"[:200], where=where, do=do) from None
+            times = _astropy().time.Time(list(map(_calendar, texts)), scale="tai" if gps else scale.lower())
+        except ValueError:
+            do = "write times as 2026-11-26T12:00:00 or 2026-330T12:00:00"
+            raise InputError("holds a time that is none", where=where, do=do) from None
         return np.asarray((times - self._start).to_value("s") + gps * GPS_BEHIND_TAI)
 
     @property
@@ -134,6 +133,16 @@ class Moments:
         if velocities is None:
             return (np.asarray(turned.xyz.to_value("m").T),)
         return np.asarray(turned.xyz.to_value("m").T), np.asarray(turned.differentials["s"].d_xyz.to_value("m/s").T)
+
+
+def _calendar(text: str) -> str:
+    """Return a time as ISO 8601 has it by its month and day, also that of a day of the year. Raises ValueError."""
+    text = text.strip().removesuffix("Z")
+    year, _, rest = text.partition("-")
+    day, clock, time = rest.partition("T")
+    if len(day) != 3 or not clock:
+        return text
+    return f"{date(int(year), 1, 1) + timedelta(int(day) - 1)}T{time}"
 
 
 def _bias() -> Float:

@@ -1,5 +1,6 @@
 """The kinds of orbit that a scenario may name, each of which gives a craft's states at the scenario's moments."""
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,7 +36,8 @@ FRESH_DAYS = 3.0  # of a TLE
 TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
 """How far a TLE's orbit is off at its epoch, and how much more a day later. Source: Vallado and Crawford, "SGP4 orbit
 determination" (2008): about 1 km at the epoch, growing by 1 to 3 km a day."""
-MAX_AWAY = 1e10  # metres from the Earth's centre, 26 times as far as the Moon
+MAX_AWAY = 2e9  # metres from the Earth's centre, where nothing orbits it any more
+TLE_LINE = re.compile(r"[12] [ 0-9A-Z]\d{4}[U0-9A-Z ]? ")
 
 
 At = Callable[[Float], Float]
@@ -144,8 +146,8 @@ class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
 
         path, moments = flight.path(self.file), flight.moments
         lines = [line.rstrip() for line in read_any_text(path, MAX_SPECIFICATION).splitlines() if line.strip()]
-        pair = [line for line in lines if line[:2] in ("1 ", "2 ")]
-        if [line[0] for line in pair] != ["1", "2"] or min(map(len, pair)) < 69:
+        pair = [line for line in lines if TLE_LINE.match(line)]
+        if [line[0] for line in pair] != ["1", "2"] or pair[0][2:7] != pair[1][2:7] or min(map(len, pair)) < 69:
             raise InputError("is not the two lines of one TLE", where=path, do="give one, with or without its name")
         try:
             verify_checksum(*pair)
@@ -275,7 +277,7 @@ def _at_start(state: Float, frame: str, flight: Flight) -> Float:
 def ordered(times: Float, path: Path) -> Float:
     """Return the times of a file, two or more, which go on. Raises InputError."""
     if len(times) < 2:
-        raise InputError("holds one state alone", where=path, do="give two or more")
+        raise InputError(f"holds {len(times) or 'no'} state{'s' * (not len(times))}", where=path, do="give two or more")
     if len(back := np.flatnonzero(np.diff(times) <= 0)):
         i = int(back[0]) + 1
         found = f"goes back by {times[i - 1] - times[i]:g} s at its state {i + 1}"

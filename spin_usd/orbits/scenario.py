@@ -17,13 +17,16 @@ from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.json_fields import Positive
 from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
 from spin_usd.orbits.moments import Moments
-from spin_usd.orbits.orbits import AnyOrbit, Flight
+from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, Flight
+from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.distribution import Vector
 from spin_usd.utc import parsed_utc, utc_text
 
 DERIVATIVE_S = 0.01  # between states whose difference is a rate: rounding leaves 1e-7 m/s of it
-MAX_MOMENTS = 1_000_000
+MAX_MOMENTS = 100_000
+LOWEST = 6.35e6  # metres: the pole
 LARGEST = 1e10  # metres, seconds, degrees: further than Pluto, longer than a life
+MESSAGE, ROUNDS = "scenario: round", 4  # over all moments
 ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -83,7 +86,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             raise InputError("times_s do not go on", do="give each after the one before")
         try:
             parsed_utc(self.epoch)
-        except ValueError:
+        except (ValueError, OverflowError):
             do = "write it as 2026-03-01T12:00:00Z"
             raise InputError(f"epoch {self.epoch[:40]!r} is no UTC", do=do) from None
 
@@ -139,13 +142,18 @@ class Seen:
     notes: tuple[str, ...]
 
 
-def see(scenario: Scenario, seconds: Float, folder: Path) -> Seen:
+def see(scenario: Scenario, seconds: Float, folder: Path, progress: Progress = no_progress) -> Seen:
     """Return what the camera of the scenario sees at `seconds` (N,) of its own; `folder`: where the files lie that it
     names. Raises InputError."""
     moments = Moments(scenario.utc, seconds)
     flight = Flight(moments=moments, folder=folder, j2=scenario.j2)
     flight = replace(flight, other=_absolute_start(scenario, flight))
-    now, before, after = (_poses(scenario, _shifted(flight, step)) for step in (0.0, -DERIVATIVE_S, DERIVATIVE_S))
+    found_poses = []
+    for done, step in enumerate((0.0, -DERIVATIVE_S, DERIVATIVE_S)):
+        progress(MESSAGE, done, ROUNDS)
+        found_poses.append(_poses(scenario, _shifted(flight, step)))
+    now, before, after = found_poses
+    progress(MESSAGE, len(found_poses), ROUNDS)
     turns = (b @ a.T for a, b in zip(before.R_cam_body, after.R_cam_body, strict=True))
     rates = np.array([rotation_vector(turn) for turn in turns]) / (2 * DERIVATIVE_S)
     velocities = (after.t_cam_body - before.t_cam_body) / (2 * DERIVATIVE_S)
@@ -179,7 +187,11 @@ def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
     if not any(orbit.relative for orbit in pair):
         return None
     start = replace(flight, moments=Moments(flight.moments.epoch, np.zeros(1)))
-    return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
+    try:
+        return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
+    except InputError as error:
+        found = f"{error.found}, and there the other orbit, which is relative, begins"
+        raise InputError(found, where=error.where, do=error.do) from None
 
 
 def _shifted(flight: Flight, seconds: float) -> Flight:
@@ -200,6 +212,12 @@ def _poses(scenario: Scenario, flight: Flight) -> _Poses:
     if flight.other is not None and not (scenario.target.orbit.propagated and scenario.chaser.orbit.propagated):
         off = (chaser if scenario.target.orbit.relative else target) - flight.propagated(flight.other, "orbit")
         target, chaser = (target + off, chaser) if scenario.target.orbit.relative else (target, chaser + off)
+    for name, states in (("target", target), ("chaser", chaser)):
+        far = np.linalg.norm(states[:, :3], axis=1)
+        if len(wrong := np.flatnonzero(~((far > LOWEST) & (far < MAX_AWAY)))):
+            second = flight.moments.seconds[wrong[0]]
+            found = f"is {far[wrong[0]]:.6g} m from the Earth's centre at second {second:g}"
+            raise InputError(found, where=name, do="check the unit of its orbit: files have kilometres")
     assert scenario.target.attitude
     of_target = scenario.target.attitude.rotations(Sight(flight=flight, own=target, other=chaser))
     of_chaser = (scenario.chaser.attitude or Pointing(at="target")).rotations(

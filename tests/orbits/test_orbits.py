@@ -81,6 +81,14 @@ def test_an_oem_gives_the_orbit_that_was_written(tmp_path: Path, frame: str, sys
     assert np.abs(found - known)[:, 3:].max() < BETWEEN_M / 10
 
 
+def test_the_first_version_and_days_of_the_year_are_read(tmp_path: Path) -> None:
+    orbit, asked = oem(tmp_path), flight(tmp_path, 0.0, 33.0)
+    known, file = orbit.states(asked), tmp_path / "craft.oem"
+    text = file.read_text().replace("CCSDS_OEM_VERS = 2.0", "CCSDS_OEM_VERS = 1.0")
+    file.write_text(text.replace("2024-05-01T", "2024-122T"))
+    assert np.array_equal(orbit.states(asked), known)
+
+
 def test_an_oem_in_xml_is_the_same(tmp_path: Path) -> None:
     written = oem(tmp_path)
     NdmIo().to_file(NdmIo().from_path(tmp_path / "craft.oem"), NDMFileFormats.XML, tmp_path / "craft.xml")
@@ -139,6 +147,7 @@ def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
         (("TIME_SYSTEM = TAI", "TIME_SYSTEM = SCLK"), "time system 'SCLK'"),
         (("META_STOP\n", "META_STOP\n2024-05-01T13:00:37 7000 0 0 0 7.5 0\n"), "goes back by .* at its state 2"),
         (("CCSDS_OEM_VERS = 2.0", "CCSDS_WHAT = 2.0"), "is damaged"),
+        (("2024-05-01T12:01:37", "2024-05-01T25:01:37"), "holds a time that is none"),
     ],
 )
 def test_an_oem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -> None:

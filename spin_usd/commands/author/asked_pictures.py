@@ -46,14 +46,14 @@ def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOp
     """Return the pictures that the options ask for, and the options with what a specification says of others. Raises
     InputError."""
     if options.scenario is not None:
-        return _of_scenario(options)
+        return _of_scenario(options, progress)
     return _listed(options) if options.sample is None else _sampled(options, progress)
 
 
-def _of_scenario(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:
+def _of_scenario(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
     assert options.scenario is not None
     with reading(options.scenario):
-        pictures = ScenarioPictures(options.scenario, options.frames)
+        pictures = ScenarioPictures(options.scenario, options.frames, progress)
     files, whole = pictures.files, pictures.whole
     environment = options.environment or (ENVIRONMENT if options.background is None else None)
     asked = AskedPictures(files=files, whole=whole, poses=pictures.poses, light=pictures.light)

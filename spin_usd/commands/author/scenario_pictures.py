@@ -1,7 +1,7 @@
 """The pictures of a scenario: the target's poses, and Sun, Earth, Moon and stars where they are then."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -12,8 +12,11 @@ from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.camera import Camera
+from spin_usd.orbits.attitudes import AnyAttitude
 from spin_usd.orbits.moments import CREDIT, stars
+from spin_usd.orbits.orbits import AnyOrbit
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
+from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.augment.placed_sky import PlacedSky
@@ -21,6 +24,7 @@ from spin_usd.stage.augment.sampled_values import SampledValues, open_base
 from spin_usd.stage.author.target_asset import TargetAsset
 
 ENVIRONMENT = "near_earth"
+KINDS = {"orbit": AnyOrbit, "attitude": AnyAttitude}
 NO_STARS = -2.0  # magnitude: none is brighter but the Sun
 ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquity of J2000, 84381.406 arcseconds
 
@@ -31,10 +35,12 @@ class ScenarioPictures:
     files: those that they come from, by their roles · whole: how many there were to choose from.
     """
 
-    def __init__(self, given: str | Path, frames: str | None) -> None:
+    def __init__(self, given: str | Path, frames: str | None, progress: Progress) -> None:
         """Raises InputError."""
         file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("scenario", str(given))
-        scenario = read_as(Scenario, read_toml_file(file, MAX_SPECIFICATION), file)
+        tables = read_toml_file(file, MAX_SPECIFICATION)
+        tables["epoch"] = str(tables.get("epoch", ""))  # TOML has dates of its own
+        scenario = _scenario(tables, file)
         self.files = {"scenario": file}
         self.files |= {f"scenario_{number}": file.parent / name for number, name in enumerate(scenario.files, 1)}
         count = len(scenario.seconds)
@@ -43,7 +49,7 @@ class ScenarioPictures:
             raise InputError(f"frames {frames!r} chooses none of {count} pictures", where=file)
         self.whole = count
         try:
-            self._seen = see(scenario, scenario.seconds[list(rows)], file.parent)
+            self._seen = see(scenario, scenario.seconds[list(rows)], file.parent, progress)
             self._stars = _stars(scenario, self._seen.year)
         except InputError as error:
             where = str(error.where or "")
@@ -70,9 +76,22 @@ class ScenarioPictures:
         return sky.values(stage, open_base(stage)[0])
 
 
+def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
+    """Return the scenario of the tables. Raises InputError, which lists the kinds where another is asked for."""
+    try:
+        return read_as(Scenario, tables, file)
+    except InputError as error:
+        asked = next((kind for name, kind in KINDS.items() if f"{name}.kind" in error.found), None)
+        if asked is None:
+            raise
+        kinds = ", ".join(str(each.__struct_config__.tag) for each in get_args(asked))
+        raise InputError(error.found, where=error.where, do=f"choose among {kinds}") from None
+
+
 def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseList:
     """Return the poses, called after their `rows` among all moments; without times where they go back."""
     goes_on = rows.step > 0
+    notes = seen.notes if goes_on else (*seen.notes, "the pictures go back in time, so they have no times")
     return PoseList(
         names=tuple(f"img{row + 1:06d}" for row in rows),
         q_cam_body=quaternions_of(seen.R_cam_body),
@@ -82,7 +101,7 @@ def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseLis
         velocities=seen.velocities if goes_on else None,
         angular_velocities=seen.rates if goes_on else None,
         source=source,
-        notes=seen.notes,
+        notes=notes,
     )
 
 

@@ -283,6 +283,20 @@ def test_years_without_predictions_are_told(tmp_path: Path) -> None:
     assert any("rotation is not predicted so far" in note for note in made.notes)
 
 
+def test_pictures_that_go_back_have_no_times_and_a_note(tmp_path: Path) -> None:
+    made = author_stage(
+        scenario=scenario(tmp_path), target="cubesat", camera=CAMERA, out=tmp_path / "stage", frames="::-1"
+    )
+    assert "the pictures go back in time, so they have no times" in made.notes
+    assert [frame.time_s for frame in StageReader(Path(made.root)).frames] == [None] * 7
+
+
+def test_a_date_of_toml_is_an_epoch(tmp_path: Path) -> None:
+    file = scenario(tmp_path)
+    file.write_text(file.read_text().replace('"2024-03-20T10:00:00Z"', "2024-03-20T10:00:00Z"))
+    assert StageReader(stage_of(tmp_path, file)).frames[0].utc == "2024-03-20T10:00:00Z"
+
+
 def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
     root = stage_of(tmp_path, scenario(tmp_path))
     render(stage=root, out=tmp_path / "set", labels_only=True, frames="0:2")
@@ -308,6 +322,10 @@ def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
         (('kind = "keplerian"', 'kind = "oem"\nfile = "no.oem"'), "unknown field|no.oem"),
         (("q = [0.6, 0.8, 0, 0]", "q = [1, 1, 0, 0]"), "norm 1.41"),
         (("[20, 30, 40]", "[1, 1, 40]"), "which no body has"),
+        (('kind = "tumbling"', 'kind = "spinning"'), "spinning.*choose among aem, list, pointing, inertial, tumbling"),
+        (('kind = "keplerian"', 'kind = "kepler"'), "choose among oem, tle, spice, keplerian, state, relative_state"),
+        (("[chaser.orbit]", pointing('"earth"') + "\n[chaser.orbit]"), "points at 'earth'; choose among target, nadir"),
+        (("semi_major_axis_m = 7078137", "semi_major_axis_m = 7e9"), "meets the ground, or is far away"),
         (("stars = -3", "stars = 12"), "stars to magnitude 12 are not in the catalogue"),
         (("[0, -20, 1]", "[0, nan, 1]"), "holds nan, which no craft has"),
         (("[0.3, 1.0, -0.5]", "[1e9, 0, 0]"), "rate_deg_s is above 3600; check its unit"),
@@ -326,7 +344,8 @@ def test_wrong_scenarios_are_told_and_leave_nothing(tmp_path: Path, change, says
     file.write_text(file.read_text().replace(*change))
     with pytest.raises(InputError, match=says) as told:
         stage_of(tmp_path, file)
-    assert "scenario" in str(told.value)
+    assert str(told.value).startswith(str(file))
+    assert str(told.value).count(told.value.found) == 1
     assert not (tmp_path / "stage").exists()
 
 
