@@ -130,7 +130,7 @@ def test_the_shadow_of_the_earth_begins_when_another_library_has_it(tmp_path: Pa
     assert 10 <= penumbra <= 30  # both: the Sun's 0.53 degrees at some 0.065 degrees a second
 
 
-@pytest.mark.parametrize("epoch", ["2010-06-21T03:00:00Z", "2018-12-01T12:00:00Z", "2024-03-20T19:30:00Z"])
+@pytest.mark.parametrize("epoch", ["2010-06-21T06:00:00Z", "2018-12-01T11:30:00Z", "2024-03-20T12:30:00Z"])
 def test_land_and_light_of_the_earth_are_where_they_must_be(tmp_path: Path, timescale, de421, epoch: str) -> None:
     """A map that is grey but for a white patch shows where a place is, and where the day ends; Skyfield says both."""
     latitude, longitude = 12.0, 41.0
@@ -163,11 +163,11 @@ def test_land_and_light_of_the_earth_are_where_they_must_be(tmp_path: Path, time
     image = Dataset(tmp_path / "set")[0].image.astype(np.float64)
     R_cam_gcrf = scene.environment.planets[0].T_cam_planet.rotation @ Moments(epoch, np.zeros(1)).R_gcrf_itrf[0].T
     lit = patch @ towards_sun / np.linalg.norm(patch)
-    if lit > 0.2:  # else it is night there
-        (u, v) = scene.camera.project(np.array([R_cam_gcrf @ (patch - place)]))[0]
-        near = image[int(v) - 8 : int(v) + 9, int(u) - 8 : int(u) + 9]
-        bright = np.argwhere(near > 0.6 * near.max()).mean(0) + 0.5
-        assert bright + np.array([int(v) - 8, int(u) - 8]) == pytest.approx(np.array([v, u]), abs=0.6)
+    assert lit > 0.2
+    (u, v) = scene.camera.project(np.array([R_cam_gcrf @ (patch - place)]))[0]
+    near = image[int(v) - 8 : int(v) + 9, int(u) - 8 : int(u) + 9]
+    bright = np.argwhere(near > 0.6 * near.max()).mean(0) + 0.5
+    assert bright + np.array([int(v) - 8, int(u) - 8]) == pytest.approx(np.array([v, u]), abs=0.6)
     rays = scene.camera.rays(np.stack(np.meshgrid(np.arange(480) + 0.5, np.arange(300) + 0.5), -1).reshape(-1, 2))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     along, centre = -(rays @ R_cam_gcrf) @ place, place @ place - 6.371e6**2
