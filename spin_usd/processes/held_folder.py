@@ -19,8 +19,10 @@ class HeldFolder:
         _remove_leftovers(tempfile.gettempdir())
         self._folder = tempfile.TemporaryDirectory(prefix=PREFIX)
         self.name = self._folder.name
-        self._lock = Path(self.name, HELD).open("wb")  # noqa: SIM115 - for as long as this lives
+        own = Path(self.name, "own")
+        self._lock = own.open("wb")
         fcntl.flock(self._lock, fcntl.LOCK_EX)
+        own.rename(own.with_name(HELD))  # now: what others find unlocked by that name they take for a leftover
 
     def cleanup(self) -> None:
         """Remove the folder with all that it holds; again does nothing."""

@@ -1,9 +1,13 @@
 """A killed process leaves its folder, which the next one removes; nobody removes that of a living one."""
 
+import fcntl
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
+
+from spin_usd.processes.held_folder import HeldFolder
 
 HOLD = "from spin_usd.processes.held_folder import HeldFolder; folder = HeldFolder(); print(folder.name, flush=True); "
 
@@ -28,3 +32,15 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path) -> None:
         assert {*tmp_path.iterdir()} == {alive, others}
         assert not own.exists()
         living.kill()
+
+
+def test_no_other_process_finds_a_folder_before_it_is_locked(tmp_path, monkeypatch) -> None:
+    """A process that starts between the two would take it for a leftover, and remove it."""
+    found = []
+    flock = fcntl.flock
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(fcntl, "flock", lambda *given: (found.append({*tmp_path.glob("*/.held")}), flock(*given)))
+    folder = HeldFolder()
+    assert found == [set()]
+    assert {*tmp_path.glob("*/.held")} == {Path(folder.name, ".held")}
+    folder.cleanup()
