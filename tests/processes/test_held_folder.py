@@ -39,7 +39,12 @@ def test_no_other_process_finds_a_folder_before_it_is_locked(tmp_path, monkeypat
     found = []
     flock = fcntl.flock
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(fcntl, "flock", lambda *given: (found.append({*tmp_path.glob("*/.held")}), flock(*given)))
+
+    def locked(*given) -> None:
+        found.append({*tmp_path.glob("*/.held")})
+        flock(*given)
+
+    monkeypatch.setattr(fcntl, "flock", locked)
     folder = HeldFolder()
     assert found == [set()]
     assert {*tmp_path.glob("*/.held")} == {Path(folder.name, ".held")}

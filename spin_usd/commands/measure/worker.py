@@ -18,8 +18,8 @@ from spin_usd.accuracy.measurement import Configuration
 from spin_usd.arrays import digest
 from spin_usd.commands.measure.figures import PictureFigures
 from spin_usd.commands.measure.renders import RenderCost, RenderStore
-from spin_usd.picture.make_picture import Stopwatch, make_labels, render_in
-from spin_usd.picture.render_file import in_order
+from spin_usd.picture.make_picture import Stopwatch, make_labels
+from spin_usd.picture.picture_maker import PictureMaker
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.renderers.embree.caster import EmbreeCaster
@@ -58,6 +58,7 @@ class MeasuringWorker:
         hold_to(cpus)
         self.runs = RenderStore(root=Path(folder), work=Path(work))
         self.reader = StageReader(stage, variant=variant)
+        self.caster = EmbreeCaster()
         self._open = partial(open_renderer, renderer, **how)
         self.renderer: Renderer = self._open()
         self._on_made = progress
@@ -106,7 +107,7 @@ class MeasuringWorker:
     def labels(self, *, index: int) -> dict[str, Any]:
         """Compare the labels of picture `index`, of its first target alone, by this renderer's own label pass with
         those that datasets hold; return LabelFigures as JSON."""
-        scene, own, usual = self._scene(index).one_body_scenes[0], self.renderer, EmbreeCaster()
+        scene, own, usual = self._scene(index).one_body_scenes[0], self.renderer, self.caster
         assert isinstance(own, LabelPass), f"{own.name} makes images alone"
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
         names = {"frame": scene.frame.name, "renderer": own.name, "against": usual.name}
@@ -190,7 +191,7 @@ class MeasuringWorker:
 
     def _render(self, scene: Scene, effort: Effort, seed: int) -> Radiance:
         settings = RenderSettings(renderer=self.renderer.name, effort=effort, seed=seed)
-        return in_order(render_in(in_unit_light(scene), self.renderer, settings, Stopwatch()))
+        return PictureMaker(self.caster, self.renderer).render(in_unit_light(scene), settings, Stopwatch())
 
 
 def _labels(scene: Scene, label_pass: LabelPass) -> LabelImages:

@@ -14,11 +14,13 @@ from spin_usd.files.changes import remove_file
 from spin_usd.formats.array_file import encoded_array
 from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import IMAGE, RADIANCE
+from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
 from spin_usd.records.record import Record, RecordedFile
 from spin_usd.scene.channels import Channels
+from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene
 from spin_usd.store.atomic import link_atomically, write_atomically, write_json
-from spin_usd.store.cache import Cache, CacheEntry
+from spin_usd.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record, recorded_files
@@ -29,6 +31,19 @@ class FileWriter:
 
     def __init__(self, store: Store, cache: Cache, *, work: Path, image_suffix: str) -> None:
         self._store, self._cache, self._work, self._image_suffix = store, cache, work, image_suffix
+
+    def found_label(self, kind: str, key: str) -> CacheEntry | None:
+        """Find a label in the cache."""
+        return self._cache.find(kind, key)
+
+    def found_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
+        """Read the render of a picture of `scene` from the cache; None where it has none."""
+        entry = self._cache.find(RENDERS, key)
+        return read_render(entry.file, scene.picture_region, groups=groups) if entry else None
+
+    def keep_render(self, key: str, rendered: Radiance) -> None:
+        """Keep a render in the cache."""
+        self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, rendered))
 
     def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Write one file; returns its entry in the record."""

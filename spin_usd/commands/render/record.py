@@ -59,9 +59,10 @@ class CurrentPicture:
     """A picture while it is made.
 
     kinds: of file · keys: of its content · watch: the time that it takes · keep_render, keep_labels: whether the cache
-    keeps them for others · passes: which were made for it, and which are shared · shown: the bodies that its labels
-    show, where they say so · facts, notes, tones, laser: what its record must say of its targets, of how it was made,
-    of the target's brightness, and of what a laser range finder meets.
+    keeps them for others · recorded: whether there will be a record, for which facts, notes, tones and laser are made ·
+    passes: which were made for it, and which are shared · shown: the bodies that its labels show, where they say so ·
+    facts, notes, tones, laser: what its record must say of its targets, of how it was made, of the target's brightness,
+    and of what a laser range finder meets.
     """
 
     scene: Scene
@@ -70,6 +71,7 @@ class CurrentPicture:
     watch: Stopwatch
     keep_render: bool = True
     keep_labels: bool = True
+    recorded: bool = True
     passes: dict[str, str] = field(default_factory=dict)
     shown: ShownBodies | None = None
     facts: Sequence[TargetFacts] = ()

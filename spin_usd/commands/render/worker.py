@@ -15,14 +15,14 @@ from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.picture.picture_maker import PictureMaker
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_provenance
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.records.record import Record
 from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.renderers.renderer import Renderer
-from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.cache import Cache
 from spin_usd.store.dataset_folder import Store
@@ -45,12 +45,11 @@ class Worker:
         self._on_open = progress
         self.options = convert(options, WorkerOptions)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
-        self.caster = EmbreeCaster()
-        self.renderer = self._open_renderer() if self.options.renders else None
-        self.versions = library_versions() | (self.renderer.versions() if self.renderer else {})
+        self.maker = open_maker(self.options.settings, renders=self.options.renders)
+        self.versions = library_versions() | (self.maker.renderer.versions() if self.maker.renderer else {})
         self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
         self._files = FileWriter(self.store, self.cache, work=self.work, image_suffix=self.options.image_suffix)
-        self._passes = PicturePasses(self._files, self.cache, self.caster, self.renderer, self.options.settings)
+        self._passes = PicturePasses(self._files, self.maker, self.options.settings)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
 
@@ -110,13 +109,16 @@ class Worker:
             self._files.write_record(record, before)
         return picture, record
 
-    def _open_renderer(self) -> Renderer:
-        settings = self.options.settings
-        return open_renderer(settings.renderer, device=settings.device, caster=self.caster)
-
     def reader(self, variant: str) -> StageReader:
         """Return the stage in that variant. One is kept open: pictures come ordered by variant."""
         if self._reader is None or self._reader.variant != variant:
             root = self.store.root / self.options.stage
             self._reader = StageReader(root, variant=variant, after=self._reader, check_images=False)  # the plan did
         return self._reader
+
+
+def open_maker(settings: RenderSettings, *, renders: bool) -> PictureMaker:
+    """Open what makes pictures with these settings; without `renders` labels alone."""
+    caster = EmbreeCaster()
+    renderer = open_renderer(settings.renderer, device=settings.device, caster=caster) if renders else None
+    return PictureMaker(caster, renderer)

@@ -20,18 +20,18 @@ from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.picture.kinds import IMAGE
-from spin_usd.picture.make_picture import Stopwatch, make_labels, render_in
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.picture.picture_maker import PictureMaker
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.content import key_of
 from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed
-from spin_usd.scene.derived.light_groups import in_unit_light
+from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.effort import REDUCTIONS, Effort
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.scene import Scene
-from spin_usd.scene.target import Target
 from spin_usd.sensor.develop import develop
 from spin_usd.stage.composition.files import EXTENSIONS, files_of
 from spin_usd.stage.composition.images import Decoded
@@ -46,12 +46,12 @@ class Viewer:
     what is behind them; so what renderers made of these stays too."""
 
     def __init__(self, *, renderer: str, effort: Mapping[str, Any]) -> None:
-        self._caster = EmbreeCaster()
-        self._renderer = open_renderer(renderer, caster=self._caster)
-        self._effort = Effort(**effort)
+        caster = EmbreeCaster()
+        self._maker = PictureMaker(caster, open_renderer(renderer, caster=caster))
+        self._settings = RenderSettings(renderer=renderer, effort=Effort(**effort), seed=0)
         self._states: FileStates = {}
         self._images: dict[tuple[str, str], Decoded] = {}
-        self._targets: dict[tuple[str, str, str], Target] = {}
+        self._targets = KnownTargets()
         self._behind: tuple[str, NDArray[Any] | None] = ("", None)
 
     def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> StageView:
@@ -77,7 +77,7 @@ class Viewer:
     def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> SeenPicture:
         reader = StageReader(stage, variant=variant, images=self._images)
         chosen = frame_named(reader.frames, frame, stage)
-        scene = _small(self._with_known_targets(reader.scene(chosen)), max_width)
+        scene = _small(self._targets.in_place(reader.scene(chosen)), max_width)
         self._images = reader.decoded_images
         pictures = dict(self._labels(scene)) if labels else {}
         pictures[IMAGE] = _png(preview.image(self._image(scene, reader.seed)))
@@ -90,22 +90,13 @@ class Viewer:
             pictures=pictures,
         )
 
-    def _with_known_targets(self, scene: Scene) -> Scene:
-        """Return the scene with the targets of the one before where they are the same."""
-        shapes = {(body.target.path, body.target.name, body.target.key): body.target for body in scene.bodies}
-        known = {key: self._targets.get(key, target) for key, target in shapes.items()}
-        by_new = {id(target): known[key] for key, target in shapes.items()}
-        self._targets = known
-        return replace(scene, bodies=tuple(replace(body, target=by_new[id(body.target)]) for body in scene.bodies))
-
     def _labels(self, scene: Scene) -> Iterator[tuple[str, bytes]]:
-        for name, array, _ in make_labels(scene, self._caster, DEFAULT_LABELS, Stopwatch(), self._caster):
+        for name, array, _ in self._maker.labels(scene, DEFAULT_LABELS, self._settings, Stopwatch()):
             yield name, _png(PIXEL_LABELS[name].preview(array))
 
     def _image(self, scene: Scene, seed: int) -> NDArray[Any]:
-        light = in_unit_light(scene)
-        settings = RenderSettings(renderer=self._renderer.name, effort=self._effort, seed=seed)
-        radiance = render_in(light, self._renderer, settings, Stopwatch()).relit(light.gains)
+        settings = replace(self._settings, seed=seed)
+        radiance = self._maker.radiance(scene, settings, Stopwatch())
         behind = self._sky(scene, background_seed(scene, settings))
         return develop(scene, radiance, behind, seed=picture_seed(scene, settings))
 

@@ -250,7 +250,7 @@ def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tm
     def fail(*_, **__) -> Never:
         raise RenderError("no light")
 
-    monkeypatch.setattr(worker.renderer, "radiance", fail)
+    monkeypatch.setattr(worker.maker.renderer, "radiance", fail)
     before = digests(dataset)
     with pytest.raises(RenderError, match="no light"):
         worker.picture(variant="nominal", index=1, kinds=("image", "depth", "segmentation"))
