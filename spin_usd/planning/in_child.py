@@ -81,7 +81,7 @@ def open_plan(
         names=[frame.name for frame in reader.frames],
         chosen=list(chosen),
         origin=origin_of(reader.stage),
-        content=_stage_content(reader),
+        content=stage_content(reader),
         trial_s=trial_seconds() if trial else None,
     )
     return opened, reader
@@ -170,7 +170,7 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(found)) or nominal
 
 
-def _stage_content(reader: StageReader) -> StageContent:
+def stage_content(reader: StageReader) -> StageContent:
     """Return what dataset.json says of the bodies, and what a plan needs of the camera."""
     scene = reader.scene(reader.frames[0])
     return StageContent(

@@ -21,6 +21,8 @@ CALLS: Mapping[str, str] = {
     "plan_pictures": "spin_usd.planning.in_child:StagePlanner.pictures",
     "open_worker": "spin_usd.commands.render.worker:Worker",
     "picture": "spin_usd.commands.render.worker:Worker.picture",
+    "open_simulated": "spin_usd.simulator.in_child:StagePictures",
+    "simulated_picture": "spin_usd.simulator.in_child:StagePictures.picture",
     "reproduce": "spin_usd.commands.reproduce.in_child:make_again",
     "check_stage": "spin_usd.commands.check.in_child.stage:stage_findings",
     "check_picture": "spin_usd.commands.check.in_child.picture:picture_findings",

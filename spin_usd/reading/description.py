@@ -1,7 +1,7 @@
 """The description that all pictures of a dataset share, from its dataset.json."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, SupportsIndex, TypeVar, overload
@@ -124,8 +124,13 @@ def read_description(root: Path) -> Description:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
     found = read_dataset_json(folder)
-    parts = (_part(int(number), part) for number, part in found.parts.items())
-    return Description(targets=Targets(map(_target, found.targets)), parts={part.id: part for part in parts})
+    return described(found.targets, found.parts)
+
+
+def described(targets: Iterable[TargetEntry], parts: Mapping[str, PartEntry]) -> Description:
+    """Return the description in the entries of a dataset.json."""
+    each = (_part(int(number), part) for number, part in parts.items())
+    return Description(targets=Targets(map(_target, targets)), parts={part.id: part for part in each})
 
 
 def _part(number: int, found: PartEntry) -> DescribedPart:

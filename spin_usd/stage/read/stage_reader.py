@@ -9,6 +9,8 @@ from types import MappingProxyType
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import digest
+from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.eclipse import eclipsed
 from spin_usd.scene.finding import Finding
 from spin_usd.scene.scene import NOMINAL, FrameId, OneBody, Scene, Shutter, augmentation_and_camera, variant_of
@@ -126,6 +128,11 @@ class StageReader:
     def light_is_still(self) -> bool:
         """Return whether lights, and planets that could hide them, are the same in camera axes in all pictures."""
         return self._lights.still and self._environment.still and not self._camera.T_world_usdcam.varies
+
+    def T_world_cam(self, frame: FrameId) -> Transform:
+        """Return where the camera is in the middle of the frame's exposure, metres."""
+        middle = Usd.TimeCode(self._camera.opening_at(frame.time_code).middle)
+        return self._camera.T_world_usdcam.at(middle) @ T_USDCAM_CAM
 
     @cached_property
     def variant_selections(self) -> dict[str, str]:

@@ -14,17 +14,25 @@ T = TypeVar("T")
 
 
 class CachedIfConstant(Generic[T]):
-    """A value in time, given by `read`: read again only where it `varies` and the time has changed."""
+    """A value in time, given by `read`: read again only where it `varies` and the time, or the stage, has changed."""
+
+    _edits = 0
 
     def __init__(self, varies: bool, read: Callable[[Usd.TimeCode], T]) -> None:
         self.varies, self._read = varies, read
-        self._last: tuple[Usd.TimeCode, T] | None = None
+        self._last: tuple[tuple[Usd.TimeCode, int], T] | None = None
 
     def at(self, time: Usd.TimeCode) -> T:
         """Return the value at `time`."""
-        if self._last is None or (self.varies and time != self._last[0]):
-            self._last = time, self._read(time)
+        now = time, CachedIfConstant._edits
+        if self._last is None or (self.varies and now != self._last[0]):
+            self._last = now, self._read(time)
         return self._last[1]
+
+    @staticmethod
+    def forget() -> None:
+        """Let all that varies be read again: a stage was edited."""
+        CachedIfConstant._edits += 1
 
 
 class CameraSpaceCache:

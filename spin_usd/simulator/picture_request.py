@@ -1,0 +1,94 @@
+"""What is asked of a simulator, and what its child answers, as text between processes."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import ArrayLike
+
+from spin_usd.arrays import digest
+from spin_usd.errors import GeometryError, InputError
+from spin_usd.geometry.transform import Transform
+from spin_usd.records.record import RecordedCamera, RecordedPose
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
+from spin_usd.simulator.shared_arrays import Entry
+
+NAME_DIGITS = 12
+
+Matrix = list[list[float]]
+
+
+class PictureRequest(Struct, frozen=True, kw_only=True):
+    """A picture that is asked for: a frame of the stage, and what is to be otherwise than there."""
+
+    frame: str | None = None
+    """The frame's name, or its place as text; the first where None."""
+    variant: str | None = None
+    """None for the simulator's own."""
+    time: float | None = None
+    """Seconds of the stage, instead of a frame's."""
+    name: str | None = None
+    """What the picture is called, which decides its noise; made of its poses where None."""
+    seed: int | None = None
+    """That of all that is random; None for the simulator's own."""
+    poses: dict[str, Matrix] = {}
+    """T_cam_body by target; "" is the first."""
+    parts: dict[str, Matrix] = {}
+    """By part of the first target, where it is moved to: in the target's axes, metres."""
+    lights: dict[str, float] = {}
+    """Factors by light."""
+    values: dict[str, Any] = {}
+    """Those of parameters, by name, each in its own unit."""
+
+    @property
+    def called(self) -> str | None:
+        """The picture's name; None for that of its frame. Raises InputError for what cannot name one."""
+        if self.name is not None and not FRAME_NAME.fullmatch(self.name):
+            raise InputError(f"{self.name!r} cannot name a picture", do=FRAME_NAME_RULE)
+        if self.name or not (self.poses or self.parts or self.time is not None):
+            return self.name
+        own = [self.time, sorted(self.poses.items()), sorted(self.parts.items())]
+        return f"pose_{digest([self.frame, repr(own)])[:NAME_DIGITS]}"
+
+
+class MadeInMemory(Struct, frozen=True, kw_only=True):
+    """A picture whose `arrays` are in memory, by entries of SharedArrays."""
+
+    frame: str
+    variant: str
+    index: int
+    camera: RecordedCamera
+    pose: RecordedPose
+    arrays: list[Entry]
+    record: str | None = None
+    """JSON, where it was asked for."""
+
+
+def pose_matrix(pose: Any, what: str) -> Matrix:
+    """Return a pose as rows of a (4, 4) matrix: given as such, or as a quaternion (4,), scalar first, and a translation
+    (3,). Raises InputError for what is no pose of a rigid body."""
+    try:
+        if isinstance(pose, tuple | list) and len(pose) == 2:
+            q, t = (np.asarray(each, np.float64) for each in pose)
+            checked = Transform.from_quaternion(to="to", of="of", q=q, t=t)
+        else:
+            found = np.asarray(pose, np.float64)
+            if found.shape != (4, 4) or not np.array_equal(found[3], (0, 0, 0, 1)):
+                raise ValueError(f"its shape is {found.shape}, or its last row not 0, 0, 0, 1")
+            checked = Transform(to="to", of="of", rotation=found[:3, :3], translation=found[:3, 3])
+    except (GeometryError, TypeError, ValueError) as error:
+        do = "give a (4, 4) matrix, or a quaternion and a translation"
+        raise InputError(f"{what} is not a pose ({error})", do=do) from None
+    matrix: Matrix = checked.matrix.tolist()
+    return matrix
+
+
+def plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values of parameters as JSON has them: numbers, text, truths, and lists of those."""
+    return {name: _plain(value) for name, value in values.items()}
+
+
+def _plain(value: ArrayLike) -> Any:
+    found = np.asarray(value)
+    return value if found.dtype.kind in "UO" else found.tolist()

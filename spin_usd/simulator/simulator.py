@@ -1,0 +1,365 @@
+"""Pictures of a stage on request, in memory: a child process keeps the stage and the renderer open.
+
+Neither USD nor Blender is loaded into the caller's process.
+"""
+
+import os
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from msgspec import convert, to_builtins
+from numpy.typing import ArrayLike
+
+from spin_usd.arrays import frozen
+from spin_usd.commands.render.worker_options import WorkerOptions
+from spin_usd.errors import InputError
+from spin_usd.faults import reading
+from spin_usd.options import PictureOptions
+from spin_usd.picture.kinds import IMAGE
+from spin_usd.planning.request import RenderRequest
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_calls import modules_of
+from spin_usd.processes.child_limits import RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
+from spin_usd.processes.pool import Answered, Failed, Pool
+from spin_usd.processes.processors import share_of
+from spin_usd.reading.description import Description, described
+from spin_usd.records.descriptions import PartEntry, TargetEntry
+from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.scene.effort import CPU
+from spin_usd.scene.scene import NOMINAL
+from spin_usd.simulator.live_picture import RECORD, LivePicture, Made
+from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest, plain, pose_matrix
+from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
+
+AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
+STAGES_OWN = -1  # as a seed
+
+
+@dataclass(kw_only=True)
+class _Asked:
+    """A picture that was asked for."""
+
+    number: int
+    request: PictureRequest
+    kinds: tuple[str, ...]
+    recorded: bool = False
+    retries: Retries = field(default_factory=lambda: Retries(READING_TRIES))
+
+
+class Simulator:
+    """Makes pictures of a stage on request.
+
+    ```python
+    with spin_usd.Simulator("my_stage", renderer="raycast") as simulator:
+        picture = simulator.picture(pose=(q, t), sun=(0.3, -0.5, -0.8))
+        picture.image, picture.depth, picture.T_cam_body
+    ```
+
+    Equal requests give equal arrays, whatever was asked before, by whatever number of workers, and after a worker's
+    death: those of `spin-usd render` where a frame of the stage is asked for as it is.
+
+    Attributes:
+        frames: the names of the stage's frames.
+        variants: those of its variants.
+        seed: that of all that is random.
+        description: its targets and parts.
+    """
+
+    def __init__(
+        self,
+        stage: str | Path,
+        *,
+        variant: str = NOMINAL,
+        labels: str | Sequence[str] = "none",
+        image: bool = True,
+        renderer: str | None = None,
+        quality: str | None = None,
+        samples: int | None = None,
+        effort: str | None = None,
+        seed: int | None = None,
+        device: str = CPU,
+        workers: int = 1,
+    ) -> None:
+        """Open the stage.
+
+        Args:
+            stage: The stage's folder or its root layer.
+            variant: The variant that is shown unless a request names another.
+            labels: Those that are made with each picture; others are made when they are asked of it.
+            image: Whether the image is made with each picture; else it is when it is asked for.
+            renderer: As `render` has it.
+            quality: As `render` has it.
+            samples: As `render` has it.
+            effort: As `render` has it.
+            seed: As `render` has it.
+            device: As `render` has it.
+            workers: How many processes make pictures for `pictures`.
+
+        Raises:
+            SpinError: For a stage that cannot be opened, and options that do not go together.
+        """
+        with reading():
+            asked = RenderRequest.of(
+                PictureOptions(
+                    stage=stage,
+                    variants=variant,
+                    labels=labels,
+                    renderer=renderer,
+                    quality=quality,
+                    samples=samples,
+                    effort=effort,
+                    seed=seed,
+                    device=device,
+                )
+            )
+            require_renderer(asked.renderer, instead=ANOTHER_RENDERER)
+        if workers < 1:
+            raise InputError(f"there cannot be {workers} workers", do="give 1 or more")
+        self.stage, self.variant, self.workers = asked.stage, variant, workers
+        self.kinds = tuple(kind for kind in asked.kinds if image or kind != IMAGE)
+        settings = RenderSettings(
+            renderer=asked.renderer,
+            effort=asked.effort,
+            seed=STAGES_OWN if seed is None else seed,
+            device=asked.devices()[0],
+        )
+        options = WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen)
+        self._options = to_builtins(options)
+        self._pool = Pool[int]()
+        self._memories: dict[int, SharedArrays] = {}
+        self._waiting: deque[_Asked] = deque()
+        self._doing: dict[int, _Asked] = {}
+        self._results: dict[int, LivePicture | Exception] = {}
+        self._unwanted: set[int] = set()
+        self._count = 0
+        try:
+            opened = self._start(0)
+        except BaseException:
+            self.close()
+            raise
+        self.frames: tuple[str, ...] = tuple(opened["frames"])
+        self.variants: tuple[str, ...] = tuple(opened["variants"])
+        self.seed: int = opened["seed"]
+        targets, parts = convert(opened["targets"], list[TargetEntry]), convert(opened["parts"], dict[str, PartEntry])
+        self.description: Description = described(targets, parts)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def close(self) -> None:
+        """End the workers; again does nothing."""
+        for key in self._pool:
+            self._pool.kill(key)
+        for memory in self._memories.values():
+            memory.close()
+        self._memories.clear()
+        self._doing.clear()
+
+    def picture(self, frame: str | int | None = None, **asked: Any) -> LivePicture:
+        """Make one picture: a frame of the stage, or that with other poses, light or values.
+
+        Args:
+            frame: The frame's name, or its place; the first if not given.
+            **asked: As `request` takes them.
+
+        Raises:
+            SpinError: For what cannot be shown.
+        """
+        return self._result(self._ask(self.request(frame, **asked), self.kinds))
+
+    def pictures(self, requests: Iterable[Any]) -> Iterator[LivePicture]:
+        """Make many pictures, by all workers, in order. Each request is a frame, or a mapping of what `picture` takes.
+        What comes after the pictures that are waited for is made ahead."""
+        asked: deque[int] = deque()
+        try:
+            for each in requests:
+                given = self.request(**each) if isinstance(each, Mapping) else self.request(each)
+                asked.append(self._ask(given, self.kinds))
+                if len(asked) >= AHEAD * self.workers:
+                    yield self._result(asked.popleft())
+            while asked:
+                yield self._result(asked.popleft())
+        finally:
+            self._forget(asked)
+
+    def request(
+        self,
+        frame: str | int | None = None,
+        *,
+        variant: str | None = None,
+        pose: Any = None,
+        sun: ArrayLike | None = None,
+        exposure: float | None = None,
+        lights: Mapping[str, float] | None = None,
+        parts: Mapping[str, Any] | None = None,
+        values: Mapping[str, Any] | None = None,
+        time: float | None = None,
+        seed: int | None = None,
+        name: str | None = None,
+    ) -> PictureRequest:
+        """Return what `picture` asks for.
+
+        Args:
+            frame: The frame's name, or its place; what is not said otherwise is as in that frame.
+            variant: Another variant than the simulator's.
+            pose: T_cam_body (4, 4), or a unit quaternion, scalar first, and a translation, metres; a mapping of those
+                by the targets' names.
+            sun: The direction to the Sun (3,), camera axes.
+            exposure: The exposure time, seconds.
+            lights: Factors on the strengths of lights, by their names or paths.
+            parts: Where parts of the first target are moved to, by their names: (4, 4) in the target's axes, metres.
+            values: Other parameters that an augmentation can sample, by name, each in its own unit, such as
+                {"sensor.read_noise": 12}; docs/how-to/own-augmentation.md has them.
+            time: Seconds of the stage, instead of a frame.
+            seed: That of all that is random, instead of the simulator's.
+            name: What the picture is called; its noise depends on it. That of the frame if not given, and of the pose
+                where there is one.
+
+        Raises:
+            InputError: For what is no pose.
+        """
+        given = dict(values or {})
+        given |= {} if sun is None else {"sun.direction": sun}
+        given |= {} if exposure is None else {"exposure.time": exposure}
+        poses = pose if isinstance(pose, Mapping) else {} if pose is None else {"": pose}
+        return PictureRequest(
+            frame=None if frame is None else str(frame),
+            variant=variant,
+            time=time,
+            name=name,
+            seed=seed,
+            poses={each: pose_matrix(of, f"the pose of {each or 'the target'}") for each, of in poses.items()},
+            parts={each: pose_matrix(of, f"the place of {each}") for each, of in (parts or {}).items()},
+            lights={each: float(factor) for each, factor in (lights or {}).items()},
+            values=plain(given),
+        )
+
+    def _ask(
+        self, request: PictureRequest, kinds: tuple[str, ...], *, first: bool = False, recorded: bool = False
+    ) -> int:
+        self._count += 1
+        asked = _Asked(number=self._count, request=request, kinds=kinds, recorded=recorded)
+        if first:
+            self._waiting.appendleft(asked)
+        else:
+            self._waiting.append(asked)
+        return asked.number
+
+    def _result(self, number: int) -> LivePicture:
+        """Wait for a picture."""
+        while number not in self._results:
+            self._step()
+        found = self._results.pop(number)
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def _step(self) -> None:
+        """Give idle workers what waits, and take what they have made."""
+        while len(self._pool) < min(self.workers, len(self._waiting) + len(self._doing)):
+            self._start(next(number for number in range(self.workers) if number not in self._pool))
+        for number in self._pool.idle():
+            if self._waiting:
+                asked = self._doing[number] = self._waiting.popleft()
+                self._pool.send(
+                    number,
+                    "simulated_picture",
+                    within_s=RENDER_PATIENCE_S,
+                    request=to_builtins(asked.request),
+                    kinds=asked.kinds,
+                    recorded=asked.recorded,
+                )
+        for event in self._pool.wait():
+            match event:
+                case Answered(key=number, result=result):
+                    asked = self._doing.pop(number)
+                    self._take(asked, self._picture(asked, result, self._memories[number]))
+                case Failed(key=number, reason=ChildDiedError() as died):
+                    asked = self._doing.pop(number)
+                    if asked.retries.may_try_again(died):
+                        self._waiting.appendleft(asked)
+                    else:
+                        self._take(asked, died)
+                case Failed(key=number, reason=reason):
+                    self._take(self._doing.pop(number), reason)
+
+    def _take(self, asked: _Asked, found: LivePicture | Exception) -> None:
+        if asked.number in self._unwanted:
+            self._unwanted.remove(asked.number)
+        else:
+            self._results[asked.number] = found
+
+    def _forget(self, numbers: Iterable[int]) -> None:
+        """Drop pictures that nobody waits for any more."""
+        unwanted = {*numbers}
+        self._waiting = deque(asked for asked in self._waiting if asked.number not in unwanted)
+        self._unwanted |= unwanted & {asked.number for asked in self._doing.values()}
+        for number in unwanted:
+            self._results.pop(number, None)
+
+    def _picture(self, asked: _Asked, answer: Mapping[str, Any], memory: SharedArrays) -> LivePicture:
+        made = convert(answer, MadeInMemory)
+        arrays, camera = dict(memory.taken(made.arrays)), made.camera.camera
+
+        def make(kind: str) -> Made:
+            recorded = kind == RECORD
+            number = self._ask(asked.request, self.kinds if recorded else (kind,), first=True, recorded=recorded)
+            found = self._result(number)
+            return found.arrays, found.record_text.decode() if recorded else ""
+
+        picture = LivePicture(
+            root=self.stage,
+            frame=made.frame,
+            variant=made.variant,
+            index=made.index,
+            files={},
+            camera=camera,
+            whole_camera=camera,
+            T_cam_body=frozen(made.pose.T_cam_body.matrix),
+            description=self.description,
+            request=asked.request,
+            arrays=arrays,
+            make=make,
+        )
+        if made.record is not None:
+            picture.__dict__["record_text"] = made.record.encode()
+        return picture
+
+    def _start(self, number: int) -> Mapping[str, Any]:
+        """Start the worker of that number; return what it says of the stage."""
+        if number in self._memories:
+            self._memories.pop(number).close()
+        memory = new_memory()
+        child = Child(
+            keep_open=(memory,),
+            memory=rendering_memory(graphics=self._options["settings"]["device"] != CPU),
+            modules=modules_of("open_simulated"),
+        )
+        try:
+            opened: Mapping[str, Any] = child.call(
+                "open_simulated",
+                within_s=START_PATIENCE_S,
+                stage=str(self.stage),
+                options=self._options,
+                variant=self.variant,
+                memory=memory,
+                cpus=share_of(number, self.workers),
+            )
+        except BaseException:
+            child.kill()
+            os.close(memory)
+            raise
+        self._memories[number] = SharedArrays(memory)
+        self._pool.add(number, child)
+        return opened
