@@ -3,6 +3,7 @@
 The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
 `export`, `score` and `show`. They take what the commands take, by the same names, return what was done, and raise a
 `SpinError` where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time;
+`FreshDataset` gives each of them a new appearance whenever it is read, and `Simulator` makes pictures on request, in
 memory.
 Stages are opened and pictures rendered in child processes: neither USD nor Blender is ever loaded into the caller's.
 """
@@ -26,12 +27,14 @@ if TYPE_CHECKING:
     from spin_usd.errors import SpinError
     from spin_usd.reading.dataset import Dataset
     from spin_usd.reading.picture import Picture
+    from spin_usd.simulator.fresh_dataset import FreshDataset
     from spin_usd.simulator.simulator import Simulator
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Dataset",
+    "FreshDataset",
     "Picture",
     "Simulator",
     "SpinError",
@@ -52,6 +55,7 @@ __all__ = [
 
 _MODULES = {
     "Dataset": "spin_usd.reading.dataset",
+    "FreshDataset": "spin_usd.simulator.fresh_dataset",
     "Picture": "spin_usd.reading.picture",
     "Simulator": "spin_usd.simulator.simulator",
     "SpinError": "spin_usd.errors",

@@ -14,6 +14,7 @@ from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.checked_document import check_document, read_as
 from spin_usd.formats.sample_table import SampleEntry, samples_of
 from spin_usd.formats.text_file import tables_in
+from spin_usd.resources import bundled
 from spin_usd.scene.scene import NOMINAL
 
 SCHEMA = "augment-1"
@@ -91,6 +92,14 @@ class Specification:
     seed: int
     augmentations: tuple[AugmentationEntry, ...]
     """Each entry as often as its count says."""
+
+
+def spec_path(given: str | Path) -> Path:
+    """Return the file of the specification of that name, or the file itself. Raises InputError that lists those there
+    are."""
+    if Path(given).suffix.lower() == ".toml":
+        return Path(given)
+    return bundled("specification", str(given))
 
 
 def read_augmentation_spec(path: str | Path) -> Specification:

@@ -49,6 +49,11 @@ class Region:
             y1=min(self.y1, other.y1),
         )
 
+    def within(self, other: "Region") -> "Region":
+        """Return the same pixels, counted from the other's first; an empty one where there are none."""
+        x0, y0 = self.x0 - other.x0, self.y0 - other.y0
+        return Region(x0=x0, y0=y0, x1=x0 + self.width, y1=y0 + self.height) if not self.empty else NOWHERE
+
     def padded(self, pixels: int) -> "Region":
         return Region(x0=self.x0 - pixels, y0=self.y0 - pixels, x1=self.x1 + pixels, y1=self.y1 + pixels)
 
@@ -59,11 +64,14 @@ class Region:
             yield Region(x0=self.x0, y0=y0, x1=self.x1, y1=min(y0 + rows, self.y1))
 
 
+NOWHERE = Region(x0=0, y0=0, x1=0, y1=0)
+
+
 def union(regions: Iterable[Region]) -> Region:
     """Return the smallest box that holds all `regions`; an empty one where all are empty."""
     held = [region for region in regions if not region.empty]
     if not held:
-        return Region(x0=0, y0=0, x1=0, y1=0)
+        return NOWHERE
     return Region(
         x0=min(each.x0 for each in held),
         y0=min(each.y0 for each in held),

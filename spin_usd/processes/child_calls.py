@@ -23,6 +23,8 @@ CALLS: Mapping[str, str] = {
     "picture": "spin_usd.commands.render.worker:Worker.picture",
     "open_simulated": "spin_usd.simulator.in_child:StagePictures",
     "simulated_picture": "spin_usd.simulator.in_child:StagePictures.picture",
+    "open_fresh": "spin_usd.simulator.fresh_images:FreshImages",
+    "fresh_image": "spin_usd.simulator.fresh_images:FreshImages.image",
     "reproduce": "spin_usd.commands.reproduce.in_child:make_again",
     "check_stage": "spin_usd.commands.check.in_child.stage:stage_findings",
     "check_picture": "spin_usd.commands.check.in_child.picture:picture_findings",

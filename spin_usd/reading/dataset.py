@@ -1,13 +1,14 @@
 """A dataset as those who train and test with it read it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from numbers import Real
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Self, SupportsIndex, TypeAlias, overload
 
 import numpy as np
 
@@ -99,8 +100,8 @@ class Dataset(Sequence[Picture]):
     @overload
     def __getitem__(self, place: SupportsIndex) -> Picture: ...
     @overload
-    def __getitem__(self, place: slice) -> "Dataset": ...
-    def __getitem__(self, place: SupportsIndex | slice) -> "Picture | Dataset":
+    def __getitem__(self, place: slice) -> Self: ...
+    def __getitem__(self, place: SupportsIndex | slice) -> Picture | Self:
         try:
             if isinstance(place, slice):
                 return self._of(self._names[place])
@@ -163,14 +164,14 @@ class Dataset(Sequence[Picture]):
                 f"has no picture {frame!r} in variant {variant!r}", where=self.root, do=self._examples(variant)
             )
 
-    def of_variant(self, variant: str) -> "Dataset":
+    def of_variant(self, variant: str) -> Self:
         """Return the pictures of one variant. Raises InputError where there are none."""
         names = tuple(name for name in self._names if name[1] == variant)
         if not names:
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
         return self._of(names)
 
-    def where(self, condition: str | Callable[[Picture], bool]) -> "Dataset":
+    def where(self, condition: str | Callable[[Picture], bool]) -> Self:
         """Return the pictures that meet the condition: a function of a Picture, or a text such as
         "range < 8 and visible > 0.5 and variant != 'nominal'".
 
@@ -188,7 +189,7 @@ class Dataset(Sequence[Picture]):
             meets.refuse_never_found()
         return self._of(names)
 
-    def split(self, *shares: float, seed: int = 0, by: str = "pose") -> "tuple[Dataset, ...]":
+    def split(self, *shares: float, seed: int = 0, by: str = "pose") -> tuple[Self, ...]:
         """Return a dataset for each of the shares, which sum up to 1 or less: `train, test = dataset.split(0.8, 0.2)`.
 
         by: "pose", and pictures of one pose, such as all variants of a frame, are in one of them; "picture", and each
@@ -216,16 +217,14 @@ class Dataset(Sequence[Picture]):
                 raise InputError(found, where=self.root, do="give larger shares, or split more pictures")
         return parts
 
-    def crop(
-        self, target: int | str | None = None, size: int | tuple[int, int] = 256, *, margin: float = 0.1
-    ) -> "Dataset":
+    def crop(self, target: int | str | None = None, size: int | tuple[int, int] = 256, *, margin: float = 0.1) -> Self:
         """Return the same pictures, each cropped to the target as Picture.crop does when it is read. A picture that
         shows nothing of the target is an InputError then: leave such out by `where("visible > 0")`. Raises InputError
         for a target, a size or a margin that cannot be."""
         found = self._description.target(1 if target is None else target).id
         return self._of(self._names, Cropped(target=found, size=size_of(size), margin=margin_of(margin)))
 
-    def resize(self, size: int | tuple[int, int]) -> "Dataset":
+    def resize(self, size: int | tuple[int, int]) -> Self:
         """Return the same pictures, each in that size as by Picture.resize when it is read. Raises InputError for a
         size that cannot be."""
         return self._of(self._names, Resized(size=size_of(size)))
@@ -292,20 +291,24 @@ class Dataset(Sequence[Picture]):
     @property
     def _whole(self) -> Iterator[Picture]:
         """The pictures as they were rendered."""
-        return (read_picture(self.root, record_of(variant, frame), self._description) for frame, variant in self._names)
+        return map(self._stored, self._names)
 
     def _read(self, name: tuple[str, str]) -> Picture:
-        frame, variant = name
-        picture = read_picture(self.root, record_of(variant, frame), self._description)
+        picture = self._stored(name)
         for change in self._changes:
             picture = change(picture)
         return picture
 
-    def _of(self, names: tuple[tuple[str, str], ...], *changes: Change) -> "Dataset":
+    def _stored(self, name: tuple[str, str]) -> Picture:
+        """Read a picture as it was rendered."""
+        frame, variant = name
+        return read_picture(self.root, record_of(variant, frame), self._description)
+
+    def _of(self, names: tuple[tuple[str, str], ...], *changes: Change) -> Self:
         """Return the same dataset with these pictures alone, changed in these ways too."""
-        part = Dataset.__new__(Dataset)
-        part._root, part._description, part._names = self._root, self._description, names
-        part._changes = (*self._changes, *changes)
+        part = copy(self)
+        part.__dict__.pop("_known", None)
+        part._names, part._changes = names, (*self._changes, *changes)
         return part
 
     @cached_property

@@ -87,9 +87,11 @@ class Window:
 
     def rows(self, height: int) -> range:
         """Return the rows that it needs of an image with that number of rows."""
-        reach = max(self.height / self.size[1], 1)  # of the filter below, beyond the window
-        first, last = floor(self.y0 - reach), ceil(self.y0 + self.height + reach)
-        return range(min(max(first, 0), height - 1), min(max(last, 1), height))
+        return _needed(self.y0, self.height, self.size[1], height)
+
+    def columns(self, width: int) -> range:
+        """Return the columns that it needs of an image with that number of columns."""
+        return _needed(self.x0, self.width, self.size[0], width)
 
     def cut(self, array: NDArray[Any], top: int, *, smooth: bool) -> NDArray[Any]:
         """Return the window of an image whose rows from `top` on are the `array` (rows, W) or (rows, W, C).
@@ -118,6 +120,13 @@ class Window:
         made = [resampled(layer, box, self.size) for layer in np.moveaxis(layers, 2, 0)]
         found = np.stack(made, -1).reshape(self.size[1], self.size[0], *array.shape[2:])
         return np.rint(found).astype(array.dtype) if array.dtype.kind in "ui" else found.astype(array.dtype)
+
+
+def _needed(start: float, length: float, count: int, there: int) -> range:
+    """Return what is needed along a side, of as many pixels as are `there`."""
+    reach = max(length / count, 1)  # of the filter, beyond the window
+    first, last = floor(start - reach), ceil(start + length + reach)
+    return range(min(max(first, 0), there - 1), min(max(last, 1), there))
 
 
 def _holding(start: float, length: float, count: int) -> NDArray[np.int64]:

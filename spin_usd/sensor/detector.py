@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.region import Region
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.tone import mixes_channels, unrounded, written
 
@@ -40,22 +41,27 @@ def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
     return np.asarray(weighted @ np.array(sensor.panchromatic, np.float32)[:, None])
 
 
-def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[Any]:
+def detect(
+    light: NDArray[np.float32], sensor: Sensor, *, seed: int, of: tuple[Region, Region] | None = None
+) -> NDArray[Any]:
     """Return the image (H, W), or (H, W, 3) for an rgb sensor, uint8 or uint16, of `light` (H, W, C): W/m2/sr as
-    `collect` gives it. Noise is sampled from `seed`; without `gain` there is neither noise nor ADC.
+    `collect` gives it. Noise is sampled from `seed`; without `gain` there is neither noise nor ADC. `of`: the frame,
+    and the region of it that the light falls on; all of it if not given.
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """
     image = (
         _written_ideally(light, sensor)
         if sensor.gain == 0
-        else _written_steps(digitised(light, sensor, seed=seed), sensor)
+        else _written_steps(digitised(light, sensor, seed=seed, of=of), sensor)
     )
     return image[..., 0] if sensor.channels == "mono" else image
 
 
-def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[np.uint16]:
-    """Steps of the ADC (H, W, C) for `light` (H, W, C).
+def digitised(
+    light: NDArray[np.float32], sensor: Sensor, *, seed: int, of: tuple[Region, Region] | None = None
+) -> NDArray[np.uint16]:
+    """Steps of the ADC (H, W, C) for `light` (H, W, C); `of` as `detect` has it.
 
     expected electrons  mu_e = signal x (1 + PRNU) x gain x 100 / iso x full scale + dark current x time
     electrons           Poisson(mu_e), at most the full well, plus normal read noise
@@ -68,7 +74,8 @@ def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArr
     per_light = np.float32(sensor.exposure * full_scale * per_step)
     most = np.float32(BEYOND * full_scale * per_step + BEYOND_ELECTRONS)
     dark = np.float32(sensor.dark_current * sensor.time)
-    gains = pixel_gains(light.shape, sensor.prnu, sensor.pattern_seed) if sensor.prnu else None
+    shape, region = ((*of[0].shape, light.shape[-1]), of[1]) if of else (light.shape, None)
+    gains = pixel_gains(shape, sensor.prnu, sensor.pattern_seed, region) if sensor.prnu else None
     shot, read = stream(seed, SHOT), stream(seed, READ)
     steps = np.empty(light.shape, np.uint16)
     for band in _bands(light.shape):
@@ -183,10 +190,11 @@ def _many(expected: Electrons, chance: np.random.Generator) -> Electrons:
     return np.asarray(np.maximum(np.rint(found, out=found), 0, out=found))
 
 
-def pixel_gains(shape: tuple[int, ...], prnu: float, seed: int) -> NDArray[np.float32]:
-    """Return (H, W, C) relative gain of each pixel: photo-response non-uniformity with standard deviation `prnu`, at
-    least 0. The sensor's own pattern: the same in each of its pictures."""
-    return np.asarray(np.maximum(1 + np.float32(prnu) * _pattern(shape, seed), 0))
+def pixel_gains(shape: tuple[int, ...], prnu: float, seed: int, region: Region | None = None) -> NDArray[np.float32]:
+    """Return (H, W, C) relative gain of each pixel, of those in the `region` if given: photo-response non-uniformity
+    with standard deviation `prnu`, at least 0. The sensor's own pattern: the same in each of its pictures."""
+    pattern = _pattern(shape, seed)
+    return np.asarray(np.maximum(1 + np.float32(prnu) * (pattern if region is None else pattern[region.slices]), 0))
 
 
 @lru_cache(maxsize=2)

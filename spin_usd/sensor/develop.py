@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.region import Region
 from spin_usd.scene.derived.vignetting import polynomial_gain
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene
@@ -39,45 +40,62 @@ KERNEL_SIGMAS = 6.0  # standard deviations to which a kernel extends
 NEGLIGIBLE = 1e-8  # of a kernel's middle
 
 
-def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *, seed: int) -> NDArray[Any]:
-    """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16.
+def develop(
+    scene: Scene,
+    radiance: Radiance,
+    sky: NDArray[np.float32] | None,
+    *,
+    seed: int,
+    region: Region | None = None,
+) -> NDArray[Any]:
+    """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16; of its `region` alone where one is given.
 
-    `sky` (H, W, 3): linear radiance of the background, None where that is black.
+    `sky` (H, W, 3): linear radiance of the background, of the region where there is one; None where that is black. A
+    region has the detector's own gains there, noise of its own, and no light that is scattered into it from beyond.
     """
     sensor = exposed(scene.sensor, radiance)
-    return detect(_collected(scene, sensor, radiance, sky), sensor, seed=seed)
+    region = region or scene.camera.frame
+    return detect(_collected(scene, sensor, radiance, sky, region), sensor, seed=seed, of=(scene.camera.frame, region))
 
 
 def developed_without_noise(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None) -> Float:
     """Return the image that `develop` makes, but without the detector's noise and before any rounding: (H, W) or (H, W,
     3), digital numbers."""
     sensor = exposed(scene.sensor, radiance)
-    return without_noise(_collected(scene, sensor, radiance, sky), sensor)
+    return without_noise(_collected(scene, sensor, radiance, sky, scene.camera.frame), sensor)
 
 
 def _collected(
-    scene: Scene, sensor: Sensor, radiance: Radiance, sky: NDArray[np.float32] | None
+    scene: Scene, sensor: Sensor, radiance: Radiance, sky: NDArray[np.float32] | None, region: Region
 ) -> NDArray[np.float32]:
-    """Return the light (H, W, C) that the detector's channels take in."""
-    slices, rgba = radiance.region.slices, radiance.rgba
+    """Return the light (H, W, C) that the detector's channels take in, in the `region`."""
+    shown = radiance.region & region
+    rgba = radiance.rgba[shown.within(radiance.region).slices]
+    slices = shown.within(region).slices
     front = collect(rgba[..., :3], sensor)
     if sky is None:
-        light = np.zeros((*scene.camera.frame.shape, front.shape[-1]), np.float32)
+        light = np.zeros((*region.shape, front.shape[-1]), np.float32)
         light[slices] = front
     else:
         light = collect(sky, sensor)
         light[slices] *= 1 - rgba[..., 3:]
         light[slices] += front
-    blind = scene.camera.blind(scene.camera.frame)
+    blind = scene.camera.blind(region)
     if blind is not None:
         light[blind] = 0
-    return through_optics(light, scene.optics, scene.camera, exposure=sensor.exposure)
+    return through_optics(light, scene.optics, scene.camera, exposure=sensor.exposure, region=region)
 
 
 def through_optics(
-    light: NDArray[np.float32], optics: Optics, camera: Camera, *, exposure: float
+    light: NDArray[np.float32],
+    optics: Optics,
+    camera: Camera,
+    *,
+    exposure: float,
+    region: Region | None = None,
 ) -> NDArray[np.float32]:
-    """`light` (H, W, C) of the whole frame as it falls on the detector; the same array where the optics do nothing.
+    """`light` (H, W, C) of the frame, or its `region`, as it falls there on the detector; the same array where the
+    optics do nothing.
 
     Lens and housing dim and spread it. Everything but the artist's bloom is linear in the light. `exposure` scales it
     to the unit range, in which bloom has its threshold.
@@ -85,6 +103,7 @@ def through_optics(
     image = light[..., 0] if light.shape[-1] == 1 else light
     gain = vignetting_gain(camera, optics)
     if gain is not None:
+        gain = gain if region is None else gain[region.slices]
         image = image * (gain if image.ndim == 2 else gain[..., None])
     if optics.psf_sigma > 0:
         # Mirrored at the rim: as much comes in from beyond the frame as goes out, and no rim is dark.

@@ -10,10 +10,9 @@ from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pic
 from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec
+from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec, spec_path
 from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.progress import Progress
-from spin_usd.resources import bundled
 from spin_usd.sampling.constraints import CONSTRAINTS
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of, stream
@@ -26,14 +25,6 @@ from spin_usd.stage.augment.write_augmentations import Augmentation, Source, ope
 from spin_usd.stage.author.lights_and_environment import refuse_damaged
 from spin_usd.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.store.hidden_folder import hidden_folder
-
-
-def spec_path(given: str) -> Path:
-    """Return the file of the specification of that name, or the file itself. Raises InputError that lists those there
-    are."""
-    if Path(given).suffix.lower() == ".toml":
-        return Path(given)
-    return bundled("specification", given)
 
 
 def augment_stage(

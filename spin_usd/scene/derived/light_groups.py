@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.scene.content import key_of
 from spin_usd.scene.light import DistantLight, DomeLight, Light
 from spin_usd.scene.scene import Scene
 from spin_usd.scene.target import Target
@@ -86,6 +87,26 @@ def in_unit_light(scene: Scene) -> UnitLight:
     if groups.emission:
         gains.append(WHITE)
     return UnitLight(scene=scene.with_lights(tuple(lights)), gains=tuple(gains))
+
+
+def gains_in(unit: UnitLight, scene: Scene) -> tuple[Color, ...] | None:
+    """Return what each group of a render in that `unit` light is to be multiplied by for a picture of `scene`, whose
+    lights differ from its own in strength and colour alone; None where they differ in more, or one was dark then."""
+    groups, around = LightGroups.of(unit.scene), _around(unit.scene)
+    if len(scene.lights) != len(unit.scene.lights):
+        return None
+    pairs = list(zip(scene.lights, unit.scene.lights, strict=True))
+    for own, of_unit in pairs:
+        dark = any(_emission(own)) and not any(_emission(of_unit))
+        if dark or type(own) is not type(of_unit) or key_of(_emitting(own, _emission(of_unit))) != key_of(of_unit):
+            return None
+    gains = [_gain(*pairs[i]) for i in groups.placed]
+    if groups.surroundings:
+        shares = {_rounded(_divided(_emission(own), _emission(of_unit))) for own, of_unit in (pairs[i] for i in around)}
+        if len(shares) > 1:
+            return None
+        gains += shares
+    return (*gains, WHITE) if groups.emission else tuple(gains)
 
 
 def _is_placed(light: Light) -> bool:

@@ -1,0 +1,166 @@
+"""A dataset whose pictures look new each time: developed from its renders in strengths of light, cameras and noise that
+are drawn by a specification."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self, SupportsIndex, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.errors import InputError
+from spin_usd.faults import reading
+from spin_usd.formats.augmentation_spec import read_augmentation_spec, spec_path
+from spin_usd.picture.kinds import IMAGE
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_calls import modules_of
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.picture import Picture
+from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
+
+
+class FreshChild:
+    """The process that develops images, one for each process that asks; it is started when it is first asked."""
+
+    def __init__(self, dataset: Path, spec: Path, seed: int) -> None:
+        self._of: dict[str, Any] = {"dataset": str(dataset), "spec": str(spec), "seed": seed}
+        self._process = 0
+        self._child: Child | None = None
+        self._memory: SharedArrays | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_of": self._of, "_process": 0, "_child": None, "_memory": None}
+
+    def image(self, **asked: Any) -> tuple[NDArray[Any], Mapping[str, Any]]:
+        """Return the image that is asked for, and what was drawn for it. Raises what the child raises."""
+        retries = Retries(READING_TRIES)
+        while True:
+            child, memory = self._started()
+            try:
+                answer = child.call("fresh_image", **asked)
+            except ChildDiedError as died:
+                child.kill()
+                self._child = None
+                if not retries.may_try_again(died):
+                    raise
+                continue
+            ((_, array),) = memory.taken(answer.pop("arrays"))
+            return array, answer
+
+    def _started(self) -> tuple[Child, SharedArrays]:
+        if self._child is None or self._memory is None or self._process != os.getpid():
+            memory = new_memory()
+            child = Child(keep_open=(memory,), modules=modules_of("open_fresh"))
+            child.call("open_fresh", memory=memory, **self._of)
+            self._child, self._memory, self._process = child, SharedArrays(memory), os.getpid()
+        return self._child, self._memory
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FreshPicture(Picture):
+    """A stored picture whose image is developed anew. Its labels are those that are stored, and so is its record, which
+    says of its light and its exposure what the stored image shows.
+
+    Attributes:
+        child: what develops it.
+        epoch: with which it is drawn.
+    """
+
+    child: FreshChild
+    epoch: int
+
+    @cached_property
+    def drawn(self) -> Mapping[str, Any]:
+        """What was drawn: "augmentation", its name in the specification, and "values" by parameter, in their units."""
+        assert self.image is not None
+        found: Mapping[str, Any] = self.__dict__["drawn"]
+        return found
+
+    def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
+        if kind != IMAGE:
+            return super()._array(kind, rows)
+        asked = {"frame": self.frame, "variant": self.variant, "epoch": self.epoch}
+        if self.window is None:
+            whole, self.__dict__["drawn"] = self.child.image(**asked, region=None)
+            return whole if rows is None else whole[rows.start : rows.stop : rows.step]
+        camera = self._whole_camera
+        down, across = self.window.rows(camera.height), self.window.columns(camera.width)
+        region = [across.start, down.start, across.stop, down.stop]
+        part, self.__dict__["drawn"] = self.child.image(**asked, region=region)
+        lines = np.zeros((len(down), camera.width, *part.shape[2:]), part.dtype)
+        lines[:, across.start : across.stop] = part
+        found = self.window.cut(lines, down.start, smooth=True)
+        return found if rows is None else found[rows.start : rows.stop : rows.step]
+
+
+class FreshDataset(Dataset):
+    """The pictures of a dataset, each with an image that nobody has seen: strengths and colours of lights, exposure,
+    optics, the detector and its noise are drawn by a specification of augmentations for each picture and epoch, and the
+    image is developed with them from the render that the dataset keeps. Labels are the stored ones, and exact.
+
+    The same specification, seed, epoch and picture give the same image. It goes where a Dataset does, into PyTorch's
+    DataLoader with worker processes too; let these start anew with each epoch (persistent_workers=False, as usual).
+    A cropped picture is developed in its crop alone.
+    """
+
+    def __init__(
+        self,
+        path: str | Path | Dataset,
+        spec: str | Path,
+        *,
+        seed: int = 0,
+        epoch: int = 0,
+        labels: str | Sequence[str] | None = None,
+    ) -> None:
+        """Open the dataset.
+
+        Args:
+            path: The dataset's folder, or a part of one, such as Dataset.split gives.
+            spec: The specification's file, or its name. Of several augmentations each picture takes one.
+            seed: Of all that is drawn.
+            epoch: Other numbers draw anew.
+            labels: As Dataset has them.
+
+        Raises:
+            InputError: For a specification that cannot be read.
+        """
+        with reading():
+            file = spec_path(spec)
+            read_augmentation_spec(file)
+        super().__init__(path.root if isinstance(path, Dataset) else path, labels=labels)
+        if isinstance(path, Dataset):
+            self._names, self._changes = path._names, (*path._changes, *self._changes)
+        self.set_epoch(epoch)
+        self._child = FreshChild(self.root, file.absolute(), seed)
+
+    def set_epoch(self, epoch: int) -> None:
+        """Let other appearances be drawn from now on: those of that epoch. Raises InputError for no whole number from
+        0."""
+        if not isinstance(epoch, int) or epoch < 0:
+            raise InputError(f"there is no epoch {epoch!r}", do="give a whole number from 0")
+        self._epoch = epoch
+
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> FreshPicture: ...
+    @overload
+    def __getitem__(self, place: slice) -> Self: ...
+    def __getitem__(self, place: SupportsIndex | slice) -> FreshPicture | Self:
+        found: FreshPicture | Self = super().__getitem__(place)  # type: ignore[assignment]
+        return found
+
+    def _read(self, name: tuple[str, str]) -> FreshPicture:
+        stored = self._stored(name)
+        picture = FreshPicture(
+            **{field.name: getattr(stored, field.name) for field in fields(Picture)},
+            child=self._child,
+            epoch=self._epoch,
+        )
+        for change in self._changes:
+            changed = change(picture)
+            assert isinstance(changed, FreshPicture)
+            picture = changed
+        return picture

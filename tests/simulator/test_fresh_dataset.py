@@ -1,0 +1,186 @@
+"""`FreshDataset`: what is drawn is developed as if a stage had been authored and rendered so, and never the same."""
+
+import multiprocessing
+import pickle
+import shutil
+
+import numpy as np
+import psutil
+import pytest
+
+from spin_usd import Dataset, FreshDataset, SpinError
+from tests.conftest import EXAMPLE_POSES
+
+DRAWN = """schema = "augment-1"
+[[augmentation]]
+name = "drawn"
+[augmentation.sample]
+"sun.factor" = { distribution = "log_uniform", low = 0.3, high = 3 }
+"exposure.stops" = { distribution = "normal", mean = 0, sigma = 0.5, unit = "stops" }
+"optics.psf_sigma" = { distribution = "uniform", low = 0.3, high = 1, unit = "px" }
+"""
+NOISE = """
+"sensor.gain" = { distribution = "fixed", value = 4, unit = "electrons/step" }
+"sensor.read_noise" = { distribution = "uniform", low = 5, high = 20, unit = "electrons" }
+"""
+
+
+@pytest.fixture(scope="module")
+def spec(tmp_path_factory):
+    file = tmp_path_factory.mktemp("spec") / "drawn.toml"
+    file.write_text(DRAWN + NOISE)
+    return file
+
+
+@pytest.fixture(scope="module")
+def fresh(rendered, spec):
+    return FreshDataset(rendered, spec, seed=5)
+
+
+@pytest.fixture(scope="module")
+def clean(spin_usd, small_stage, tmp_path_factory):
+    """A stage by a detector without noise, which each appearance has its own of, and its dataset."""
+    folder = tmp_path_factory.mktemp("clean")
+    spin_usd("author", "--poses", EXAMPLE_POSES, "--target", "tango", "--frames", "0:3", "--preset", "ideal",
+             "--camera", small_stage.parents[1] / "camera.json", "--out", folder / "stage")  # fmt: skip
+    spin_usd("render", folder / "stage", "--out", folder / "dataset", "--renderer", "raycast", "--samples", "1")
+    return folder
+
+
+def image_of(dataset, place):
+    return dataset[place].image
+
+
+def test_an_image_is_that_of_a_stage_authored_so(clean, spin_usd, tmp_path) -> None:
+    spec = tmp_path / "fixed.toml"
+    spec.write_text("""schema = "augment-1"
+[[augmentation]]
+name = "fixed"
+[augmentation.sample]
+"sun.factor" = { distribution = "fixed", value = 0.4 }
+"exposure.stops" = { distribution = "fixed", value = 0.7, unit = "stops" }
+"optics.psf_sigma" = { distribution = "fixed", value = 0.9, unit = "px" }
+"optics.glare" = { distribution = "fixed", value = 0.05 }
+"optics.vignetting" = { distribution = "fixed", value = -0.2 }
+"sensor.contrast" = { distribution = "fixed", value = 1.1 }
+""")
+    stage = shutil.copytree(clean / "stage", tmp_path / "stage") / "dataset.usda"
+    spin_usd("augment", stage, "--spec", spec)
+    spin_usd("render", stage, "--out", tmp_path / "dataset", "--renderer", "raycast", "--samples", "1",
+             "--variants", "fixed")  # fmt: skip
+    fresh = FreshDataset(clean / "dataset", spec)
+    for place, stored in enumerate(Dataset(tmp_path / "dataset")):
+        made = fresh[place]
+        np.testing.assert_array_equal(made.image, stored.image)
+        assert made.drawn["values"]["sun.factor"] == 0.4
+        np.testing.assert_array_equal(made.depth, stored.depth)
+
+
+def test_the_same_draw_is_the_same_image_and_any_other_another(fresh, rendered, spec) -> None:
+    first = [fresh[place].image for place in range(3)]
+    again = FreshDataset(rendered, spec, seed=5)
+    for place in (2, 0, 1):
+        np.testing.assert_array_equal(again[place].image, first[place])
+    others = [FreshDataset(rendered, spec, seed=seed, epoch=epoch)[0] for seed, epoch in ((5, 1), (6, 0), (6, 1))]
+    values = [tuple(picture.drawn["values"].values()) for picture in (again[0], again[1], *others)]
+    assert len({*values}) == 5
+    assert len({image.tobytes() for image in (*first, *(picture.image for picture in others))}) == 6
+
+
+def test_its_draws_are_those_of_the_specification(fresh) -> None:
+    found = []
+    for epoch in range(60):
+        fresh.set_epoch(epoch)
+        found += [fresh[place].drawn["values"] for place in range(3)]
+    fresh.set_epoch(0)
+    factors = np.log([each["sun.factor"] for each in found])
+    assert np.log(0.3) <= factors.min() < np.log(0.4)
+    assert np.log(2.2) < factors.max() <= np.log(3)
+    stops = np.array([each["exposure.stops"] for each in found])
+    assert abs(stops.mean()) < 3 * 0.5 / np.sqrt(len(stops))
+    assert stops.std() == pytest.approx(0.5, rel=0.2)
+
+
+def test_a_crop_is_the_whole_cropped(clean, tmp_path) -> None:
+    spec = tmp_path / "drawn.toml"
+    spec.write_text(DRAWN)
+    fresh = FreshDataset(clean / "dataset", spec)
+    small = fresh.crop(size=48)
+    for whole, crop in zip(fresh, small, strict=True):
+        wanted = crop.window.cut(whole.image, 0, smooth=True)
+        np.testing.assert_array_equal(crop.image, wanted)
+        np.testing.assert_array_equal(crop.depth, whole.crop(size=48).depth)
+
+
+def test_noise_of_a_crop_is_that_of_its_detector(fresh, rendered, spec) -> None:
+    dark = []
+    for epoch in range(20):
+        picture = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=64)[0]
+        background = picture.image[picture.depth == 0]
+        dark.append((picture.drawn["values"]["sensor.read_noise"], float((background > 0).mean())))
+    noisy, clean = (np.mean([share for noise, share in dark if (noise > 12.5) is more]) for more in (True, False))
+    assert noisy > clean
+
+
+def test_parts_of_it_are_fresh_too(fresh, rendered, spec) -> None:
+    part, _ = fresh.split(0.5, 0.5, seed=1)
+    assert isinstance(part, FreshDataset)
+    frame = part[0].frame
+    np.testing.assert_array_equal(part[0].image, fresh.picture(frame).image)
+    again = FreshDataset(Dataset(rendered).split(0.5, 0.5, seed=1)[0], spec, seed=5)
+    assert again.names == part.names
+    batch = fresh.collate([*fresh.crop(size=32)])
+    assert batch["image"].shape == (3, 32, 32)
+
+
+@pytest.mark.children
+def test_other_processes_give_the_same_images_also_after_kills(rendered, spec) -> None:
+    fresh = FreshDataset(rendered, spec, seed=5)
+    first = [fresh[place].image for place in range(3)]
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        np.testing.assert_array_equal(pool.starmap(image_of, [(fresh, place) for place in range(3)]), first)
+    for child in psutil.Process().children():
+        child.kill()
+    np.testing.assert_array_equal([pickle.loads(pickle.dumps(fresh))[1].image, fresh[2].image], first[1:])
+
+
+@pytest.mark.children
+def test_pytorchs_loader_takes_it(rendered, spec) -> None:
+    data = pytest.importorskip("torch.utils.data")
+    for epoch in range(2):
+        fresh = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=32)
+        loader = data.DataLoader(fresh, batch_size=3, num_workers=2, collate_fn=fresh.collate)
+        (batch,) = loader
+        np.testing.assert_array_equal(batch["image"], [picture.image for picture in fresh])
+
+
+@pytest.mark.parametrize(
+    ("sample", "said"),
+    [
+        ('"sun.direction" = { distribution = "directions" }', "sun.direction: needs a new render"),
+        ('"material.*.roughness" = { distribution = "fixed", value = 0.5 }', "roughness: needs a new render"),
+        ('"earth.visible" = { distribution = "fixed", value = true }', "earth.visible: needs a new render"),
+        ('"sun.angle" = { distribution = "fixed", value = 1, unit = "deg" }', "sun.angle: needs a new render"),
+        ('"sun.factor" = { distribution = "fixed", value = -1 }', "-1"),
+    ],
+)
+def test_what_would_take_a_new_render_is_refused(rendered, tmp_path, sample, said) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text(DRAWN.partition("[augmentation.sample]")[0] + f"[augmentation.sample]\n{sample}\n")
+    with pytest.raises(SpinError, match=said):
+        assert FreshDataset(rendered, spec)[0].image.any()
+
+
+def test_what_a_selection_changes_of_the_render_is_refused(rendered, tmp_path) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text(DRAWN.replace('name = "drawn"', 'name = "drawn"\nselect = { materials = "plain" }'))
+    with pytest.raises(SpinError, match="changes more of img000001 than"):
+        assert FreshDataset(rendered, spec)[0].image.any()
+
+
+def test_a_dataset_without_its_renders_is_refused(rendered, spec, tmp_path) -> None:
+    bare = shutil.copytree(rendered, tmp_path / "bare", ignore=shutil.ignore_patterns("renders"))
+    with pytest.raises(SpinError, match="keeps no render of img000001 of nominal"):
+        assert FreshDataset(bare, spec)[0].image.any()
+    with pytest.raises(SpinError, match="there is no epoch -1"):
+        FreshDataset(rendered, spec).set_epoch(-1)
