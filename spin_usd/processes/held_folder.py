@@ -30,6 +30,15 @@ class HeldFolder:
         self._lock.close()
 
 
+def nameless_file() -> int:
+    """Return the descriptor of a new file without a name, in memory where the system can: it is gone once it is closed
+    by all who have it."""
+    if hasattr(os, "memfd_create"):
+        return os.memfd_create("spin_usd")
+    with tempfile.TemporaryFile() as file:
+        return os.dup(file.fileno())
+
+
 @cache
 def _remove_leftovers(place: str) -> None:
     """Remove the folders in `place` that no living process holds; once a process. A lock says so, not a number: another

@@ -18,7 +18,7 @@ from spin_usd.errors import InputError
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.picture_maker import PictureMaker
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_content, stage_provenance
 from spin_usd.processes.open_renderer import open_renderer
@@ -90,7 +90,7 @@ class StagePictures:
         hold_to(cpus)
         given = convert(options, WorkerOptions)
         self._shared, self._files = SharedArrays(memory), PicturesInMemory()
-        self._maker = PictureMaker(EmbreeCaster(), None)
+        self._maker = PassMaker(EmbreeCaster(), None)
         self._versions = library_versions()
         self._targets = KnownTargets()
         self._path, self._variant = stage, variant

@@ -2,12 +2,13 @@
 
 import mmap
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from spin_usd.processes.held_folder import nameless_file
 
 ALIGNED = 64  # bytes
 FIRST = 1 << 20
@@ -17,11 +18,7 @@ Entry = list[Any]
 
 def new_memory() -> int:
     """Return the file descriptor of new memory for arrays, which a child may be given."""
-    if hasattr(os, "memfd_create"):
-        memory = os.memfd_create("spin_usd")
-    else:
-        with tempfile.TemporaryFile() as file:
-            memory = os.dup(file.fileno())
+    memory = nameless_file()
     os.ftruncate(memory, FIRST)
     return memory
 

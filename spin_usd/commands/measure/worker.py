@@ -19,7 +19,7 @@ from spin_usd.arrays import digest
 from spin_usd.commands.measure.figures import PictureFigures
 from spin_usd.commands.measure.renders import RenderCost, RenderStore
 from spin_usd.picture.make_picture import Stopwatch, make_labels
-from spin_usd.picture.picture_maker import PictureMaker
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.renderers.embree.caster import EmbreeCaster
@@ -191,7 +191,7 @@ class MeasuringWorker:
 
     def _render(self, scene: Scene, effort: Effort, seed: int) -> Radiance:
         settings = RenderSettings(renderer=self.renderer.name, effort=effort, seed=seed)
-        return PictureMaker(self.caster, self.renderer).render(in_unit_light(scene), settings, Stopwatch())
+        return PassMaker(self.caster, self.renderer).render(in_unit_light(scene), settings, Stopwatch())
 
 
 def _labels(scene: Scene, label_pass: LabelPass) -> LabelImages:

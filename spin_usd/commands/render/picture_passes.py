@@ -12,7 +12,7 @@ from spin_usd.formats.array_file import read_array
 from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import IMAGE, RADIANCE, RENDERED
 from spin_usd.picture.make_picture import image_tones, make_image
-from spin_usd.picture.picture_maker import PictureMaker
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.shown_bodies import TELLING, ShownBodies, shown_by_label
 from spin_usd.picture.target_facts import target_facts
 from spin_usd.records.record import RecordedFile
@@ -51,7 +51,7 @@ class PictureFiles(Protocol):
 class PicturePasses:
     """Makes what a picture shows, and has it written."""
 
-    def __init__(self, files: PictureFiles, maker: PictureMaker, settings: RenderSettings) -> None:
+    def __init__(self, files: PictureFiles, maker: PassMaker, settings: RenderSettings) -> None:
         self._files, self._maker, self._settings = files, maker, settings
         self._writers = ThreadPoolExecutor(max_workers=WRITERS)
 

@@ -15,7 +15,7 @@ from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.picture_maker import PictureMaker
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_provenance
 from spin_usd.processes.open_renderer import open_renderer
@@ -117,8 +117,8 @@ class Worker:
         return self._reader
 
 
-def open_maker(settings: RenderSettings, *, renders: bool) -> PictureMaker:
+def open_maker(settings: RenderSettings, *, renders: bool) -> PassMaker:
     """Open what makes pictures with these settings; without `renders` labels alone."""
     caster = EmbreeCaster()
     renderer = open_renderer(settings.renderer, device=settings.device, caster=caster) if renders else None
-    return PictureMaker(caster, renderer)
+    return PassMaker(caster, renderer)

@@ -21,7 +21,7 @@ from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.picture_maker import PictureMaker
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
@@ -47,7 +47,7 @@ class Viewer:
 
     def __init__(self, *, renderer: str, effort: Mapping[str, Any]) -> None:
         caster = EmbreeCaster()
-        self._maker = PictureMaker(caster, open_renderer(renderer, caster=caster))
+        self._maker = PassMaker(caster, open_renderer(renderer, caster=caster))
         self._settings = RenderSettings(renderer=renderer, effort=Effort(**effort), seed=0)
         self._states: FileStates = {}
         self._images: dict[tuple[str, str], Decoded] = {}

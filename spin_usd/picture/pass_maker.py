@@ -1,4 +1,4 @@
-"""Makes what a picture shows from its scene, as arrays: one ray caster and one renderer kept open for many pictures."""
+"""The passes of pictures from their scenes, as arrays: one ray caster and one renderer kept open for many pictures."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +13,7 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene
 
 
-class PictureMaker:
+class PassMaker:
     """Makes labels by the `caster` and light by the `renderer`, None where no light is asked for."""
 
     def __init__(self, caster: EmbreeCaster, renderer: Renderer | None) -> None:
