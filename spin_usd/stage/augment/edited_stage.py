@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
-from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
+from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.augment.parameters import attribute_changes, parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValue, SampledValues, write_values
 from spin_usd.stage.composition.open_stage import open_stage
@@ -61,28 +61,19 @@ class EditedStage:
 
     def __init__(self, path: str | Path, base: StageReader, frame: FrameId, edits: Edits) -> None:
         """Open the stage at `path`. Raises InputError for what it does not have."""
-        self._base = base
         augmentation = augmentation_and_camera(base.variant)[0]
         self.stage: Usd.Stage = open_stage(path, variant=augmentation, selections=edits.selections)
         under = base.stage  # which factors multiply
         if edits.selections:
             under = open_stage(path, variant=augmentation, selections=edits.selections)
-        over = BaseStage(
-            stage=under,
-            times=(frame.time_code,),
-            metres=base.metres,
-            chosen_camera=under.GetPrimAtPath(base.camera_prim.GetPath()),
-        )
-        self._targets = {target_name(body.prim): body for body in base.bodies if body.id != OCCLUDER}
-        self._targets[""] = base.bodies[0]
-        self._parts = dict(_parts(base))
-        self._lights = dict(_lights(base.stage))
-        self._changes = attribute_changes(over, tuple(edits.values))
-        for name in (*edits.poses, *edits.parts):
-            self._still(self._prim_of(name))
-        fixed = [SampledValue(attribute=a, value=v) for change in self._changes for a, v in change.fixed]
-        apis = tuple(api for change in self._changes for api in change.apis)
-        write_values(self.stage.GetSessionLayer(), SampledValues(attributes=tuple(fixed), apis=apis))
+        self._layer = self.stage.GetSessionLayer()
+        self._editor = Editor(base, under, frame)
+        for prim in self._editor.moved(edits):
+            self._editor.hold(prim, self._layer)
+        changes = self._editor.changes(tuple(edits.values))
+        fixed = [SampledValue(attribute=a, value=v) for change in changes for a, v in change.fixed]
+        apis = tuple(api for change in changes for api in change.apis)
+        write_values(self._layer, SampledValues(attributes=tuple(fixed), apis=apis))
         self._write(frame, edits)
         self._reader = StageReader(
             path, variant=base.variant, stage=self.stage, after=base, numbering=base.numbering, check_images=False
@@ -95,20 +86,59 @@ class EditedStage:
         return self._reader.scene(frame, views=views)
 
     def _write(self, frame: FrameId, edits: Edits) -> None:
-        values = dict(self._values(frame, edits))
-        again = [
+        values = (
             SampledValue(attribute=attribute, value=value)
             if attribute.uniform
             else SampledValue(attribute=attribute, samples=((0.0, value), (1.0, value)))
-            for attribute, value in values.items()
-        ]
-        write_values(self.stage.GetSessionLayer(), SampledValues(attributes=tuple(again)))
+            for attribute, value in self._editor.values(frame, edits)
+        )
+        write_values(self._layer, SampledValues(attributes=tuple(values)))
 
-    def _values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[ChangedAttribute, Any]]:
+
+class Editor:
+    """Says which attributes of a stage edits decide, and how.
+
+    `base`: a reader of the stage; `under`: the stage as it is selected, whose values factors multiply; `frame`: one of
+    its frames.
+    """
+
+    def __init__(self, base: StageReader, under: Usd.Stage, frame: FrameId) -> None:
+        self.base = base
+        self.over = BaseStage(
+            stage=under,
+            times=(frame.time_code,),
+            metres=base.metres,
+            chosen_camera=under.GetPrimAtPath(base.camera_prim.GetPath()),
+        )
+        self.targets = {target_name(body.prim): body for body in base.bodies if body.id != OCCLUDER}
+        self._parts = dict(_parts(base))
+        self._lights = dict(_lights(under))
+        self._known: dict[tuple[str, ...], tuple[AttributeChange, ...]] = {}
+
+    def changes(self, names: tuple[str, ...]) -> tuple[AttributeChange, ...]:
+        """Return the changes that these parameters make. Raises InputError for one that has nothing to change."""
+        if names not in self._known:
+            self._known[names] = attribute_changes(self.over, names)
+        return self._known[names]
+
+    def moved(self, edits: Edits) -> list[Usd.Prim]:
+        """Return the prims that are placed anew. Raises InputError for a name that none has."""
+        return [*(self._body(name).prim for name in edits.poses), *map(self._part, edits.parts)]
+
+    def hold(self, prim: Usd.Prim, layer: Sdf.Layer) -> None:
+        """Let nothing but OPERATION, in `layer`, say where the prim is."""
+        is_target = any(prim == body.prim for body in self.targets.values())
+        over = Sdf.CreatePrimInLayer(layer, prim.GetPath())
+        order = Sdf.AttributeSpec(over, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+        order.default = [*([RESET] if is_target else []), OPERATION]
+        if is_target:
+            over.SetInfo("apiSchemas", Sdf.TokenListOp.Create(deletedItems=[schema.MOTION_API]))
+
+    def values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[ChangedAttribute, Any]]:
         """Yield the attributes that are edited, with their values."""
         for name, value in edits.values.items():
             parameter_named(name).check(value)
-        for change in self._changes:
+        for change in self.changes(tuple(edits.values)):
             sampled = {name: edits.values[name] for name in change.parameters}
             yield from zip(change.attributes, change.values(sampled, frame.time_code), strict=True)
         for name, factor in edits.lights.items():
@@ -118,43 +148,39 @@ class EditedStage:
             yield attribute_of(intensity), float(read(intensity, Usd.TimeCode(frame.time_code))) * float(factor)
         world = UsdGeom.XformCache(Usd.TimeCode(frame.time_code))
         for name, T_cam_body in edits.poses.items():
-            body = self._targets[name]
+            body = self._body(name)
             yield _operation(body.prim), _matrix(self._placed(frame, body, world, T_cam_body))
         for name, moved in edits.parts.items():
-            yield _operation(self._parts[name]), _matrix(self._part_placed(self._parts[name], moved, world))
+            part = self._part(name)
+            yield _operation(part), _matrix(self._part_placed(part, moved, world))
 
-    def _prim_of(self, name: str) -> Usd.Prim:
-        if name in self._targets:
-            return self._targets[name].prim
-        if name in self._parts:
-            return self._parts[name]
-        known = ", ".join(filter(None, (*self._targets, *self._parts)))
-        raise InputError(f"there is no target and no part {name!r}", do=f"choose among {known}")
+    def _body(self, name: str) -> BodyReader:
+        found = self.targets.get(name) if name else self.base.bodies[0]
+        if found is None:
+            raise InputError(f"there is no target {name!r}", do=f"choose among {', '.join(self.targets)}")
+        return found
 
-    def _still(self, prim: Usd.Prim) -> None:
-        """Let nothing but OPERATION say where the prim is."""
-        over = self.stage.GetPrimAtPath(prim.GetPath())
-        reset = [RESET] if str(prim.GetPath()) in {str(body.prim.GetPath()) for body in self._targets.values()} else []
-        with Usd.EditContext(self.stage, self.stage.GetSessionLayer()):
-            xformable = UsdGeom.Xformable(over)
-            xformable.GetXformOpOrderAttr().Set([*reset, OPERATION])
-            over.RemoveAppliedSchema(schema.MOTION_API)
+    def _part(self, name: str) -> Usd.Prim:
+        if name not in self._parts:
+            do = f"choose among {', '.join(self._parts) or 'none: it is of one piece'}"
+            raise InputError(f"there is no part {name!r} that can be moved", do=do)
+        return self._parts[name]
 
     def _placed(self, frame: FrameId, body: BodyReader, world: UsdGeom.XformCache, T_cam_body: Float) -> Float:
         """Return the matrix (4, 4) from the body's axes to the world's, in stage units, that gives the pose."""
         _, scale = body.placed(world.GetTime(), world)
         pose = Transform(to="cam", of="body", rotation=T_cam_body[:3, :3], translation=T_cam_body[:3, 3])
-        placed = (self._base.T_world_cam(frame) @ pose).matrix
+        placed = (self.base.T_world_cam(frame) @ pose).matrix
         placed[:3, :3] *= scale
-        placed[:3, 3] /= self._base.metres
+        placed[:3, 3] /= self.base.metres
         return placed
 
     def _part_placed(self, prim: Usd.Prim, moved: Float, world: UsdGeom.XformCache) -> Float:
         """Return the matrix (4, 4) from the part's axes to its parent's that moves it so in the target's axes."""
-        body = next(body for body in self._targets.values() if prim.GetPath().HasPrefix(body.prim.GetPath()))
+        body = next(body for body in self.targets.values() if prim.GetPath().HasPrefix(body.prim.GetPath()))
         _, scale = body.placed(world.GetTime(), world)
         of_target = np.array(moved, np.float64)
-        of_target[:3, 3] /= scale * self._base.metres
+        of_target[:3, 3] /= scale * self.base.metres
         part, above = (_within(body.prim, each, world) for each in (prim, prim.GetParent()))
         placed: Float = np.linalg.inv(above) @ of_target @ part
         return placed
