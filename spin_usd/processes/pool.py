@@ -124,10 +124,14 @@ class Pool(Generic[Key]):
         """Return the keys of the children that wait to be asked."""
         return [key for key, member in self._members.items() if member.patience is None]
 
-    def wait(self) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
-        """Wait for children to say something, at most LOOK_S; yield what they say, and who died, ran away, hangs or
+    def fileno(self) -> int:
+        """Readable when a child says something, or ends."""
+        return self._selector.fileno()
+
+    def wait(self, *, within_s: float = LOOK_S) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
+        """Wait for children to say something, at most so long; yield what they say, and who died, ran away, hangs or
         grew."""
-        for ready, _ in self._selector.select(timeout=LOOK_S):
+        for ready, _ in self._selector.select(timeout=within_s):
             if self._holds(ready.data):
                 yield from self._read(ready.data)
         if time.monotonic() - self._looked >= LOOK_S:

@@ -26,7 +26,7 @@ from spin_usd.processes.processors import hold_to
 from spin_usd.records.record import RecordedCamera, RecordedFile, RecordedPose
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.channels import Channels
-from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
@@ -100,7 +100,7 @@ class StagePictures:
         first = self._reader(variant)
         seed = first.seed if given.settings.seed < 0 else given.settings.seed
         self._options = replace(given, settings=replace(given.settings, seed=seed))
-        self._passes: dict[int, tuple[PicturePasses, KeyMaker]] = {}
+        self._passes, self._keys = self._of_settings(self._options.settings)
         content = stage_content(first)
         self.opened = {
             "frames": [frame.name for frame in first.frames],
@@ -122,16 +122,15 @@ class StagePictures:
             self._maker.renderer = open_renderer(settings.renderer, device=settings.device, caster=self._maker.caster)
             self._versions |= self._maker.renderer.versions()
         scene = self._targets.in_place(self._scene(asked, variant, other_views(kinds)))
-        if settings.seed not in self._passes:
-            self._passes[settings.seed] = PicturePasses(self._files, self._maker, settings), KeyMaker(settings)
-        passes, keys = self._passes[settings.seed]
-        of_scene = keys.keys(scene)
+        if settings != self._keys.settings:
+            self._passes, self._keys = self._of_settings(settings)
+        of_scene = self._keys.keys(scene)
         own = own_keys(kinds, scene, of_scene.geometry, render_seed(scene, settings))
         picture = CurrentPicture(
             scene=scene, kinds=kinds, keys={**asdict(of_scene), **own}, watch=watch, recorded=recorded
         )
         self._files.arrays, self._files.recorded = {}, recorded
-        files = passes.write_all(picture)
+        files = self._passes.write_all(picture)
         made = MadeInMemory(
             frame=scene.frame.name,
             variant=variant,
@@ -149,8 +148,7 @@ class StagePictures:
 
     def _scene(self, asked: PictureRequest, variant: str, views: frozenset[str]) -> Scene:
         reader = self._reader(variant)
-        frame = self._frame(asked, reader)
-        edits = self._edits(asked, reader)
+        frame, edits = self._frame(asked), self._edits(asked)
         if not any(edits.names):
             return reader.scene(frame, views=views)
         key = (variant, edits.names)
@@ -161,7 +159,11 @@ class StagePictures:
         self._edited.move_to_end(key)
         return self._edited[key].scene(frame, edits, views=views)
 
-    def _frame(self, asked: PictureRequest, reader: StageReader) -> FrameId:
+    def _of_settings(self, settings: RenderSettings) -> tuple[PicturePasses, KeyMaker]:
+        return PicturePasses(self._files, self._maker, settings), KeyMaker(settings)
+
+    def _frame(self, asked: PictureRequest) -> FrameId:
+        reader = self._reader(asked.variant or self._variant)
         frame = reader.frames[0] if asked.frame is None else frame_named(reader.frames, asked.frame, self._path)
         if asked.time is not None:
             if asked.frame is not None:
@@ -169,7 +171,7 @@ class StagePictures:
             frame = replace(frame, time_code=reader.clock.time_code(asked.time), time_s=asked.time, utc="")
         return replace(frame, name=asked.called, source_file="") if asked.called else frame
 
-    def _edits(self, asked: PictureRequest, reader: StageReader) -> Edits:
+    def _edits(self, asked: PictureRequest) -> Edits:
         return Edits(
             poses={name: np.array(pose) for name, pose in asked.poses.items()},
             parts={name: np.array(moved) for name, moved in asked.parts.items()},

@@ -63,6 +63,8 @@ class MadeInMemory(Struct, frozen=True, kw_only=True):
     arrays: list[Entry]
     record: str | None = None
     """JSON, where it was asked for."""
+    saved: bool = True
+    """Whether all that a log has so far is on disk."""
 
 
 def pose_matrix(pose: Any, what: str) -> Matrix:

@@ -3,10 +3,8 @@
 Neither USD nor Blender is loaded into the caller's process.
 """
 
-import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,35 +18,18 @@ from spin_usd.faults import reading
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.planning.request import RenderRequest
-from spin_usd.processes.child import Child
-from spin_usd.processes.child_calls import modules_of
-from spin_usd.processes.child_limits import RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
-from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
-from spin_usd.processes.pool import Answered, Failed, Pool
-from spin_usd.processes.processors import share_of
 from spin_usd.reading.description import Description, described
 from spin_usd.records.descriptions import PartEntry, TargetEntry
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.scene import NOMINAL
 from spin_usd.simulator.live_picture import RECORD, LivePicture, Made
-from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest, plain, pose_matrix
-from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
+from spin_usd.simulator.picture_request import PictureRequest, plain, pose_matrix
+from spin_usd.simulator.picture_workers import PictureLog, PictureWorkers
 
 AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
 STAGES_OWN = -1  # as a seed
-
-
-@dataclass(kw_only=True)
-class _Asked:
-    """A picture that was asked for."""
-
-    number: int
-    request: PictureRequest
-    kinds: tuple[str, ...]
-    recorded: bool = False
-    retries: Retries = field(default_factory=lambda: Retries(READING_TRIES))
 
 
 class Simulator:
@@ -84,6 +65,8 @@ class Simulator:
         seed: int | None = None,
         device: str = CPU,
         workers: int = 1,
+        log: str | Path | None = None,
+        log_parts: Sequence[str] = (),
     ) -> None:
         """Open the stage.
 
@@ -99,6 +82,10 @@ class Simulator:
             seed: As `render` has it.
             device: As `render` has it.
             workers: How many processes make pictures for `pictures`.
+            log: A folder where all pictures that are asked for become frames of a stage, over a copy of this one. It is
+                rendered to the same images as any stage is: `spin-usd render FOLDER`. There the shutter is an instant,
+                and one worker makes all pictures.
+            log_parts: The parts of the first target that requests may move, where there is a log.
 
         Raises:
             SpinError: For a stage that cannot be opened, and options that do not go together.
@@ -118,9 +105,10 @@ class Simulator:
                 )
             )
             require_renderer(asked.renderer, instead=ANOTHER_RENDERER)
-        if workers < 1:
-            raise InputError(f"there cannot be {workers} workers", do="give 1 or more")
-        self.stage, self.variant, self.workers = asked.stage, variant, workers
+        if workers < 1 or (log is not None and workers > 1):
+            do = "give 1: a log has an order" if log is not None else "give 1 or more"
+            raise InputError(f"there cannot be {workers} workers", do=do)
+        self.stage, self.variant, self._count = asked.stage, variant, workers
         self.kinds = tuple(kind for kind in asked.kinds if image or kind != IMAGE)
         settings = RenderSettings(
             renderer=asked.renderer,
@@ -129,19 +117,15 @@ class Simulator:
             device=asked.devices()[0],
         )
         options = WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen)
-        self._options = to_builtins(options)
-        self._pool = Pool[int]()
-        self._memories: dict[int, SharedArrays] = {}
-        self._waiting: deque[_Asked] = deque()
-        self._doing: dict[int, _Asked] = {}
-        self._results: dict[int, LivePicture | Exception] = {}
-        self._unwanted: set[int] = set()
-        self._count = 0
-        try:
-            opened = self._start(0)
-        except BaseException:
-            self.close()
-            raise
+        self._workers = PictureWorkers(
+            stage=str(self.stage),
+            options=to_builtins(options),
+            variant=variant,
+            graphics=settings.device != CPU,
+            count=workers,
+            log=None if log is None else PictureLog(log=str(Path(log).absolute()), parts=list(log_parts)),
+        )
+        opened = self._workers.opened
         self.frames: tuple[str, ...] = tuple(opened["frames"])
         self.variants: tuple[str, ...] = tuple(opened["variants"])
         self.seed: int = opened["seed"]
@@ -158,13 +142,8 @@ class Simulator:
         return len(self.frames)
 
     def close(self) -> None:
-        """End the workers; again does nothing."""
-        for key in self._pool:
-            self._pool.kill(key)
-        for memory in self._memories.values():
-            memory.close()
-        self._memories.clear()
-        self._doing.clear()
+        """End the workers, and write a log to its end; again does nothing."""
+        self._workers.close()
 
     def picture(self, frame: str | int | None = None, **asked: Any) -> LivePicture:
         """Make one picture: a frame of the stage, or that with other poses, light or values.
@@ -176,7 +155,7 @@ class Simulator:
         Raises:
             SpinError: For what cannot be shown.
         """
-        return self._result(self._ask(self.request(frame, **asked), self.kinds))
+        return self._result(self._workers.ask(self.request(frame, **asked), self.kinds))
 
     def pictures(self, requests: Iterable[Any]) -> Iterator[LivePicture]:
         """Make many pictures, by all workers, in order. Each request is a frame, or a mapping of what `picture` takes.
@@ -185,13 +164,13 @@ class Simulator:
         try:
             for each in requests:
                 given = self.request(**each) if isinstance(each, Mapping) else self.request(each)
-                asked.append(self._ask(given, self.kinds))
-                if len(asked) >= AHEAD * self.workers:
+                asked.append(self._workers.ask(given, self.kinds))
+                if len(asked) >= AHEAD * self._count:
                     yield self._result(asked.popleft())
             while asked:
                 yield self._result(asked.popleft())
         finally:
-            self._forget(asked)
+            self._workers.forget(asked)
 
     def request(
         self,
@@ -245,80 +224,19 @@ class Simulator:
             values=plain(given),
         )
 
-    def _ask(
-        self, request: PictureRequest, kinds: tuple[str, ...], *, first: bool = False, recorded: bool = False
-    ) -> int:
-        self._count += 1
-        asked = _Asked(number=self._count, request=request, kinds=kinds, recorded=recorded)
-        if first:
-            self._waiting.appendleft(asked)
-        else:
-            self._waiting.append(asked)
-        return asked.number
-
     def _result(self, number: int) -> LivePicture:
         """Wait for a picture."""
-        while number not in self._results:
-            self._step()
-        found = self._results.pop(number)
-        if isinstance(found, Exception):
-            raise found
-        return found
-
-    def _step(self) -> None:
-        """Give idle workers what waits, and take what they have made."""
-        while len(self._pool) < min(self.workers, len(self._waiting) + len(self._doing)):
-            self._start(next(number for number in range(self.workers) if number not in self._pool))
-        for number in self._pool.idle():
-            if self._waiting:
-                asked = self._doing[number] = self._waiting.popleft()
-                self._pool.send(
-                    number,
-                    "simulated_picture",
-                    within_s=RENDER_PATIENCE_S,
-                    request=to_builtins(asked.request),
-                    kinds=asked.kinds,
-                    recorded=asked.recorded,
-                )
-        for event in self._pool.wait():
-            match event:
-                case Answered(key=number, result=result):
-                    asked = self._doing.pop(number)
-                    self._take(asked, self._picture(asked, result, self._memories[number]))
-                case Failed(key=number, reason=ChildDiedError() as died):
-                    asked = self._doing.pop(number)
-                    if asked.retries.may_try_again(died):
-                        self._waiting.appendleft(asked)
-                    else:
-                        self._take(asked, died)
-                case Failed(key=number, reason=reason):
-                    self._take(self._doing.pop(number), reason)
-
-    def _take(self, asked: _Asked, found: LivePicture | Exception) -> None:
-        if asked.number in self._unwanted:
-            self._unwanted.remove(asked.number)
-        else:
-            self._results[asked.number] = found
-
-    def _forget(self, numbers: Iterable[int]) -> None:
-        """Drop pictures that nobody waits for any more."""
-        unwanted = {*numbers}
-        self._waiting = deque(asked for asked in self._waiting if asked.number not in unwanted)
-        self._unwanted |= unwanted & {asked.number for asked in self._doing.values()}
-        for number in unwanted:
-            self._results.pop(number, None)
-
-    def _picture(self, asked: _Asked, answer: Mapping[str, Any], memory: SharedArrays) -> LivePicture:
-        made = convert(answer, MadeInMemory)
-        arrays, camera = dict(memory.taken(made.arrays)), made.camera.camera
+        found = self._workers.result(number)
+        asked, made, camera = found.asked, found.made, found.made.camera.camera
 
         def make(kind: str) -> Made:
             recorded = kind == RECORD
-            number = self._ask(asked.request, self.kinds if recorded else (kind,), first=True, recorded=recorded)
-            found = self._result(number)
-            return found.arrays, found.record_text.decode() if recorded else ""
+            kinds = self.kinds if recorded else (kind,)
+            more = self._workers.ask(asked.request, kinds, first=True, recorded=recorded, logged=asked.logged)
+            whole = self._workers.result(more)
+            return whole.arrays, whole.made.record or ""
 
-        picture = LivePicture(
+        return LivePicture(
             root=self.stage,
             frame=made.frame,
             variant=made.variant,
@@ -329,37 +247,6 @@ class Simulator:
             T_cam_body=frozen(made.pose.T_cam_body.matrix),
             description=self.description,
             request=asked.request,
-            arrays=arrays,
+            arrays=found.arrays,
             make=make,
         )
-        if made.record is not None:
-            picture.__dict__["record_text"] = made.record.encode()
-        return picture
-
-    def _start(self, number: int) -> Mapping[str, Any]:
-        """Start the worker of that number; return what it says of the stage."""
-        if number in self._memories:
-            self._memories.pop(number).close()
-        memory = new_memory()
-        child = Child(
-            keep_open=(memory,),
-            memory=rendering_memory(graphics=self._options["settings"]["device"] != CPU),
-            modules=modules_of("open_simulated"),
-        )
-        try:
-            opened: Mapping[str, Any] = child.call(
-                "open_simulated",
-                within_s=START_PATIENCE_S,
-                stage=str(self.stage),
-                options=self._options,
-                variant=self.variant,
-                memory=memory,
-                cpus=share_of(number, self.workers),
-            )
-        except BaseException:
-            child.kill()
-            os.close(memory)
-            raise
-        self._memories[number] = SharedArrays(memory)
-        self._pool.add(number, child)
-        return opened

@@ -1,0 +1,225 @@
+"""A stage that grows by a picture at a time: what was asked of a running simulator, to be rendered again.
+
+It lies in a folder of its own, over a copy of the stage that was simulated: time code i is picture i. Each picture is
+read from it as it will be when it is rendered again. The shutter is an instant: what comes after is not known yet.
+"""
+
+import time
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdLux
+
+from spin_usd.errors import InputError, SpinError
+from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
+from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
+from spin_usd.stage.augment.edited_stage import Editor, Edits
+from spin_usd.stage.augment.lights import find_sun, sun_directions
+from spin_usd.stage.augment.replace_files import REPEATED, repeat
+from spin_usd.stage.augment.sampled_values import SampledValue, SampledValues, write_values
+from spin_usd.stage.composition.copy_stage import copy_stage
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.read.lights import find_lights
+from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import export, layer_at, writing
+from spin_usd.stage.usd.time_variation import CachedIfConstant
+from spin_usd.stage.usd.visibility import PROXIES
+
+ROOT, REQUESTS, STAGE = "dataset.usda", "requests.usdc", "stage"
+SAVE_S = 2.0
+SUN = "sun.direction"
+BEFORE = -1.0  # time code: with another sample there readers take an attribute for what can change
+
+
+def start_log(stage: Path, log: Path) -> Path:
+    """Copy the stage into the folder `log`, and write an empty log of it there, unless there is one; return the copy's
+    root layer. Raises StageError, OutputError."""
+    copied = log / STAGE / stage.name
+    if (log / ROOT).is_file():
+        return copied
+    root = layer_at(copy_stage(stage, log / STAGE))
+    for name, below in ((REQUESTS, []), (ROOT, [f"./{REQUESTS}", f"./{STAGE}/{stage.name}"])):
+        layer = Sdf.Layer.CreateAnonymous(Path(name).suffix)
+        repeat(root, layer, [each for each in REPEATED if below or each != "renderSettingsPrimPath"])
+        layer.documentation = "What was asked of a simulator: time code i is picture i."
+        layer.startTimeCode = layer.endTimeCode = 0.0
+        layer.subLayerPaths = below
+        export(layer, log / name)
+    return copied
+
+
+class LoggedStage:
+    """The log in a folder where `start_log` began one; `base` reads the copied stage.
+
+    `seed`: the dataset's; `parts`: names of parts of the first target that may be moved.
+    """
+
+    def __init__(self, log: Path, base: StageReader, *, seed: int, parts: Sequence[str]) -> None:
+        """Open it. Raises InputError for parts that the stage does not have."""
+        self._log, self._base = log, base
+        self._layer, self._editor = layer_at(log / REQUESTS), Editor(base, base.stage, base.frames[0])
+        self._parts = {name: np.eye(4) for name in parts}
+        self._reader: StageReader | None = None
+        self._known = {str(attribute): attribute for attribute in _varying(base)}
+        self._world = Sdf.CreatePrimInLayer(self._layer, base.stage.GetDefaultPrim().GetPath())
+        self._last_time, self._last_save = -np.inf, time.monotonic()
+        suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
+        self._sun = find_sun(self._editor.over) if suns else None
+        with Sdf.ChangeBlock():
+            self._author_start(seed)
+
+    def _author_start(self, seed: int) -> None:
+        """Author what holds for all pictures."""
+        for prim in self._editor.moved(Edits(poses=dict.fromkeys(self._editor.targets, np.eye(4)), parts=self._parts)):
+            self._editor.hold(prim, self._layer)
+        if self._sun:
+            (change,) = self._editor.changes((SUN,))
+            fixed = (SampledValue(attribute=attribute, value=value) for attribute, value in change.fixed)
+            write_values(self._layer, SampledValues(attributes=tuple(fixed)))
+        types, rolls = Sdf.ValueTypeNames, self._base.camera_prim.HasAPI(schema.SHUTTER_API)
+        camera = Sdf.CreatePrimInLayer(self._layer, self._base.camera_prim.GetPath())
+        for prim, name, of_type, value in (
+            (self._world, schema.CAPTURE_SEED, types.Int64, seed),
+            (self._world, schema.CAPTURE_SOURCE_FILE, types.String, Sdf.ValueBlock()),
+            (self._world, schema.CAPTURE_TIME, types.Double, Sdf.ValueBlock()),
+            (camera, UsdGeom.Tokens.shutterOpen, types.Double, 0.0),
+            (camera, UsdGeom.Tokens.shutterClose, types.Double, 0.0),
+            *([(camera, schema.SHUTTER_READOUT_TIME, types.Double, 0.0)] if rolls else []),
+        ):
+            attribute = prim.attributes.get(name) or Sdf.AttributeSpec(prim, name, of_type)
+            attribute.default = value
+
+    @property
+    def count(self) -> int:
+        """How many pictures it has."""
+        return len(self._layer.ListTimeSamplesForPath(self._world.path.AppendProperty(schema.CAPTURE_FRAME)))
+
+    def scene(self, number: int, frame: FrameId, edits: Edits, *, views: Collection[str] = ()) -> Scene:
+        """Write picture `number`, as `write` does, and read its scene. Where that cannot be shown it is not there."""
+        self.write(number, frame, edits)
+        try:
+            return self.again(number, frame, views=views)
+        except SpinError:
+            self._erase(number)
+            raise
+
+    def again(self, number: int, frame: FrameId, *, views: Collection[str] = ()) -> Scene:
+        """Read the scene of picture `number`, which shows that frame."""
+        if self._reader is None:
+            self._reader = self._opened(number)
+        CachedIfConstant.forget()
+        return self._reader.scene(replace(frame, index=number, time_code=float(number)), views=views)
+
+    def write(self, number: int, frame: FrameId, edits: Edits) -> None:
+        """Write picture `number`, from 0, which shows the copied stage's `frame` with these edits under the frame's
+        name. Raises InputError for what cannot be edited in a log; then it is not there."""
+        if frame.time_s is not None and frame.time_s <= self._last_time:
+            found = f"its time, {frame.time_s:g} s, is not after that of the picture before, {self._last_time:g} s"
+            raise InputError(found, do="ask for pictures in the order of their times, or without")
+        values = dict(self._values(frame, edits))
+        new = [attribute for path, (attribute, _) in values.items() if path not in self._known]
+        for path, attribute in self._known.items():
+            if path not in values:
+                values[path] = attribute, self._stages(attribute, frame)
+        samples = [(attribute, ((float(number), value),)) for attribute, value in values.values()]
+        for attribute in new:  # which was the stage's own so far
+            own, codes = self._stages(attribute, frame), {0.0, number - 1.0} if number else set()
+            samples += [(attribute, ((code, own),)) for code in codes]
+            self._known[str(attribute)] = attribute
+            self._reader = None
+        of_world = ((schema.CAPTURE_FRAME, "string", frame.name), (schema.CAPTURE_TIME, "double", frame.time_s))
+        for name, of_type, value in of_world:
+            if value is not None:
+                stated = ChangedAttribute(prim=str(self._world.path), name=name, type=of_type)
+                samples.append((stated, ((float(number), value),)))
+        with Sdf.ChangeBlock():
+            each = (SampledValue(attribute=attribute, samples=sample) for attribute, sample in samples)
+            write_values(self._layer, SampledValues(attributes=tuple(each)))
+            self._layer.endTimeCode = float(number)
+        self._last_time = self._last_time if frame.time_s is None else frame.time_s
+
+    def _erase(self, number: int) -> None:
+        stated = [self._world.path.AppendProperty(name) for name in (schema.CAPTURE_FRAME, schema.CAPTURE_TIME)]
+        with Sdf.ChangeBlock():
+            for path in (*stated, *map(_path, self._known.values())):
+                self._layer.EraseTimeSample(path, float(number))
+
+    def saved(self, *, now: bool = False) -> bool:
+        """Write what was asked so far to disk where it was not for a while, or `now`; return whether all of it is
+        there. Raises OutputError."""
+        if now or time.monotonic() - self._last_save > SAVE_S:
+            with writing(self._log / REQUESTS):
+                self._layer.Save()
+            self._last_save = time.monotonic()
+        return not self._layer.dirty
+
+    def _values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[str, tuple[ChangedAttribute, Any]]]:
+        """Yield all that the picture has otherwise than the stage, by path: poses and the Sun's direction always."""
+        poses = {name: body.pose_at(frame.time_code).matrix for name, body in self._editor.targets.items()}
+        first = next(iter(poses))
+        if unknown := [name for name in edits.parts if name not in self._parts]:
+            do = "name the parts that will move when the log is begun"
+            raise InputError(f"the part {unknown[0]} does not move in this log", do=do)
+        values = dict(edits.values)
+        if self._sun and SUN not in values:
+            here = BaseStage(stage=self._base.stage, times=(frame.time_code,), metres=self._base.metres)
+            values[SUN] = tuple(sun_directions(here, self._sun)[0].tolist())
+        for change in self._editor.changes(tuple(values)):
+            if (change.fixed or change.apis) and change.parameters != (SUN,):
+                do = "author the stage with it, or leave it as it is"
+                raise InputError("cannot be changed in a log", where=change.parameters[0], do=do)
+        whole = replace(
+            edits,
+            poses=poses | {name or first: pose for name, pose in edits.poses.items()},
+            parts={**self._parts, **edits.parts},
+            values=values,
+        )
+        for attribute, value in self._editor.values(frame, whole):
+            if attribute.uniform:
+                raise InputError(f"{attribute} cannot change in time", do="author the stage with it")
+            yield str(attribute), (attribute, value)
+
+    def _stages(self, attribute: ChangedAttribute, frame: FrameId) -> Any:
+        """Return the value that the attribute has in the copied stage."""
+        own = self._base.stage.GetPrimAtPath(attribute.prim).GetAttribute(attribute.name)
+        return own.Get(Usd.TimeCode(frame.time_code))
+
+    def _opened(self, number: int) -> StageReader:
+        """Return a reader of the log that takes all that is known for what can change."""
+        paths = list(map(_path, self._known.values()))
+        with Sdf.ChangeBlock():
+            for path in paths:
+                self._layer.SetTimeSample(path, BEFORE, self._layer.QueryTimeSample(path, float(number)))
+        augmentation = augmentation_and_camera(self._base.variant)[0]
+        reader = StageReader(
+            self._log / ROOT,
+            variant=self._base.variant,
+            stage=open_stage(self._log / ROOT, variant=augmentation),
+            after=self._base,
+            numbering=self._base.numbering,
+            check_images=False,
+        )
+        reader.scene(replace(self._base.frames[0], time_code=float(number)))  # bodies say what can change then
+        with Sdf.ChangeBlock():
+            for path in paths:
+                self._layer.EraseTimeSample(path, BEFORE)
+        return reader
+
+
+def _path(attribute: ChangedAttribute) -> Sdf.Path:
+    return Sdf.Path(attribute.prim).AppendProperty(attribute.name)
+
+
+def _varying(base: StageReader) -> Iterator[ChangedAttribute]:
+    """Yield the attributes of the stage that change in time, but for what says where targets are."""
+    targets = {body.prim.GetPath() for body in base.bodies}
+    for prim in Usd.PrimRange.Stage(base.stage, PROXIES):
+        for attribute in prim.GetAuthoredAttributes():
+            posed = prim.GetPath() in targets and attribute.GetName().startswith(("xformOp", "spin:motion:"))
+            stated = attribute.GetName().startswith("spin:capture:")
+            if not posed and not stated and attribute.ValueMightBeTimeVarying():
+                yield attribute_of(attribute)
