@@ -26,6 +26,7 @@ from spin_usd.commands.plan.command import plan
 from spin_usd.commands.render.command import render
 from spin_usd.commands.reproduce.command import reproduce
 from spin_usd.commands.score.command import score
+from spin_usd.commands.serve.command import serve
 from spin_usd.commands.show.command import show as show_dataset
 from spin_usd.commands.watch.command import watch
 from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
@@ -78,7 +79,7 @@ RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 
 COMMANDS = (
     *(demo, list_names, author, keypoints, augment, plan, measure, render, merge),
-    *(check, show_dataset, export, score, diff, reproduce, watch, debug_command, doctor),
+    *(check, show_dataset, export, score, diff, reproduce, watch, serve, debug_command, doctor),
 )
 for command in COMMANDS:
     summary = (command.__doc__ or "").partition("\n")[0]

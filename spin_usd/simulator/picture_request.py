@@ -87,10 +87,13 @@ def pose_matrix(pose: Any, what: str) -> Matrix:
 
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values of parameters as JSON has them: numbers, text, truths, and lists of those."""
-    return {name: _plain(value) for name, value in values.items()}
+    """Return values of parameters as JSON has them: numbers, text, truths, and lists of those. Raises InputError."""
+    return {name: _plain(name, value) for name, value in values.items()}
 
 
-def _plain(value: ArrayLike) -> Any:
-    found = np.asarray(value)
+def _plain(name: str, value: ArrayLike) -> Any:
+    try:
+        found = np.asarray(value)
+    except ValueError as error:
+        raise InputError(f"does not take {value!r} ({error})", where=name, do="give numbers or text") from None
     return value if found.dtype.kind in "UO" else found.tolist()

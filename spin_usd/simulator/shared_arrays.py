@@ -34,7 +34,7 @@ class SharedArrays:
         """Put all of these where the ones before were; return what `taken` needs to find them."""
         entries, end = [], 0
         for kind, array in arrays.items():
-            entries.append([kind, _described(array.dtype), list(array.shape), end])
+            entries.append([kind, numpy_type(array.dtype), list(array.shape), end])
             end += -(-array.nbytes // ALIGNED) * ALIGNED
         if end > len(self._map):
             os.ftruncate(self._memory, max(end, 2 * len(self._map)))
@@ -62,5 +62,6 @@ class SharedArrays:
         self._map = mmap.mmap(self._memory, os.fstat(self._memory).st_size)
 
 
-def _described(dtype: np.dtype[Any]) -> Any:
+def numpy_type(dtype: np.dtype[Any]) -> Any:
+    """Return the type as numpy describes it: text, or of a table a list of columns."""
     return dtype.str if dtype.names is None else dtype.descr

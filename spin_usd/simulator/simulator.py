@@ -49,6 +49,7 @@ class Simulator:
         variants: those of its variants.
         seed: that of all that is random.
         description: its targets and parts.
+        workers: the processes that make its pictures.
     """
 
     def __init__(
@@ -117,7 +118,7 @@ class Simulator:
             device=asked.devices()[0],
         )
         options = WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen)
-        self._workers = PictureWorkers(
+        self.workers = PictureWorkers(
             stage=str(self.stage),
             options=to_builtins(options),
             variant=variant,
@@ -125,7 +126,7 @@ class Simulator:
             count=workers,
             log=None if log is None else PictureLog(log=str(Path(log).absolute()), parts=list(log_parts)),
         )
-        opened = self._workers.opened
+        opened = self.workers.opened
         self.frames: tuple[str, ...] = tuple(opened["frames"])
         self.variants: tuple[str, ...] = tuple(opened["variants"])
         self.seed: int = opened["seed"]
@@ -143,7 +144,7 @@ class Simulator:
 
     def close(self) -> None:
         """End the workers, and write a log to its end; again does nothing."""
-        self._workers.close()
+        self.workers.close()
 
     def picture(self, frame: str | int | None = None, **asked: Any) -> LivePicture:
         """Make one picture: a frame of the stage, or that with other poses, light or values.
@@ -155,7 +156,7 @@ class Simulator:
         Raises:
             SpinError: For what cannot be shown.
         """
-        return self._result(self._workers.ask(self.request(frame, **asked), self.kinds))
+        return self._result(self.workers.ask(self.request(frame, **asked), self.kinds))
 
     def pictures(self, requests: Iterable[Any]) -> Iterator[LivePicture]:
         """Make many pictures, by all workers, in order. Each request is a frame, or a mapping of what `picture` takes.
@@ -164,13 +165,13 @@ class Simulator:
         try:
             for each in requests:
                 given = self.request(**each) if isinstance(each, Mapping) else self.request(each)
-                asked.append(self._workers.ask(given, self.kinds))
+                asked.append(self.workers.ask(given, self.kinds))
                 if len(asked) >= AHEAD * self._count:
                     yield self._result(asked.popleft())
             while asked:
                 yield self._result(asked.popleft())
         finally:
-            self._workers.forget(asked)
+            self.workers.forget(asked)
 
     def request(
         self,
@@ -226,14 +227,14 @@ class Simulator:
 
     def _result(self, number: int) -> LivePicture:
         """Wait for a picture."""
-        found = self._workers.result(number)
+        found = self.workers.result(number)
         asked, made, camera = found.asked, found.made, found.made.camera.camera
 
         def make(kind: str) -> Made:
             recorded = kind == RECORD
             kinds = self.kinds if recorded else (kind,)
-            more = self._workers.ask(asked.request, kinds, first=True, recorded=recorded, logged=asked.logged)
-            whole = self._workers.result(more)
+            more = self.workers.ask(asked.request, kinds, first=True, recorded=recorded, logged=asked.logged)
+            whole = self.workers.result(more)
             return whole.arrays, whole.made.record or ""
 
         return LivePicture(

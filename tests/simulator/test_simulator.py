@@ -132,8 +132,8 @@ def test_pictures_that_nobody_takes_disturb_nothing(simulator) -> None:
     for _ in simulator.pictures(range(8)):
         break
     np.testing.assert_array_equal(simulator.picture(5).image, wanted)
-    assert not simulator._workers._results
-    assert not simulator._workers._waiting
+    assert not simulator.workers._results
+    assert not simulator.workers._waiting
 
 
 def test_a_pickled_picture_has_what_it_had(simulator) -> None:

@@ -22,11 +22,15 @@ from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.time_variation import CachedIfConstant
 from spin_usd.stage.usd.values import read
 
-OPERATION = "xformOp:transform:edited"
-RESET = "!resetXformStack!"
+EDITED = ":edited"
+"""Suffix of the transform operations that are written here."""
+PLACED = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "xformOp:scale": "double3"}
+"""The operations that place a target, which USD interpolates well, and their types."""
+PART, RESET = "xformOp:transform", "!resetXformStack!"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,11 +130,13 @@ class Editor:
         return [*(self._body(name).prim for name in edits.poses), *map(self._part, edits.parts)]
 
     def hold(self, prim: Usd.Prim, layer: Sdf.Layer) -> None:
-        """Let nothing but OPERATION, in `layer`, say where the prim is."""
+        """Let nothing but the operations of `values`, in `layer`, say where the prim is."""
         is_target = any(prim == body.prim for body in self.targets.values())
         over = Sdf.CreatePrimInLayer(layer, prim.GetPath())
-        order = Sdf.AttributeSpec(over, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
-        order.default = [*([RESET] if is_target else []), OPERATION]
+        order = over.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
+            over, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform
+        )
+        order.default = [RESET, *(f"{name}{EDITED}" for name in PLACED)] if is_target else [f"{PART}{EDITED}"]
         if is_target:
             over.SetInfo("apiSchemas", Sdf.TokenListOp.Create(deletedItems=[schema.MOTION_API]))
 
@@ -149,10 +155,13 @@ class Editor:
         world = UsdGeom.XformCache(Usd.TimeCode(frame.time_code))
         for name, T_cam_body in edits.poses.items():
             body = self._body(name)
-            yield _operation(body.prim), _matrix(self._placed(frame, body, world, T_cam_body))
+            placed = self._placed(frame, body, world, T_cam_body)
+            for operation, value in zip(PLACED, placed, strict=True):
+                yield _operation(body.prim, operation, PLACED[operation]), value
         for name, moved in edits.parts.items():
             part = self._part(name)
-            yield _operation(part), _matrix(self._part_placed(part, moved, world))
+            placed_part = self._part_placed(part, moved, world)
+            yield _operation(part, PART, "matrix4d"), Gf.Matrix4d(placed_part.T.tolist())
 
     def _body(self, name: str) -> BodyReader:
         found = self.targets.get(name) if name else self.base.bodies[0]
@@ -166,14 +175,15 @@ class Editor:
             raise InputError(f"there is no part {name!r} that can be moved", do=do)
         return self._parts[name]
 
-    def _placed(self, frame: FrameId, body: BodyReader, world: UsdGeom.XformCache, T_cam_body: Float) -> Float:
-        """Return the matrix (4, 4) from the body's axes to the world's, in stage units, that gives the pose."""
+    def _placed(
+        self, frame: FrameId, body: BodyReader, world: UsdGeom.XformCache, T_cam_body: Float
+    ) -> tuple[Gf.Vec3d, Gf.Quatd, Gf.Vec3d]:
+        """Return the translation, the rotation and the scale of the body's axes in the world's, in stage units, that
+        give the pose."""
         _, scale = body.placed(world.GetTime(), world)
         pose = Transform(to="cam", of="body", rotation=T_cam_body[:3, :3], translation=T_cam_body[:3, 3])
-        placed = (self.base.T_world_cam(frame) @ pose).matrix
-        placed[:3, :3] *= scale
-        placed[:3, 3] /= self.base.metres
-        return placed
+        placed = self.base.T_world_cam(frame) @ pose
+        return vec3d(placed.translation / self.base.metres), quatd(placed.quaternion), vec3d(np.full(3, scale))
 
     def _part_placed(self, prim: Usd.Prim, moved: Float, world: UsdGeom.XformCache) -> Float:
         """Return the matrix (4, 4) from the part's axes to its parent's that moves it so in the target's axes."""
@@ -191,12 +201,8 @@ def _within(body: Usd.Prim, prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:
     return np.array(world.ComputeRelativeTransform(prim, body)[0]).T
 
 
-def _operation(prim: Usd.Prim) -> ChangedAttribute:
-    return ChangedAttribute(prim=str(prim.GetPath()), name=OPERATION, type="matrix4d")
-
-
-def _matrix(placed: Float) -> Gf.Matrix4d:
-    return Gf.Matrix4d(placed.T.tolist())
+def _operation(prim: Usd.Prim, name: str, of_type: str) -> ChangedAttribute:
+    return ChangedAttribute(prim=str(prim.GetPath()), name=f"{name}{EDITED}", type=of_type)
 
 
 def _parts(base: StageReader) -> Iterator[tuple[str, Usd.Prim]]:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
+from spin_usd import __version__
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
@@ -47,6 +48,7 @@ def start_log(stage: Path, log: Path) -> Path:
         repeat(root, layer, [each for each in REPEATED if below or each != "renderSettingsPrimPath"])
         layer.documentation = "What was asked of a simulator: time code i is picture i."
         layer.startTimeCode = layer.endTimeCode = 0.0
+        layer.customLayerData = {schema.PROVENANCE: {"version": __version__, schema.LOG: True}}
         layer.subLayerPaths = below
         export(layer, log / name)
     return copied
@@ -64,9 +66,12 @@ class LoggedStage:
         self._layer, self._editor = layer_at(log / REQUESTS), Editor(base, base.stage, base.frames[0])
         self._parts = {name: np.eye(4) for name in parts}
         self._reader: StageReader | None = None
-        self._known = {str(attribute): attribute for attribute in _varying(base)}
+        self._known = {str(attribute): attribute for attribute in (*_varying(base), *_logged(self._layer))}
         self._world = Sdf.CreatePrimInLayer(self._layer, base.stage.GetDefaultPrim().GetPath())
-        self._last_time, self._last_save = -np.inf, time.monotonic()
+        times = self._world.path.AppendProperty(schema.CAPTURE_TIME)
+        codes = self._layer.ListTimeSamplesForPath(times)
+        self._last_time = max((self._layer.QueryTimeSample(times, code) for code in codes), default=-np.inf)
+        self._last_save = time.monotonic()
         suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
         self._sun = find_sun(self._editor.over) if suns else None
         with Sdf.ChangeBlock():
@@ -139,7 +144,6 @@ class LoggedStage:
         with Sdf.ChangeBlock():
             each = (SampledValue(attribute=attribute, samples=sample) for attribute, sample in samples)
             write_values(self._layer, SampledValues(attributes=tuple(each)))
-            self._layer.endTimeCode = float(number)
         self._last_time = self._last_time if frame.time_s is None else frame.time_s
 
     def _erase(self, number: int) -> None:
@@ -152,8 +156,11 @@ class LoggedStage:
         """Write what was asked so far to disk where it was not for a while, or `now`; return whether all of it is
         there. Raises OutputError."""
         if now or time.monotonic() - self._last_save > SAVE_S:
+            root = layer_at(self._log / ROOT)
+            root.endTimeCode = self._layer.endTimeCode = max(self.count - 1.0, 0.0)
             with writing(self._log / REQUESTS):
                 self._layer.Save()
+                root.Save()
             self._last_save = time.monotonic()
         return not self._layer.dirty
 
@@ -208,6 +215,16 @@ class LoggedStage:
             for path in paths:
                 self._layer.EraseTimeSample(path, BEFORE)
         return reader
+
+
+def _logged(layer: Sdf.Layer) -> Iterator[ChangedAttribute]:
+    """Yield the attributes of which the layer of a log has samples."""
+    found: list[Sdf.Path] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, found.append)
+    for path in found:
+        spec = layer.GetAttributeAtPath(path)
+        if spec and not spec.name.startswith("spin:capture:") and layer.ListTimeSamplesForPath(path):
+            yield ChangedAttribute(prim=str(path.GetPrimPath()), name=spec.name, type=str(spec.typeName))
 
 
 def _path(attribute: ChangedAttribute) -> Sdf.Path:

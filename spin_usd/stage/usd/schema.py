@@ -160,6 +160,8 @@ OMNI_PROJECTION = "cameraProjectionType"
 
 PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""
+LOG = "log"
+"""The key in it that says whether the layer is what a simulator was asked for."""
 INTENSITY_UNIT = "spin:intensityUnit"
 """The key in a light's customData that says which unit its inputs:intensity has."""
 INTENSITY_UNITS = ("W/m2", "W/m2/sr", "W/sr")

@@ -1,0 +1,185 @@
+"""`spin-usd serve`: pictures of a stage for programs in any language, by ZeroMQ and msgpack.
+
+A client sends a request and gets one reply to each, in its own order. Several clients take turns as they come.
+"""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import zmq
+from msgspec import UNSET, MsgspecError, Struct
+from msgspec.msgpack import Decoder, Encoder
+
+import spin_usd
+from spin_usd.commands.serve.messages import (
+    MAX_MESSAGE,
+    Asked,
+    SentArray,
+    SentError,
+    SentPicture,
+    SentPong,
+    SentStage,
+)
+from spin_usd.commands.serve.options import PORT, ServeOptions
+from spin_usd.errors import InputError, SpinError
+from spin_usd.options import names_in
+from spin_usd.picture.kinds import FILE_KINDS
+from spin_usd.processes.child import ChildInternalError
+from spin_usd.processes.patience import LOOK_S
+from spin_usd.simulator.picture_workers import MadePictureArrays
+from spin_usd.simulator.shared_arrays import numpy_type
+from spin_usd.simulator.simulator import Simulator
+from spin_usd.stop_signals import Stopped
+
+KEYS = "a map with the keys of docs/how-to/simulator.md"
+ASKED = ("frame", "pose", "sun", "exposure", "lights", "parts", "values", "time", "variant", "seed", "name")
+MAX_WAITING = 16  # requests of one client that may wait: more are refused
+HERE = f"tcp://127.0.0.1:{PORT}"
+ON_THIS_MACHINE = ("tcp://127.", "tcp://localhost:", "tcp://[::1]:", "ipc://")
+
+
+def serve(options: ServeOptions, *, tell: Callable[[str], None]) -> None:
+    """Serve pictures until a signal stops it; `tell` takes lines for the user. Raises InputError where it cannot
+    listen, and what opening the stage does."""
+    at = HERE if options.at is None else options.at
+    with suppress(Stopped), _listening(at) as socket, _simulator(options) as simulator:
+        where = socket.getsockopt_string(zmq.LAST_ENDPOINT)
+        if not at.startswith(ON_THIS_MACHINE):
+            tell(f"note: {where} can be reached from other machines, and nobody is asked who they are")
+        tell(f"{where}   ({len(simulator)} frames; Ctrl-C ends)")
+        Server(socket, simulator).run()
+
+
+@contextmanager
+def _listening(at: str) -> Iterator["zmq.Socket[bytes]"]:
+    with zmq.Context() as context, context.socket(zmq.ROUTER) as socket:
+        socket.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE)
+        socket.setsockopt(zmq.LINGER, 1000)
+        if at.startswith("ipc://") and os.path.exists(at.removeprefix("ipc://")):
+            do = "end the server that uses it, or remove it"
+            raise InputError("is there already", where=at.removeprefix("ipc://"), do=do)
+        try:
+            socket.bind(at)
+        except zmq.ZMQError as error:
+            do = "choose another port, or end what listens there; addresses are like tcp://127.0.0.1:8644 or ipc://PATH"
+            raise InputError(f"{at} cannot be listened at ({error.strerror})", do=do) from None
+        if at.startswith("ipc://"):
+            os.chmod(at.removeprefix("ipc://"), 0o600)
+        yield socket
+
+
+def _simulator(options: ServeOptions) -> Simulator:
+    return Simulator(
+        options.stage,
+        variant=options.variant,
+        renderer=options.renderer,
+        quality=options.quality,
+        samples=options.samples,
+        effort=options.effort,
+        seed=options.seed,
+        log=options.log if options.log is None else Path(options.log),
+        log_parts=names_in(options.parts),
+    )
+
+
+class Server:
+    """Answers the messages that come to the socket with pictures by the simulator."""
+
+    def __init__(self, socket: "zmq.Socket[bytes]", simulator: Simulator) -> None:
+        self._socket, self._simulator, self._workers = socket, simulator, simulator.workers
+        self._waiting: dict[int, tuple[bytes, list[bytes], Asked]] = {}  # by the picture's number: who waits for it
+        self._decoder, self._encoder = Decoder(Asked), Encoder()
+
+    def run(self) -> None:
+        """Answer, until a signal stops it."""
+        poller = zmq.Poller()
+        poller.register(self._socket, zmq.POLLIN)
+        poller.register(self._workers.fileno(), zmq.POLLIN)
+        while True:
+            poller.poll(int(1000 * LOOK_S))
+            self._receive()
+            self._workers.step(within_s=0)
+            for number in [number for number in self._waiting if self._workers.has(number)]:
+                self._reply(number)
+
+    def _receive(self) -> None:
+        """Hear what has come."""
+        with suppress(zmq.Again):
+            while True:
+                client, *envelope, body = self._socket.recv_multipart(zmq.NOBLOCK)
+                try:
+                    answer = self._heard(client, envelope, body)
+                except SpinError as error:
+                    answer = SentError(error=str(error))
+                if answer is not None:
+                    self._send(client, envelope, answer)
+
+    def _heard(self, client: bytes, envelope: list[bytes], body: bytes) -> Struct | None:
+        """Return the answer to a message; None where it takes a picture to be made. Raises InputError."""
+        try:
+            asked = self._decoder.decode(body)
+        except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            raise InputError(f"the message is not understood: {error}", do=f"send {KEYS} as msgpack") from None
+        if asked.ask == "ping":
+            return SentPong(waiting=len(self._waiting))
+        if asked.ask == "stage":
+            return self._stage()
+        if asked.ask != "picture":
+            raise InputError(f"there is nothing to ask called {asked.ask!r}", do="ask for picture, stage or ping")
+        if sum(address[0] == client for address in self._waiting.values()) >= MAX_WAITING:
+            raise InputError(f"{MAX_WAITING} of your pictures wait already", do="take their replies first")
+        self._waiting[self._ask(asked)] = client, envelope, asked
+        return None
+
+    def _ask(self, asked: Asked) -> int:
+        """Ask the workers for a picture; return its number. Raises InputError."""
+        if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
+            raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
+        own = {name: getattr(asked, name) for name in ASKED}
+        request = self._simulator.request(**own)
+        return self._workers.ask(request, asked.arrays, recorded=asked.record)
+
+    def _reply(self, number: int) -> None:
+        client, envelope, _ = self._waiting.pop(number)
+        try:
+            answer: Struct = _sent(self._workers.result(number))
+        except (SpinError, ChildInternalError) as error:
+            answer = SentError(error=str(error))
+        self._send(client, envelope, answer)
+
+    def _stage(self) -> SentStage:
+        simulator = self._simulator
+        keypoints = {
+            target.name: dict(zip(target.keypoints.names, target.keypoints.points.tolist(), strict=True))
+            for target in simulator.description.targets
+        }
+        return SentStage(
+            frames=list(simulator.frames),
+            variants=list(simulator.variants),
+            seed=simulator.seed,
+            targets=keypoints,
+            version=spin_usd.__version__,
+        )
+
+    def _send(self, client: bytes, envelope: list[bytes], answer: Struct) -> None:
+        with suppress(zmq.Again):  # it takes no replies
+            self._socket.send_multipart([client, *envelope, self._encoder.encode(answer)], zmq.NOBLOCK)
+
+
+def _sent(found: MadePictureArrays) -> SentPicture:
+    made = found.made
+    return SentPicture(
+        frame=made.frame,
+        variant=made.variant,
+        index=made.index,
+        camera=made.camera,
+        pose=made.pose,
+        arrays={
+            kind: SentArray(dtype=numpy_type(array.dtype), shape=list(array.shape), data=array.tobytes())
+            for kind, array in found.arrays.items()
+        },
+        logged=UNSET if found.asked.logged is None else found.asked.logged,
+        record=made.record or UNSET,
+    )

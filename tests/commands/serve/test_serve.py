@@ -1,0 +1,197 @@
+"""`spin-usd serve`: what a client gets is what `render` makes of the log, to the bit; and no client can end it."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import msgspec
+import numpy as np
+import psutil
+import pytest
+import zmq
+
+from spin_usd import Dataset
+from spin_usd.processes.child import IN_PROCESS
+from tests.conftest import REPOSITORY
+
+pytestmark = pytest.mark.children
+
+COMMAND = (sys.executable, "-m", "spin_usd.command_line")
+RENDERER = ("--renderer", "raycast", "--samples", "1")
+
+
+@contextmanager
+def served(stage, *options):
+    """Yield the address of a server, which ends as by Ctrl-C, and its process."""
+    command = [*COMMAND, "serve", str(stage), "--at", "tcp://127.0.0.1:*", *RENDERER, *map(str, options)]
+    environment = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    try:
+        line = process.stdout.readline()
+        assert line.startswith("tcp://127.0.0.1:"), line + process.stderr.read()
+        yield line.split()[0], process
+    finally:
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (0, "")
+
+
+class Client:
+    """As a program without our package has it."""
+
+    def __init__(self, at, kind=zmq.REQ) -> None:
+        self.socket: zmq.Socket[bytes] = zmq.Context.instance().socket(kind)
+        self.socket.setsockopt(zmq.LINGER, 0)
+        self.socket.setsockopt(zmq.RCVTIMEO, 60_000)
+        self.socket.connect(at)
+
+    def ask(self, **asked):
+        self.socket.send(msgspec.msgpack.encode(asked))
+        return msgspec.msgpack.decode(self.socket.recv())
+
+    def picture(self, **asked):
+        answer = self.ask(**asked)
+        assert "error" not in answer, answer
+        arrays = {
+            kind: np.frombuffer(each["data"], each["dtype"]).reshape(each["shape"])
+            for kind, each in answer["arrays"].items()
+        }
+        return answer, arrays
+
+
+def approach(step):
+    """A pose that nears the target and turns, as [q, t]."""
+    half = 0.05 * step
+    return [[math.cos(half), 0.0, math.sin(half), 0.0], [0.01 * step, 0.0, 5 - 0.1 * step]]
+
+
+def test_its_log_is_rendered_to_the_same_pictures(small_stage, spin_usd, tmp_path) -> None:
+    got = []
+    with served(small_stage, "--log", tmp_path / "log") as (at, process):
+        client = Client(at)
+        stage = client.ask(ask="stage")
+        assert list(stage["targets"]) == ["tango"]
+        assert len(stage["frames"]) == 8
+        for step in range(12):
+            asked = {"pose": approach(step), "time": 0.2 * step, "arrays": ["image", "depth"]}
+            asked |= {"sun": [0.1 * step, -0.5, -1.0]} if step % 3 == 1 else {}
+            asked |= {"exposure": 0.02 * step, "values": {"optics.psf_sigma": 0.5}} if step > 6 else {}
+            if step == 5:
+                for child in psutil.Process(process.pid).children():
+                    child.kill()
+            got.append(client.picture(**asked))
+        assert "is not after that of the picture before" in client.ask(pose=approach(0), time=0.0)["error"]
+    made = spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", *RENDERER, "--labels", "depth", "--json")
+    assert '"made": 12' in made.stdout.replace('"made":', '"made": ').replace("  ", " ")
+    for (answer, arrays), stored in zip(got, Dataset(tmp_path / "dataset"), strict=True):
+        assert (answer["frame"], answer["logged"]) == (stored.frame, stored.index)
+        np.testing.assert_array_equal(arrays["image"], stored.image)
+        np.testing.assert_array_equal(arrays["depth"], stored.depth)
+        assert answer["pose"]["t_cam_body"] == stored.t_cam_body.tolist()
+        assert stored.time_s == pytest.approx(0.2 * stored.index)
+    assert spin_usd("check", tmp_path / "dataset").returncode == 0
+
+
+def test_a_log_goes_on_where_it_ended(small_stage, spin_usd, tmp_path) -> None:
+    for part in range(2):
+        with served(small_stage, "--log", tmp_path / "log") as (at, _):
+            client = Client(at)
+            names = [client.picture(pose=approach(3 * part + step))[0]["frame"] for step in range(3)]
+        assert names == [f"request_{3 * part + step:06d}" for step in range(3)]
+    plan = spin_usd("plan", tmp_path / "log", *RENDERER)
+    assert plan.stdout.splitlines()[1].split()[:2] == ["nominal", "6"]
+
+
+def test_frames_and_records_without_a_log(small_stage, rendered) -> None:
+    stored = Dataset(rendered)[1]
+    with served(small_stage) as (at, _):
+        answer, arrays = Client(at).picture(frame=1, arrays=["segmentation"], record=True)
+        np.testing.assert_array_equal(arrays["segmentation"], stored.segmentation)
+        assert msgspec.json.decode(answer["record"])["targets"] == stored.record["targets"]
+        assert answer["frame"] == stored.frame
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        (b"", "the message is not understood"),
+        (b"\xff\x00rubbish", "the message is not understood"),
+        (b"\x91" * 100_000, "the message is not understood"),
+        (msgspec.msgpack.encode({"posse": 1}), "unknown field `posse`"),
+        (msgspec.msgpack.encode({"sun": "up"}), "the message is not understood"),
+        (msgspec.msgpack.encode({"ask": "quit"}), "there is nothing to ask called 'quit'"),
+        (msgspec.msgpack.encode({"arrays": ["colour"]}), "there is no 'colour'"),
+        (msgspec.msgpack.encode({"pose": [1, 2, 3]}), "is not a pose"),
+        (msgspec.msgpack.encode({"pose": {"a": None}}), "is not a pose"),
+        (msgspec.msgpack.encode({"values": {"sensor.gain": [[1], 2]}}), "sensor.gain: does not take"),
+        (msgspec.msgpack.encode({"values": {"sensor.gain": {"a": 1}}}), "sensor.gain: does not take"),
+        (msgspec.msgpack.encode({"frame": "img9"}), "has no frame 'img9'"),
+    ],
+)
+def test_bad_messages_get_a_sentence(server, body, said) -> None:
+    client = Client(server)
+    client.socket.send(body)
+    assert said in msgspec.msgpack.decode(client.socket.recv())["error"]
+    assert client.ask(ask="ping") == {"waiting": 0}
+
+
+@pytest.fixture(scope="module")
+def server(small_stage, request):
+    with served(small_stage) as (at, _):
+        yield at
+
+
+def test_a_client_that_vanishes_or_floods_keeps_nobody_else_waiting(server) -> None:
+    gone = Client(server, zmq.DEALER)
+    for _ in range(10):
+        gone.socket.send_multipart([b"", msgspec.msgpack.encode({"frame": 0})])
+    gone.socket.close()
+    flood = Client(server, zmq.DEALER)
+    for _ in range(100):
+        flood.socket.send_multipart([b"", msgspec.msgpack.encode({"frame": 0})])
+    began = time.monotonic()
+    other = Client(server)
+    assert other.picture(frame=1)[1]["image"].any()
+    assert time.monotonic() - began < 30
+    answers = [msgspec.msgpack.decode(flood.socket.recv_multipart()[-1]) for _ in range(100)]
+    refused = [each["error"] for each in answers if "error" in each]
+    assert 0 < len(refused) <= 84
+    assert "16 of your pictures wait already" in refused[0]
+    huge = Client(server, zmq.DEALER)
+    huge.socket.send_multipart([b"", b"\0" * (2 << 20)])  # the connection is cut
+    assert Client(server).ask(ask="ping")["waiting"] >= 0
+
+
+def test_replies_are_in_the_order_of_requests(server) -> None:
+    client = Client(server, zmq.DEALER)
+    names = [f"img{number:06d}" for number in range(4)]
+    for frame in (3, 1, 2, 0):
+        client.socket.send_multipart([b"", msgspec.msgpack.encode({"frame": frame})])
+    found = [msgspec.msgpack.decode(client.socket.recv_multipart()[-1])["index"] for _ in names]
+    assert found == [3, 1, 2, 0]
+
+
+def test_an_address_that_is_taken_is_said(server, small_stage, spin_usd, tmp_path) -> None:
+    done = spin_usd("serve", small_stage, "--at", server, *RENDERER, code=2)
+    assert "cannot be listened at" in done.stderr
+    (tmp_path / "taken").touch()
+    done = spin_usd("serve", small_stage, "--at", f"ipc://{tmp_path}/taken", *RENDERER, code=2)
+    assert "is there already" in done.stderr
+
+
+def test_the_client_in_the_documents_works(small_stage) -> None:
+    pytest.importorskip("msgpack")
+    with served(small_stage) as (at, _):
+        done = subprocess.run(
+            [sys.executable, REPOSITORY / "docs" / "loop_client.py", at], capture_output=True, text=True, check=True
+        )
+    first, *steps, last = done.stdout.splitlines()
+    assert first == "targets: tango"
+    seen = [int(step.split()[3]) for step in steps]
+    assert len(seen) == 20
+    assert seen[-1] > 3 * seen[0] > 0
+    assert last.endswith("pictures a second")
