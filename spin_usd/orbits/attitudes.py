@@ -22,7 +22,7 @@ from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
 
 Unit = tuple[float, float, float, float]
-FASTEST, MOST_TURNS = 3600.0, 5000  # degrees a second; what is integrated in a minute
+FASTEST, MOST_TURNS = 3600.0, 5000  # degrees a second; 5,000 turns are integrated in 3 s
 ALONG = 1e-6  # the sine of the least angle between two directions that fix an attitude
 
 
