@@ -26,7 +26,7 @@ from spin_usd.processes.processors import hold_to
 from spin_usd.records.record import RecordedCamera, RecordedFile, RecordedPose
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.channels import Channels
-from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
+from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
@@ -100,7 +100,8 @@ class StagePictures:
         first = self._reader(variant)
         seed = first.seed if given.settings.seed < 0 else given.settings.seed
         self._options = replace(given, settings=replace(given.settings, seed=seed))
-        self._passes, self._keys = self._of_settings(self._options.settings)
+        self._passes = PicturePasses(self._files, self._maker, self._options.settings)
+        self._keys = KeyMaker(self._options.settings)
         content = stage_content(first)
         self.opened = {
             "frames": [frame.name for frame in first.frames],
@@ -122,8 +123,7 @@ class StagePictures:
             self._maker.renderer = open_renderer(settings.renderer, device=settings.device, caster=self._maker.caster)
             self._versions |= self._maker.renderer.versions()
         scene = self._targets.in_place(self._scene(asked, variant, other_views(kinds)))
-        if settings != self._keys.settings:
-            self._passes, self._keys = self._of_settings(settings)
+        self._passes.settings = self._keys.settings = settings
         of_scene = self._keys.keys(scene)
         own = own_keys(kinds, scene, of_scene.geometry, render_seed(scene, settings))
         picture = CurrentPicture(
@@ -158,9 +158,6 @@ class StagePictures:
                 self._edited.popitem(last=False)
         self._edited.move_to_end(key)
         return self._edited[key].scene(frame, edits, views=views)
-
-    def _of_settings(self, settings: RenderSettings) -> tuple[PicturePasses, KeyMaker]:
-        return PicturePasses(self._files, self._maker, settings), KeyMaker(settings)
 
     def _frame(self, asked: PictureRequest) -> FrameId:
         reader = self._reader(asked.variant or self._variant)

@@ -52,7 +52,7 @@ class PicturePasses:
     """Makes what a picture shows, and has it written."""
 
     def __init__(self, files: PictureFiles, maker: PassMaker, settings: RenderSettings) -> None:
-        self._files, self._maker, self._settings = files, maker, settings
+        self._files, self._maker, self.settings = files, maker, settings
         self._writers = ThreadPoolExecutor(max_workers=WRITERS)
 
     def write_all(self, picture: CurrentPicture) -> dict[str, RecordedFile]:
@@ -87,7 +87,7 @@ class PicturePasses:
             writing[kind] = self._writers.submit(self._files.link, picture.scene, entry)
         missing = [kind for kind in wanted if kind not in found]
         if missing:
-            for kind, array, channels in self._maker.labels(picture.scene, missing, self._settings, picture.watch):
+            for kind, array, channels in self._maker.labels(picture.scene, missing, self.settings, picture.watch):
                 label = partial(self._files.write_label, keys[kind]) if picture.keep_labels else self._files.write
                 writing[kind] = self._writers.submit(label, picture.scene, kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
@@ -109,7 +109,7 @@ class PicturePasses:
         kept.set_result(None)
         if RENDERED.isdisjoint(picture.kinds):
             return kept
-        scene, settings, key = picture.scene, self._settings, picture.keys["radiance"]
+        scene, settings, key = picture.scene, self.settings, picture.keys["radiance"]
         light = in_unit_light(scene)
         with picture.watch("cache"):
             rendered = self._files.found_render(key, scene, groups=len(light.gains))
