@@ -64,6 +64,18 @@ def test_an_exported_folder_gives_the_same_losses(baseline, tango, tmp_path, spi
     assert result(tmp_path / "theirs")["losses"] == pytest.approx(result(tmp_path / "own")["losses"], rel=SAME)
 
 
+def test_a_pack_gives_the_same_losses_and_poses(baseline, tango, tmp_path) -> None:
+    """With boxes that are off, and images that are black where no crop goes."""
+    from train.pack import write_pack
+    from train.pictures import read_set
+
+    write_pack(tmp_path / "pack.npz", read_set(tango))
+    for name, pictures in (("own", tango), ("pack", tmp_path / "pack.npz")):
+        baseline(pictures, "--out", tmp_path / name, "--steps", 20, *TINY[:-1], "--test", f"own={pictures}")
+    assert result(tmp_path / "pack")["losses"] == result(tmp_path / "own")["losses"]
+    assert (tmp_path / "pack" / "own.csv").read_bytes() == (tmp_path / "own" / "own.csv").read_bytes()
+
+
 def test_a_killed_training_goes_on_to_the_same_poses(baseline, tango, tmp_path, monkeypatch) -> None:
     arguments = ("--steps", "60", *TINY, "--test", f"own={tango}", "--save-every", "1")
     baseline(tango, "--out", tmp_path / "whole", *arguments)

@@ -6,6 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import spin_usd
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
 
 CELLS = 1e-3  # of a heatmap's pixel: float32 logarithms
 PIXELS = 1e-9
@@ -60,6 +62,40 @@ def test_what_is_taught_gives_the_pose_back(tango) -> None:
         turn = matrices_from_quaternions(q[None])[0] @ picture.T_cam_body[:3, :3].T
         assert np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) < DEGREES
         assert np.linalg.norm(t - picture.T_cam_body[:3, 3]) < METRES
+
+
+def test_a_pack_gives_each_picture_back(tmp_path) -> None:
+    """Through either lens, and the image but for what no crop shows."""
+    from train.heatmaps import taught
+    from train.pack import write_pack
+    from train.pictures import PictureSet, PosedPicture, read_set
+
+    image = np.random.default_rng(0).integers(256, size=(60, 80), dtype=np.uint8)
+    T_cam_body = np.eye(4)
+    T_cam_body[:3, 3] = (0.3, 0, 5)
+    frame = {"width": 80, "height": 60, "fx": 100, "fy": 100, "cx": 40, "cy": 30}
+    pictures = [
+        PosedPicture(
+            name=f"img{place}",
+            camera=Camera(**frame, distortion=lens),
+            T_cam_body=T_cam_body,
+            image=lambda: image,
+        )
+        for place, lens in enumerate(((0.1, 0, 0.001, 0, 0), Fisheye(0.01, 0, 0, 0)))
+    ]
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    write_pack(tmp_path / "two.npz", PictureSet(pictures=pictures, points=points))
+    found = read_set(tmp_path / "two.npz")
+    assert np.array_equal(found.points, points)
+    for own, packed in zip(pictures, found.pictures, strict=True):
+        assert (packed.name, packed.camera) == (own.name, own.camera)
+        assert np.array_equal(packed.T_cam_body, T_cam_body)
+        for seed in range(50):
+            (crop, maps), (there, maps_there) = (
+                taught(each, points, 64, np.random.default_rng(seed)) for each in (own, packed)
+            )
+            assert np.array_equal(crop, there)
+            assert np.array_equal(maps, maps_there)
 
 
 def test_appearances_are_dealt_out_in_turn(tango, tmp_path, spin_usd) -> None:

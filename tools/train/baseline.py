@@ -33,7 +33,7 @@ PUBLISHED = {"size": 256, "layers": 50, "width": 64, "decoder": 256, "batch": 48
 
 def options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("train", type=Path, help="a dataset's folder, or DOMAIN/NAME.json in the layout of SPEED+")
+    parser.add_argument("train", type=Path, help="a dataset's folder, a pack, or DOMAIN/NAME.json of SPEED+")
     parser.add_argument("--out", type=Path, required=True, help="folder of the checkpoint and what is predicted")
     parser.add_argument("--test", action="append", default=[], metavar="NAME=PICTURES", help="again for each set")
     parser.add_argument("--frames", metavar="A:B:STEP", help="some of the frames")
@@ -96,7 +96,7 @@ def write_result(path: Path, found: Fit, training: Training, pictures: int, give
         "losses": found.losses,
         "cpu_s": found.cpu_s,
         "versions": {"python": platform.python_version(), "torch": torch.__version__, "numpy": np.__version__},
-        "device": given.device,
+        "device": torch.cuda.get_device_name(given.device) if given.device.startswith("cuda") else given.device,
         "threads": given.threads,
         "finished": time.strftime("%Y-%m-%d"),
     }

@@ -5,11 +5,16 @@ and `render` are given; rows, each with the set that a network learns from; and 
 Each row is done once for each seed. What is finished stands in tools/figures/training/NAME/ROW-SEED.json, and is not
 done again unless the file asks for something else there, so a table goes on on another machine or another day. Stopped
 anywhere and started again, it goes on where it was.
+
+With --packs it renders, and writes there what another machine needs to learn: packs of pictures, and commands.txt, a
+line for each row and seed. Once what they wrote, `rows`, is copied into the folder of --work, the same command without
+--packs scores it.
 """
 
 import argparse
 import json
 import os
+import shlex
 import subprocess
 import sys
 import threading
@@ -30,6 +35,9 @@ ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
 COMMAND = (sys.executable, "-m", "spin_usd.command_line")
 BASELINE = ROOT / "tools" / "train" / "baseline"
+COMMAND_THERE = ("python3", "-m", "train.baseline")  # on a machine that has packs; PYTHONPATH has ROOT and tools
+PACK = ROOT / "tools" / "train" / "pack"
+SEEN = ("frames", "appearances")  # a row's options that say what it sees of its set
 LAST = 100  # steps whose mean loss a row keeps
 BEDS = ("lightbox", "sunlamp")
 
@@ -101,7 +109,7 @@ class Work:
             if not (folder / "rendered").is_file():
                 render = (str(folder / "stage"), *_flags(options["render"]), "--out", str(folder / "dataset"))
                 _timed(folder, (*COMMAND, "render", *render))
-                (folder / "rendered").touch()
+                (folder / "rendered").write_text(_commit())
         return folder / "dataset"
 
     def cpu_s(self, name: str) -> float:
@@ -111,31 +119,20 @@ class Work:
 
     def row(self, name: str, seed: int) -> dict[str, Any]:
         """Make the row with that seed, and return what is kept of it."""
-        row = self.experiment.rows[name]
-        source, folder = self.dataset(row["set"]), self.folder / "rows" / name / str(seed)
+        row, folder = self.experiment.rows[name], self.folder / self.of_row(name, seed)
+        source = self.dataset(row["set"])
         folder.mkdir(parents=True, exist_ok=True)
         truths = {test: self.dataset(test) for test in self.experiment.tests}
         if self.speedplus:
             truths |= {bed: self.speedplus / bed / "test.json" for bed in BEDS}
             keypoints = folder / "keypoints.json"
             keypoints.write_text(json.dumps(spin_usd.Dataset(source).keypoints.points.tolist()))
-        asked = {**self.experiment.training, **{key: value for key, value in row.items() if key != "set"}}
-        tests = [word for test, path in truths.items() for word in ("--test", f"{test}={path}")]
         beds = ["--keypoints", str(folder / "keypoints.json")] if self.speedplus else []
-        with (folder / "log.txt").open("a") as log:
-            command = [
-                str(BASELINE),
-                str(source),
-                *_flags(asked),
-                "--seed",
-                str(seed),
-                "--out",
-                str(folder),
-                *tests,
-                *beds,
-            ]
-            if subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode:
-                raise SystemExit(f"{name} of seed {seed} ended with an error; {folder / 'log.txt'} says which")
+        command = [str(BASELINE), str(source), *self.seen(name), *self.learning(name, seed, folder, truths), *beds]
+        if not (folder / "training.json").is_file():  # else it was learned, here or on another machine
+            with (folder / "log.txt").open("a") as log:
+                if subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode:
+                    raise SystemExit(f"{name} of seed {seed} ended with an error; {folder / 'log.txt'} says which")
         result = json.loads((folder / "training.json").read_text())
         every = len(spin_usd.Dataset(source))
         return {
@@ -152,9 +149,39 @@ class Work:
             "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
             "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
             "machine": machine(),
-            "commit": _commit(),
+            "device": result["device"],
+            "commit": (self.place(row["set"]) / "rendered").read_text() or None,
             "finished": result["finished"],
         }
+
+    def of_row(self, name: str, seed: int) -> Path:
+        """Return the row's folder, in that of the work or of packs."""
+        return Path("rows") / f"{name}-{self.key(name)[:8]}" / str(seed)
+
+    def seen(self, name: str) -> list[str]:
+        """Return options that say what the row sees of its set."""
+        return _flags({key: value for key, value in self.experiment.rows[name].items() if key in SEEN})
+
+    def learning(self, name: str, seed: int, out: Path, tests: Mapping[str, Path]) -> list[str]:
+        """Return the other options of the baseline for the row."""
+        own = {key: value for key, value in self.experiment.rows[name].items() if key not in ("set", *SEEN)}
+        options = {**self.experiment.training, **own, "seed": seed, "out": out}
+        return [*_flags(options), *(word for test, path in tests.items() for word in ("--test", f"{test}={path}"))]
+
+    def pack(self, left: Sequence[tuple[str, int]], folder: Path) -> None:
+        """Write into the folder packs of all that those rows need, and the commands that learn from them."""
+        tests = {test: Path("tests") / f"{test}.npz" for test in self.experiment.tests}
+        rows = {name: self.of_row(name, seed).parent / "pack.npz" for name, seed in left}
+        seen: dict[Path, tuple[str, list[str]]] = {file: (test, []) for test, file in tests.items()}
+        seen |= {file: (self.experiment.rows[name]["set"], self.seen(name)) for name, file in rows.items()}
+        for file, (of, options) in seen.items():
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
+            subprocess.run([str(PACK), str(self.dataset(of)), str(folder / file), *options], check=True)
+        lines = [
+            shlex.join([*COMMAND_THERE, str(rows[name]), *self.learning(name, seed, self.of_row(name, seed), tests)])
+            for name, seed in left
+        ]
+        (folder / "commands.txt").write_text("".join(f"{line}\n" for line in lines))
 
     def key(self, name: str) -> str:
         """Return the digest of all that the experiment's file asks of the row but the seed."""
@@ -221,8 +248,11 @@ def main() -> None:
     parser.add_argument("--figures", type=Path, default=FIGURES, help="folder of what is finished")
     parser.add_argument("--rows", metavar="NAME,...", help="some of the rows")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="networks that learn at a time")
+    parser.add_argument("--packs", type=Path, help="render, and write there what another machine needs to learn")
     parser.add_argument("--speedplus", type=Path, help="folder of SPEED+: try rows on its lightbox and sunlamp too")
     given = parser.parse_args()
+    if given.packs and given.speedplus:
+        parser.error("--packs holds sets of the experiment alone, not those of --speedplus")
     experiment = read_experiment(given.experiment)
     work = Work(experiment, given.work.resolve(), given.speedplus and given.speedplus.resolve())
     rows = given.rows.split(",") if given.rows else list(experiment.rows)
@@ -238,6 +268,9 @@ def main() -> None:
         print(f"rendering: set {name}", flush=True)
         work.dataset(name)
     print(f"all sets are rendered, {time.monotonic() - begun:.0f} s", flush=True)
+    if given.packs:
+        work.pack(list(left), given.packs)
+        return
     begun = time.monotonic()
     with ThreadPoolExecutor(given.jobs) as pool:
         running = {pool.submit(work.row, *at): at for at in left}

@@ -1,7 +1,7 @@
 """Pictures that a network learns from or is tried on: grey image, camera, pose; and the part of them that it sees."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,10 +17,12 @@ from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.exchange.speed_camera import read_camera_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
 from spin_usd.geometry.rotation import matrices_from_quaternions
 
 MARGIN = 1.3  # of the keypoints' box: the target's own outline goes beyond them
 LUMA = (0.299, 0.587, 0.114)  # of R, G and B, as ITU-R BT.601 has them
+PACK = ".npz"  # ends the name of what `tools/train/pack` writes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,14 +94,16 @@ def crop_of(pixels: Float) -> Crop:
 def read_set(
     path: Path, *, frames: str | None = None, appearances: int | None = None, keypoints: Path | None = None
 ) -> PictureSet:
-    """Read a dataset of spin_usd, or a list of poses in the layout of SPEED+ (DOMAIN/NAME.json beside DOMAIN/images and
-    below camera.json); of the latter `keypoints` are a JSON list of points.
+    """Read a dataset of spin_usd, a pack, or a list of poses in the layout of SPEED+ (DOMAIN/NAME.json beside
+    DOMAIN/images and below camera.json); of the last `keypoints` are a JSON list of points.
 
     frames: some of the frames, A:B:STEP · appearances: of a dataset's variants as many for each frame, of frame i those
     from i on, in turn, so that each number of appearances shows as much of every variant.
     """
     if path.is_dir():
         return _of_dataset(spin_usd.Dataset(path), frames, appearances)
+    if path.suffix == PACK:
+        return _of_pack(path, frames)
     return _of_speedplus(path, frames, keypoints)
 
 
@@ -159,6 +163,26 @@ def _image_file(path: Path) -> NDArray[np.uint8]:
     if image is None:
         raise SystemExit(f"{path} is no image")
     return np.asarray(image, np.uint8)
+
+
+def _of_pack(path: Path, frames: str | None) -> PictureSet:
+    with np.load(path) as found:
+        pack = dict(found)
+    pictures = [
+        PosedPicture(
+            name=str(pack["names"][place]),
+            camera=_camera_of(json.loads(str(pack["cameras"][place]))),
+            T_cam_body=pack["poses"][place],
+            image=partial(_same, pack[f"image{place}"]),
+        )
+        for place in _chosen(frames, len(pack["names"]))
+    ]
+    return PictureSet(pictures=pictures, points=pack["points"])
+
+
+def _camera_of(found: Mapping[str, Any]) -> Camera:
+    lens = found["distortion"]
+    return Camera(**{**found, "distortion": Fisheye(*lens) if len(lens) == len(Fisheye._fields) else tuple(lens)})
 
 
 def _grey(image: NDArray[Any]) -> NDArray[np.uint8]:
