@@ -115,10 +115,12 @@ def _table(rows: Sequence[Row]) -> str:
     seeds = {len(row.runs) for row in rows}
     training = rows[0].runs[0]["training"]
     train = statistics.fmean(row.cpu_s("train") for row in rows)
+    devices = sorted({run.get("device", "cpu") for row in rows for run in row.runs} - {"cpu"})
     note = (
         f"SPEED+ score · median error of the attitude; means over {' or '.join(map(str, sorted(seeds)))} seeds with "
         f"their standard errors. {training['steps']} steps of {training['batch']} crops of {training['size']} pixels, "
-        f"{train:.0f} processor seconds; rendering: processor seconds of all the row's pictures. {_state(rows)}"
+        f"{train:.0f} processor seconds{''.join(f' beside an {device}' for device in devices)}; rendering: processor "
+        f"seconds of all the row's pictures. {_state(rows)}"
     )
     return f"{prose(note)}\n\n{in_markdown(('learned from', 'pictures', 'rendering, s', *tests), cells)}"
 
