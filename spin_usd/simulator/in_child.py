@@ -37,7 +37,7 @@ from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.cache import CacheEntry
 
-KEPT_RENDERS = 1 << 28  # bytes of renders: what the same poses in other strengths of light are made of
+KEPT_RENDERS = 1 << 26  # bytes: what the pictures before in other strengths of light are made of
 KEPT_STAGES = 4  # opened to edit the same things again
 
 
