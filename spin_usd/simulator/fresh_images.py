@@ -1,6 +1,5 @@
 """The child's part of a FreshDataset: images of stored pictures developed anew from the dataset's renders."""
 
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_lig
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
+from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
 from spin_usd.stage.read.stage_reader import StageReader
@@ -64,7 +64,7 @@ class FreshImages:
         self._appearances = [_appearance(entry, spec) for entry in read_augmentation_spec(spec).augmentations]
         self._readers: dict[str, StageReader] = {}
         self._edited: dict[tuple[object, ...], EditedStage] = {}
-        self._rendered: OrderedDict[str, _Rendered] = OrderedDict()
+        self._rendered = RecentlyUsed[_Rendered](KEPT_RENDERS)
         self._known: set[tuple[object, ...]] = set()
         self._targets = KnownTargets()
 
@@ -121,9 +121,8 @@ class FreshImages:
 
     def _render(self, name: str) -> _Rendered:
         """Return the render of the picture with that record, from the dataset's cache."""
-        if name in self._rendered:
-            self._rendered.move_to_end(name)
-            return self._rendered[name]
+        if (kept := self._rendered.find(name)) is not None:
+            return kept
         said = read_record(self._folder, name)
         reader = self._reader(said)
         scene = reader.scene(reader.frames[said.index])
@@ -134,9 +133,8 @@ class FreshImages:
         if radiance is None:
             do = "render the dataset again without --no-cache, which makes no picture anew"
             raise InputError(f"keeps no render of {said.frame} of {said.variant}", where=self._root, do=do)
-        self._rendered[name] = found = _Rendered(said=said, unit=unit, radiance=radiance)
-        while sum(each.radiance.groups.nbytes for each in self._rendered.values()) > KEPT_RENDERS:
-            self._rendered.popitem(last=False)
+        found = _Rendered(said=said, unit=unit, radiance=radiance)
+        self._rendered.keep(name, found, radiance.groups.nbytes)
         return found
 
 

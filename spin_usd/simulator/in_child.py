@@ -31,6 +31,7 @@ from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
 from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest
+from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import SharedArrays
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
 from spin_usd.stage.read.frames import frame_named
@@ -47,7 +48,7 @@ class PicturesInMemory:
     def __init__(self) -> None:
         self.arrays: dict[str, NDArray[Any]] = {}
         self.recorded = True
-        self._renders: OrderedDict[str, Radiance] = OrderedDict()
+        self._renders = RecentlyUsed[Radiance](KEPT_RENDERS)
 
     def found_label(self, kind: str, key: str) -> CacheEntry | None:
         """Find none."""
@@ -55,15 +56,11 @@ class PicturesInMemory:
 
     def found_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
         """Return a render that was kept."""
-        if key in self._renders:
-            self._renders.move_to_end(key)
-        return self._renders.get(key)
+        return self._renders.find(key)
 
     def keep_render(self, key: str, rendered: Radiance) -> None:
-        """Keep a render, and forget those that were not used for longest."""
-        self._renders[key] = rendered
-        while len(self._renders) > 1 and sum(each.groups.nbytes for each in self._renders.values()) > KEPT_RENDERS:
-            self._renders.popitem(last=False)
+        """Keep a render."""
+        self._renders.keep(key, rendered, rendered.groups.nbytes)
 
     def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Take an array; its entry in the record has the digest of its bytes in memory, rows from the top."""
