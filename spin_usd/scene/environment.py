@@ -3,11 +3,14 @@
 Units are metres in the camera frame `cam`, W/m2/sr, linear RGB.
 """
 
+from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float, finite
+from spin_usd.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
@@ -62,6 +65,23 @@ class Stars:
             object.__setattr__(self, name, finite(getattr(self, name), (None, 3), f"{name} of {self.path}"))
         if len(self.directions) != len(self.irradiance):
             raise GeometryError(f"{self.path} has {len(self.directions)} stars and {len(self.irradiance)} irradiances")
+
+    def turned(self, T_cam_sky: Transform) -> "Stars":
+        """Return the same stars in another attitude; neither is checked or digested again."""
+        assert self._digests
+        other = copy(self)
+        object.__setattr__(other, "T_cam_sky", T_cam_sky)
+        return other
+
+    @property
+    def digested(self) -> dict[str, Any]:
+        """What `content` makes of it."""
+        directions, irradiance = self._digests
+        return {"": "Stars", "T_cam_sky": self.T_cam_sky, "directions": directions, "irradiance": irradiance}
+
+    @cached_property
+    def _digests(self) -> tuple[str, str]:
+        return digest(self.directions), digest(self.irradiance)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

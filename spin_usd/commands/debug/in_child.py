@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import spin_usd
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.planning.in_child import stage_provenance
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, open_renderer, open_scene_writer
 from spin_usd.progress import Progress
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import OpenableScene
 from spin_usd.scene.derived.content_keys import (
     KeyMaker,
@@ -93,10 +96,10 @@ def _exposure(scene: Scene, settings: RenderSettings) -> float:
     """Return the factor from radiance to the detector's full scale, by a preview where the detector meters itself."""
     if scene.sensor.auto_exposure is None:
         return scene.sensor.exposure
-    light, preview = in_unit_light(scene), open_renderer("raycast")
-    radiance = preview.radiance(light.scene, Effort(samples=1), seed=render_seed(scene, settings))
-    preview.close()
-    return exposed(scene.sensor, radiance.relit(light.gains)).exposure
+    caster = EmbreeCaster()
+    maker = PassMaker(caster, open_renderer("raycast", caster=caster))
+    preview = replace(settings, effort=Effort(samples=1))
+    return exposed(scene.sensor, maker.radiance(scene, preview, Stopwatch())).exposure
 
 
 def readme(

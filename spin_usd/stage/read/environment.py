@@ -20,7 +20,7 @@ from spin_usd.stage.read.planet import read_planet
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.prim_order import in_order
-from spin_usd.stage.usd.time_variation import CameraSpaceCache
+from spin_usd.stage.usd.time_variation import CachedIfConstant, CameraSpaceCache, varying
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.values import SHARE, Range, array, read, refuse_unapplied, value_in
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
@@ -57,6 +57,10 @@ class EnvironmentReader:
             raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
         self._plate = plates[0] if plates else None
         self._cache = CameraSpaceCache([*self._planets, *self._stars, *plates])
+        self._listed = {
+            str(prim.GetPath()): CachedIfConstant(bool(varying(prim)), partial(read_stars, prim))
+            for prim in self._stars
+        }
         self._last = IdentityMemo[Environment]()
 
     @property
@@ -81,7 +85,7 @@ class EnvironmentReader:
             return read_planet(prim, time, *space.placed(prim), self._images)
 
         def stars(prim: Usd.Prim) -> Stars:
-            return read_stars(prim, time, space.placed(prim)[0])
+            return self._listed[str(prim.GetPath())].at(time).turned(_sky(space.placed(prim)[0]))
 
         def plate(prim: Usd.Prim) -> BackPlate:
             return read_back_plate(prim, time, self._images)
@@ -141,8 +145,13 @@ def _colours_of(file: Sdf.AssetPath) -> str:
     return "sRGB" if file.path.lower().endswith((".png", ".jpg", ".jpeg")) else "auto"
 
 
-def read_stars(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform) -> Stars:
-    """Read the stars at `time`. Raises StageError with their path."""
+def _sky(T_cam_prim: Transform) -> Transform:
+    """Return the attitude of stars, which are at infinity, from where their prim is."""
+    return Transform(to="cam", of="sky", rotation=T_cam_prim.rotation, translation=np.zeros(3))
+
+
+def read_stars(prim: Usd.Prim, time: Usd.TimeCode) -> Stars:
+    """Read the stars at `time`, in their own axes. Raises StageError with their path."""
     directions, magnitudes = _catalogue(prim, time)
     if not len(directions):
         limit = value_in(prim, schema.STARS_LIMITING_MAGNITUDE, LIMITS, time)
@@ -150,7 +159,7 @@ def read_stars(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform) -> Sta
         directions, magnitudes = random_stars(seed, limit)
     return Stars(
         path=str(prim.GetPath()),
-        T_cam_sky=Transform(to="cam", of="sky", rotation=T_cam_prim.rotation, translation=np.zeros(3)),
+        T_cam_sky=Transform(to="cam", of="sky", rotation=np.eye(3), translation=np.zeros(3)),
         directions=directions,
         irradiance=irradiance(magnitudes)[:, None] * _colors(prim, time, len(magnitudes)),
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from spin_usd.arrays import digest
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.globe import Air, Globe, Rays
@@ -13,6 +14,7 @@ from spin_usd.renderers.background.noise_octaves import faces_of, octave, resolv
 from spin_usd.renderers.background.planet_radiance import DetailMaker
 from spin_usd.renderers.background.planet_view import BLOCK, PlanetView, blocks
 from spin_usd.renderers.background.sky import place_image, sky, solid_angles
+from spin_usd.scene.content import content
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.texture import Image
@@ -436,3 +438,13 @@ def test_a_back_plate_hides_stars_but_not_planets() -> None:
     frame = sky(behind(plate=plate(), stars=[stars((0.2, 0, 1), 1.0)], planets=[globe]), seed=0)
     assert frame[75, 120].tolist() == [0, 0, 0]
     np.testing.assert_allclose(frame[75, 120 + 100], (5, 6, 7), rtol=FLOAT32)
+
+
+def test_stars_in_another_attitude_have_the_content_of_new_ones() -> None:
+    directions, rotation = np.eye(3), np.diag([-1.0, -1, 1])
+    turned = stars(directions, irradiance=[1e-6, 2e-6, 3e-6]).turned(axes("sky", rotation))
+    anew = stars(directions, irradiance=[1e-6, 2e-6, 3e-6], rotation=rotation)
+    assert content(turned) == content(anew)
+    assert content(turned)["directions"] == digest(turned.directions)
+    assert content(turned) != content(stars(directions, irradiance=[1e-6, 2e-6, 3e-6]))
+    np.testing.assert_array_equal(turned.T_cam_sky.rotation, rotation)
