@@ -2,13 +2,14 @@
 are drawn by a specification."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, SupportsIndex, overload
 
 import numpy as np
+from msgspec import convert
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
@@ -20,6 +21,7 @@ from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
+from spin_usd.simulator.picture_request import DevelopedImage
 from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
 
 
@@ -35,7 +37,7 @@ class FreshChild:
     def __getstate__(self) -> dict[str, Any]:
         return {"_of": self._of, "_process": 0, "_child": None, "_memory": None}
 
-    def image(self, **asked: Any) -> tuple[NDArray[Any], Mapping[str, Any]]:
+    def image(self, **asked: Any) -> tuple[NDArray[Any], DevelopedImage]:
         """Return the image that is asked for, and what was drawn for it. Raises what the child raises."""
         retries = Retries(READING_TRIES)
         while True:
@@ -48,8 +50,9 @@ class FreshChild:
                 if not retries.may_try_again(died):
                     raise
                 continue
-            ((_, array),) = memory.taken(answer.pop("arrays"))
-            return array, answer
+            found = convert(answer, DevelopedImage)
+            ((_, array),) = memory.taken(found.arrays)
+            return array, found
 
     def _started(self) -> tuple[Child, SharedArrays]:
         if self._child is None or self._memory is None or self._process != os.getpid():
@@ -74,10 +77,10 @@ class FreshPicture(Picture):
     epoch: int
 
     @cached_property
-    def drawn(self) -> Mapping[str, Any]:
-        """What was drawn: "augmentation", its name in the specification, and "values" by parameter, in their units."""
+    def drawn(self) -> DevelopedImage:
+        """What was drawn: `augmentation`, its name in the specification, and `values` by parameter, in their units."""
         assert self.image is not None
-        found: Mapping[str, Any] = self.__dict__["drawn"]
+        found: DevelopedImage = self.__dict__["drawn"]
         return found
 
     def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:

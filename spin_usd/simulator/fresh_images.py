@@ -25,6 +25,7 @@ from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_lig
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
+from spin_usd.simulator.picture_request import DevelopedImage
 from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
@@ -68,7 +69,7 @@ class FreshImages:
         self._known: set[tuple[object, ...]] = set()
         self._targets = KnownTargets()
 
-    def image(self, *, frame: str, variant: str, epoch: int, region: Sequence[int] | None) -> dict[str, Any]:
+    def image(self, *, frame: str, variant: str, epoch: int, region: Sequence[int] | None) -> DevelopedImage:
         """Develop the image of a picture, or of its `region` x0, y0, x1, y1; return where it is, and what was drawn."""
         rendered = self._render(record_of(variant, frame))
         said = rendered.said
@@ -90,7 +91,7 @@ class FreshImages:
         assert gains is not None
         array = _developed(scene, rendered.radiance.relit(gains), said, region)
         entries: list[Entry] = self._shared.put({IMAGE: array})
-        return {"arrays": entries, "augmentation": appearance.entry.name, "values": values}
+        return DevelopedImage(arrays=entries, augmentation=appearance.entry.name, values=values)
 
     def _reader(self, said: Record) -> StageReader:
         if said.variant not in self._readers:

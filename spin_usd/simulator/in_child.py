@@ -7,7 +7,7 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
-from msgspec import convert, structs, to_builtins
+from msgspec import convert, structs
 from msgspec.json import encode
 from numpy.typing import NDArray
 
@@ -30,7 +30,7 @@ from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
-from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest
+from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
 from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import SharedArrays
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
@@ -100,13 +100,13 @@ class StagePictures:
         self._passes = PicturePasses(self._files, self._maker, self._options.settings)
         self._keys = KeyMaker(self._options.settings)
         content = stage_content(first)
-        self.opened = {
-            "frames": [frame.name for frame in first.frames],
-            "variants": list(first.variants),
-            "seed": seed,
-            "targets": to_builtins(content.targets),
-            "parts": to_builtins(content.parts),
-        }
+        self.opened = OpenedSimulator(
+            frames=[frame.name for frame in first.frames],
+            variants=list(first.variants),
+            seed=seed,
+            targets=content.targets,
+            parts=content.parts,
+        )
 
     def picture(self, *, request: Mapping[str, Any], kinds: Sequence[str], recorded: bool) -> MadeInMemory:
         """Make the picture's arrays of these kinds, and the record, which takes longer than some of them, if asked."""

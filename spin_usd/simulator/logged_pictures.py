@@ -33,7 +33,7 @@ class LoggedPictures(StagePictures):
         for number, request in redo:
             asked = convert(request, PictureRequest)
             self._log.write(number, self._named(asked, number), self._edits(asked))
-        self.opened |= {"logged": self._log.count}
+        self.opened = structs.replace(self.opened, logged=self._log.count)
 
     def picture(self, *, number: int = -1, **asked: Any) -> MadeInMemory:
         """Make picture `number` of the log, as StagePictures does, and log it where it is not there yet."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from spin_usd.arrays import digest
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.geometry.transform import Transform
+from spin_usd.records.descriptions import PartEntry, TargetEntry
 from spin_usd.records.record import RecordedCamera, RecordedPose
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 from spin_usd.simulator.shared_arrays import Entry
@@ -50,6 +51,26 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
             return self.name
         own = [self.time, sorted(self.poses.items()), sorted(self.parts.items())]
         return f"pose_{digest([self.frame, repr(own)])[:NAME_DIGITS]}"
+
+
+class OpenedSimulator(Struct, frozen=True, kw_only=True):
+    """A stage that is opened to be simulated."""
+
+    frames: list[str]
+    variants: list[str]
+    seed: int
+    targets: list[TargetEntry]
+    parts: dict[str, PartEntry]
+    logged: int = 0
+    """How many pictures its log has."""
+
+
+class DevelopedImage(Struct, frozen=True, kw_only=True):
+    """A stored picture's image developed anew, in `arrays` as MadeInMemory has them, and what was drawn for it."""
+
+    arrays: list[Entry]
+    augmentation: str
+    values: dict[str, Any]
 
 
 class MadeInMemory(Struct, frozen=True, kw_only=True):

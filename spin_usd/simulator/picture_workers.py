@@ -16,7 +16,7 @@ from spin_usd.processes.patience import LOOK_S
 from spin_usd.processes.pool import Answered, Failed, Pool
 from spin_usd.processes.processors import share_of
 from spin_usd.simulator.live_picture import Arrays
-from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest
+from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
 from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
 
 
@@ -175,7 +175,7 @@ class PictureWorkers:
         else:
             self._results[asked.number] = found
 
-    def _start(self, number: int) -> Mapping[str, Any]:
+    def _start(self, number: int) -> OpenedSimulator:
         """Start the worker of that number; return what it says of the stage."""
         if number in self._memories:
             self._memories.pop(number).close()
@@ -185,14 +185,13 @@ class PictureWorkers:
         child = Child(keep_open=(memory,), memory=rendering_memory(graphics=self._graphics), modules=modules_of(call))
         try:
             cpus = share_of(number, self._most)
-            opened: Mapping[str, Any] = child.call(
-                call, within_s=START_PATIENCE_S, **self._of, **more, memory=memory, cpus=cpus
-            )
+            answer = child.call(call, within_s=START_PATIENCE_S, **self._of, **more, memory=memory, cpus=cpus)
         except BaseException:
             child.kill()
             os.close(memory)
             raise
-        self._logged = opened.get("logged", 0)
+        opened = convert(answer, OpenedSimulator)
+        self._logged = opened.logged
         self._memories[number] = SharedArrays(memory)
         self._pool.add(number, child)
         return opened

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from msgspec import convert, to_builtins
+from msgspec import to_builtins
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import frozen
@@ -20,7 +20,6 @@ from spin_usd.picture.kinds import IMAGE
 from spin_usd.planning.request import RenderRequest
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.reading.description import Description, described
-from spin_usd.records.descriptions import PartEntry, TargetEntry
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.scene import NOMINAL
@@ -127,11 +126,8 @@ class Simulator:
             log=None if log is None else PictureLog(log=str(Path(log).absolute()), parts=list(log_parts)),
         )
         opened = self.workers.opened
-        self.frames: tuple[str, ...] = tuple(opened["frames"])
-        self.variants: tuple[str, ...] = tuple(opened["variants"])
-        self.seed: int = opened["seed"]
-        targets, parts = convert(opened["targets"], list[TargetEntry]), convert(opened["parts"], dict[str, PartEntry])
-        self.description: Description = described(targets, parts)
+        self.frames, self.variants, self.seed = tuple(opened.frames), tuple(opened.variants), opened.seed
+        self.description: Description = described(opened.targets, opened.parts)
 
     def __enter__(self) -> Self:
         return self

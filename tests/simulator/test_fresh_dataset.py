@@ -72,7 +72,7 @@ name = "fixed"
     for place, stored in enumerate(Dataset(tmp_path / "dataset")):
         made = fresh[place]
         np.testing.assert_array_equal(made.image, stored.image)
-        assert made.drawn["values"]["sun.factor"] == 0.4
+        assert made.drawn.values["sun.factor"] == 0.4
         np.testing.assert_array_equal(made.depth, stored.depth)
 
 
@@ -82,7 +82,7 @@ def test_the_same_draw_is_the_same_image_and_any_other_another(fresh, rendered, 
     for place in (2, 0, 1):
         np.testing.assert_array_equal(again[place].image, first[place])
     others = [FreshDataset(rendered, spec, seed=seed, epoch=epoch)[0] for seed, epoch in ((5, 1), (6, 0), (6, 1))]
-    values = [tuple(picture.drawn["values"].values()) for picture in (again[0], again[1], *others)]
+    values = [tuple(picture.drawn.values.values()) for picture in (again[0], again[1], *others)]
     assert len({*values}) == 5
     assert len({image.tobytes() for image in (*first, *(picture.image for picture in others))}) == 6
 
@@ -91,7 +91,7 @@ def test_its_draws_are_those_of_the_specification(fresh) -> None:
     found = []
     for epoch in range(60):
         fresh.set_epoch(epoch)
-        found += [fresh[place].drawn["values"] for place in range(3)]
+        found += [fresh[place].drawn.values for place in range(3)]
     fresh.set_epoch(0)
     factors = np.log([each["sun.factor"] for each in found])
     assert np.log(0.3) <= factors.min() < np.log(0.4)
@@ -117,7 +117,7 @@ def test_noise_of_a_crop_is_that_of_its_detector(fresh, rendered, spec) -> None:
     for epoch in range(20):
         picture = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=64)[0]
         background = picture.image[picture.depth == 0]
-        dark.append((picture.drawn["values"]["sensor.read_noise"], float((background > 0).mean())))
+        dark.append((picture.drawn.values["sensor.read_noise"], float((background > 0).mean())))
     noisy, clean = (np.mean([share for noise, share in dark if (noise > 12.5) is more]) for more in (True, False))
     assert noisy > clean
 
