@@ -115,7 +115,7 @@ class Dataset(Sequence[Picture]):
 
     def __repr__(self) -> str:
         count = f"{len(self)} picture{'s' * (len(self) != 1)}"
-        return f"Dataset({str(self.root)!r}, {count}, variants: {', '.join(self.variants) or 'none'})"
+        return f"{type(self).__name__}({str(self.root)!r}, {count}, variants: {', '.join(self.variants) or 'none'})"
 
     @property
     def root(self) -> Path:

@@ -21,7 +21,7 @@ from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
-from spin_usd.simulator.picture_request import DevelopedImage
+from spin_usd.simulator.picture_request import DevelopedImage, whole_number
 from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
 
 
@@ -56,9 +56,16 @@ class FreshChild:
 
     def _started(self) -> tuple[Child, SharedArrays]:
         if self._child is None or self._memory is None or self._process != os.getpid():
+            if self._memory is not None:
+                self._memory.close()
             memory = new_memory()
             child = Child(keep_open=(memory,), modules=modules_of("open_fresh"))
-            child.call("open_fresh", memory=memory, **self._of)
+            try:
+                child.call("open_fresh", memory=memory, **self._of)
+            except BaseException:
+                child.kill()
+                os.close(memory)
+                raise
             self._child, self._memory, self._process = child, SharedArrays(memory), os.getpid()
         return self._child, self._memory
 
@@ -79,9 +86,12 @@ class FreshPicture(Picture):
     @cached_property
     def drawn(self) -> DevelopedImage:
         """What was drawn: `augmentation`, its name in the specification, and `values` by parameter, in their units."""
-        assert self.image is not None
+        _ = self.image  # with which it is said
         found: DevelopedImage = self.__dict__["drawn"]
         return found
+
+    def __repr__(self) -> str:
+        return f"FreshPicture({self.frame!r} of {self.variant!r}, in {str(self.root)!r}, epoch {self.epoch})"
 
     def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
         if kind != IMAGE:
@@ -138,14 +148,14 @@ class FreshDataset(Dataset):
         if isinstance(path, Dataset):
             self._names, self._changes = path._names, (*path._changes, *self._changes)
         self.set_epoch(epoch)
-        self._child = FreshChild(self.root, file.absolute(), seed)
+        self._child = FreshChild(self.root, file.absolute(), whole_number(seed, "the seed"))
 
     def set_epoch(self, epoch: int) -> None:
         """Let other appearances be drawn from now on: those of that epoch. Raises InputError for no whole number from
         0."""
-        if not isinstance(epoch, int) or epoch < 0:
-            raise InputError(f"there is no epoch {epoch!r}", do="give a whole number from 0")
-        self._epoch = epoch
+        if (number := whole_number(epoch, "the epoch")) < 0:
+            raise InputError(f"there is no epoch {number}", do="give 0 or more")
+        self._epoch = number
 
     @overload
     def __getitem__(self, place: SupportsIndex) -> FreshPicture: ...

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +88,6 @@ class FreshImages:
         gains = gains_in(rendered.unit, scene)
         if gains is None:
             self._refuse(said, appearance.entry)
-        assert gains is not None
         array = _developed(scene, rendered.radiance.relit(gains), said, region)
         entries: list[Entry] = self._shared.put({IMAGE: array})
         return DevelopedImage(arrays=entries, augmentation=appearance.entry.name, values=values)
@@ -115,7 +114,7 @@ class FreshImages:
             self._known.add(checked)
         return scene
 
-    def _refuse(self, said: Record, entry: AugmentationEntry) -> None:
+    def _refuse(self, said: Record, entry: AugmentationEntry) -> NoReturn:
         found = f"the augmentation {entry.name} changes more of {said.frame} than strengths of light, camera and sky"
         do = "draw what a render keeps apart alone; render the rest as variants"
         raise InputError(found, where=self._root, do=do)

@@ -81,9 +81,18 @@ class PicturesInMemory:
 
 class StagePictures:
     """Pictures of a stage, made in a child process. `memory`: that of SharedArrays; `cpus`: the processors that it may
-    use; a negative seed in the `options` stands for the stage's own."""
+    use; `seed`: that of all that is random, None for the stage's own."""
 
-    def __init__(self, *, stage: str, options: dict[str, Any], variant: str, memory: int, cpus: Sequence[int]) -> None:
+    def __init__(
+        self,
+        *,
+        stage: str,
+        options: dict[str, Any],
+        variant: str,
+        seed: int | None,
+        memory: int,
+        cpus: Sequence[int],
+    ) -> None:
         hold_to(cpus)
         given = convert(options, WorkerOptions)
         self._shared, self._files = SharedArrays(memory), PicturesInMemory()
@@ -95,15 +104,15 @@ class StagePictures:
         self._edited: OrderedDict[tuple[object, ...], EditedStage] = OrderedDict()
         self._provenances: dict[str, Mapping[str, Any]] = {}
         first = self._reader(variant)
-        seed = first.seed if given.settings.seed < 0 else given.settings.seed
-        self._options = replace(given, settings=replace(given.settings, seed=seed))
+        own = first.seed if seed is None else seed
+        self._options = replace(given, settings=replace(given.settings, seed=own))
         self._passes = PicturePasses(self._files, self._maker, self._options.settings)
         self._keys = KeyMaker(self._options.settings)
         content = stage_content(first)
         self.opened = OpenedSimulator(
             frames=[frame.name for frame in first.frames],
             variants=list(first.variants),
-            seed=seed,
+            seed=own,
             targets=content.targets,
             parts=content.parts,
         )

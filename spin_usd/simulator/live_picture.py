@@ -56,7 +56,7 @@ class LivePicture(Picture):
         return f"LivePicture({self.frame!r} of {self.variant!r}, from {str(self.root)!r})"
 
     def __getstate__(self) -> dict[str, Any]:
-        assert self.recorded  # made here, as long as it can be
+        _ = self.recorded  # is made here, as long as it can be
         return {**super().__getstate__(), "make": _made_elsewhere}
 
     @property

@@ -1,6 +1,7 @@
 """The child's part of a simulator that logs what it is asked for."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,10 @@ from spin_usd.errors import InputError
 from spin_usd.scene.scene import FrameId, Scene
 from spin_usd.simulator.in_child import StagePictures
 from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest
-from spin_usd.stage.augment.logged_stage import LoggedStage, start_log
+from spin_usd.stage.augment.logged_stage import LoggedStage, logged_seed, start_log
+from spin_usd.store.lock import create_lock, new_token, take_lock
+
+LOCK = "log.lock"
 
 
 class LoggedPictures(StagePictures):
@@ -20,15 +24,24 @@ class LoggedPictures(StagePictures):
     def __init__(
         self,
         *,
+        stage: str,
+        variant: str,
+        seed: int | None,
         log: str,
         parts: Sequence[str],
         redo: Sequence[tuple[int, Mapping[str, Any]]],
-        stage: str,
         **opened: Any,
     ) -> None:
-        super().__init__(stage=str(start_log(Path(stage), Path(log))), **opened)
+        folder = Path(log)
+        copied = start_log(Path(stage), folder, variant=variant, seed=seed)
+        with suppress(FileExistsError):
+            create_lock(folder / LOCK, new_token())
+        if take_lock(folder / LOCK) is None:  # it is held until this process ends
+            raise InputError("is the log of another simulator now", where=log, do="end that one, or begin another log")
+        kept = logged_seed(folder)
+        super().__init__(stage=str(copied), variant=variant, seed=seed if kept is None else kept, **opened)
         reader = self._reader(self._variant)
-        self._log = LoggedStage(Path(log), reader, seed=self._options.settings.seed, parts=parts)
+        self._log = LoggedStage(folder, reader, seed=self._options.settings.seed, parts=parts)
         self._number = 0
         for number, request in redo:
             asked = convert(request, PictureRequest)

@@ -1,11 +1,13 @@
 """What is asked of a simulator, and what its child answers, as text between processes."""
 
 from collections.abc import Mapping
+from math import isfinite
+from numbers import Real
+from operator import index
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import ArrayLike
 
 from spin_usd.arrays import digest
 from spin_usd.errors import GeometryError, InputError
@@ -16,6 +18,7 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 from spin_usd.simulator.shared_arrays import Entry
 
 NAME_DIGITS = 12
+LONGEST = 60  # characters of a value in a message
 
 Matrix = list[list[float]]
 
@@ -46,7 +49,7 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
     def called(self) -> str | None:
         """The picture's name; None for that of its frame. Raises InputError for what cannot name one."""
         if self.name is not None and not FRAME_NAME.fullmatch(self.name):
-            raise InputError(f"{self.name!r} cannot name a picture", do=FRAME_NAME_RULE)
+            raise InputError(f"{shortened(self.name)} cannot name a picture", do=FRAME_NAME_RULE)
         if self.name or not (self.poses or self.parts or self.time is not None):
             return self.name
         own = [self.time, sorted(self.poses.items()), sorted(self.parts.items())]
@@ -97,8 +100,10 @@ def pose_matrix(pose: Any, what: str) -> Matrix:
             checked = Transform.from_quaternion(to="to", of="of", q=q, t=t)
         else:
             found = np.asarray(pose, np.float64)
-            if found.shape != (4, 4) or not np.array_equal(found[3], (0, 0, 0, 1)):
-                raise ValueError(f"its shape is {found.shape}, or its last row not 0, 0, 0, 1")
+            if found.shape != (4, 4):
+                raise ValueError(f"its shape is {found.shape}")
+            if not np.array_equal(found[3], (0, 0, 0, 1)):
+                raise ValueError(f"its last row is {', '.join(f'{each:g}' for each in found[3])}")
             checked = Transform(to="to", of="of", rotation=found[:3, :3], translation=found[:3, 3])
     except (GeometryError, TypeError, ValueError) as error:
         do = "give a (4, 4) matrix, or a quaternion and a translation"
@@ -107,14 +112,35 @@ def pose_matrix(pose: Any, what: str) -> Matrix:
     return matrix
 
 
+def finite_number(value: Any, what: str) -> float:
+    """Return a number of a user. Raises InputError for what is none, or not finite."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
+        raise InputError(f"{what} is {shortened(value)}", do="give a finite number")
+    return float(value)
+
+
+def whole_number(value: Any, what: str) -> int:
+    """Return a whole number of a user. Raises InputError for what is none."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise InputError(f"{what} is {shortened(value)}", do="give a whole number")
+    return index(value)
+
+
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values of parameters as JSON has them: numbers, text, truths, and lists of those. Raises InputError."""
-    return {name: _plain(name, value) for name, value in values.items()}
+    return {str(name): _plain(str(name), value) for name, value in values.items()}
 
 
-def _plain(name: str, value: ArrayLike) -> Any:
-    try:
-        found = np.asarray(value)
-    except ValueError as error:
-        raise InputError(f"does not take {value!r} ({error})", where=name, do="give numbers or text") from None
-    return value if found.dtype.kind in "UO" else found.tolist()
+def _plain(name: str, value: Any) -> Any:
+    value = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    if isinstance(value, list | tuple):
+        return [_plain(name, each) for each in value]
+    if isinstance(value, bool | str):
+        return value
+    return index(value) if hasattr(value, "__index__") else finite_number(value, name)
+
+
+def shortened(value: Any) -> str:
+    """Return what is said of a value in a message."""
+    said = repr(value)
+    return said if len(said) <= LONGEST else f"{said[:LONGEST]} ..."

@@ -8,6 +8,7 @@ from typing import Any
 
 from msgspec import convert, to_builtins
 
+from spin_usd.errors import InputError
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
@@ -63,12 +64,13 @@ class PictureWorkers:
         stage: str,
         options: Mapping[str, Any],
         variant: str,
+        seed: int | None,
         graphics: bool,
         count: int,
         log: PictureLog | None,
     ) -> None:
         """Start the first. Raises what opening the stage does."""
-        self._of: dict[str, Any] = {"stage": stage, "options": options, "variant": variant}
+        self._of: dict[str, Any] = {"stage": stage, "options": options, "variant": variant, "seed": seed}
         self._graphics, self._most, self._log = graphics, count, log
         self._pool = Pool[int]()
         self._memories: dict[int, SharedArrays] = {}
@@ -78,6 +80,7 @@ class PictureWorkers:
         self._unwanted: set[int] = set()
         self._count = self._logged = 0
         self._unsaved: list[tuple[int, Any]] = []
+        self._process: int | None = os.getpid()
         self.opened = self._start(0)
 
     def fileno(self) -> int:
@@ -85,7 +88,9 @@ class PictureWorkers:
         return self._pool.fileno()
 
     def close(self) -> None:
-        """End the workers, and write a log to its end; again does nothing."""
+        """End the workers, and write a log to its end; again, and in another process, does nothing."""
+        if self._process != os.getpid():
+            return
         if self._log and 0 in self._pool and not self._doing:
             self._pool.send(0, "save_log", within_s=PATIENCE_S)
             while 0 in self._pool and 0 not in self._pool.idle():
@@ -96,6 +101,7 @@ class PictureWorkers:
             memory.close()
         self._memories.clear()
         self._doing.clear()
+        self._process = None
 
     def ask(self, request: PictureRequest, kinds: tuple[str, ...], *, first: bool = False, **how: Any) -> int:
         """Ask for a picture, `first` before all others that wait; return its number. `how`: as AskedPicture has it."""
@@ -129,7 +135,12 @@ class PictureWorkers:
             self._results.pop(number, None)
 
     def step(self, *, within_s: float = LOOK_S) -> None:
-        """Give idle workers what waits, and take what they have made, waiting for that as long."""
+        """Give idle workers what waits, and take what they have made, waiting for that as long. Raises InputError where
+        they are not there any more, or another process's."""
+        if self._process is None:
+            raise InputError("the simulator is closed", do="ask while it is open")
+        if self._process != os.getpid():
+            raise InputError("the simulator is another process's", do="open one in each process")
         while len(self._pool) < min(self._most, len(self._waiting) + len(self._doing)):
             self._start(next(number for number in range(self._most) if number not in self._pool))
         for number in self._pool.idle():

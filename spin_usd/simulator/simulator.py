@@ -24,11 +24,17 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.scene import NOMINAL
 from spin_usd.simulator.live_picture import RECORD, LivePicture, Made
-from spin_usd.simulator.picture_request import PictureRequest, plain, pose_matrix
+from spin_usd.simulator.picture_request import (
+    PictureRequest,
+    finite_number,
+    plain,
+    pose_matrix,
+    shortened,
+    whole_number,
+)
 from spin_usd.simulator.picture_workers import PictureLog, PictureWorkers
 
 AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
-STAGES_OWN = -1  # as a seed
 
 
 class Simulator:
@@ -41,7 +47,8 @@ class Simulator:
     ```
 
     Equal requests give equal arrays, whatever was asked before, by whatever number of workers, and after a worker's
-    death: those of `spin-usd render` where a frame of the stage is asked for as it is.
+    death: those of `spin-usd render` where a frame of the stage is asked for as it is. One process and one thread use a
+    simulator; others open their own.
 
     Attributes:
         frames: the names of the stage's frames.
@@ -75,16 +82,16 @@ class Simulator:
             variant: The variant that is shown unless a request names another.
             labels: Those that are made with each picture; others are made when they are asked of it.
             image: Whether the image is made with each picture; else it is when it is asked for.
-            renderer: As `render` has it.
-            quality: As `render` has it.
-            samples: As `render` has it.
-            effort: As `render` has it.
-            seed: As `render` has it.
-            device: As `render` has it.
+            renderer: What renders the light, "blender" or "raycast"; this and the next are as `render` takes them.
+            quality: The name of its settings.
+            samples: Instead of those of the quality.
+            effort: Its settings one by one.
+            seed: That of all that is random; the stage's own if not given.
+            device: What the light is rendered on.
             workers: How many processes make pictures for `pictures`.
             log: A folder where all pictures that are asked for become frames of a stage, over a copy of this one. It is
-                rendered to the same images as any stage is: `spin-usd render FOLDER`. There the shutter is an instant,
-                and one worker makes all pictures.
+                rendered to the same images as any stage is: `spin-usd render FOLDER`. It has one variant and one seed;
+                its shutter is an instant, names are unlike one another, and one worker makes all pictures.
             log_parts: The parts of the first target that requests may move, where there is a log.
 
         Raises:
@@ -105,15 +112,22 @@ class Simulator:
                 )
             )
             require_renderer(asked.renderer, instead=ANOTHER_RENDERER)
-        if workers < 1 or (log is not None and workers > 1):
+        if not isinstance(variant, str):
+            raise InputError(f"the variant is {shortened(variant)}", do="give the name of one")
+        if whole_number(workers, "the number of workers") < 1 or (log is not None and workers > 1):
             do = "give 1: a log has an order" if log is not None else "give 1 or more"
             raise InputError(f"there cannot be {workers} workers", do=do)
+        if log is None and log_parts:
+            raise InputError("log_parts are given without a log", do="leave them out, or give log a folder")
+        if log is not None and not str(log):
+            raise InputError("the log has no folder", do="give its name")
+        own = None if seed is None else whole_number(seed, "the seed")
         self.stage, self.variant, self._count = asked.stage, variant, workers
         self.kinds = tuple(kind for kind in asked.kinds if image or kind != IMAGE)
         settings = RenderSettings(
             renderer=asked.renderer,
             effort=asked.effort,
-            seed=STAGES_OWN if seed is None else seed,
+            seed=own or 0,
             device=asked.devices()[0],
         )
         options = WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen)
@@ -121,6 +135,7 @@ class Simulator:
             stage=str(self.stage),
             options=to_builtins(options),
             variant=variant,
+            seed=own,
             graphics=settings.device != CPU,
             count=workers,
             log=None if log is None else PictureLog(log=str(Path(log).absolute()), parts=list(log_parts)),
@@ -142,26 +157,31 @@ class Simulator:
         """End the workers, and write a log to its end; again does nothing."""
         self.workers.close()
 
-    def picture(self, frame: str | int | None = None, **asked: Any) -> LivePicture:
+    def picture(self, frame: str | int | PictureRequest | None = None, **asked: Any) -> LivePicture:
         """Make one picture: a frame of the stage, or that with other poses, light or values.
 
         Args:
-            frame: The frame's name, or its place; the first if not given.
+            frame: The frame's name, or its place; the first if not given. A request that `request` returned, or that
+                a picture has, is a picture again.
             **asked: As `request` takes them.
 
         Raises:
             SpinError: For what cannot be shown.
         """
-        return self._result(self.workers.ask(self.request(frame, **asked), self.kinds))
+        request = frame if isinstance(frame, PictureRequest) else self.request(frame, **asked)
+        return self._result(self.workers.ask(request, self.kinds))
 
     def pictures(self, requests: Iterable[Any]) -> Iterator[LivePicture]:
-        """Make many pictures, by all workers, in order. Each request is a frame, or a mapping of what `picture` takes.
-        What comes after the pictures that are waited for is made ahead."""
+        """Make many pictures, by all workers, in order. Each request is a frame, a mapping of what `picture` takes, or
+        what `request` returned. What comes after the pictures that are waited for is made ahead."""
+        if isinstance(requests, str | Mapping):
+            raise InputError(f"{shortened(requests)} is one request", do="give a list of them, or ask for a picture")
         asked: deque[int] = deque()
         try:
             for each in requests:
-                given = self.request(**each) if isinstance(each, Mapping) else self.request(each)
-                asked.append(self.workers.ask(given, self.kinds))
+                given = self.request(**each) if isinstance(each, Mapping) else each
+                request = given if isinstance(given, PictureRequest) else self.request(given)
+                asked.append(self.workers.ask(request, self.kinds))
                 if len(asked) >= AHEAD * self._count:
                     yield self._result(asked.popleft())
             while asked:
@@ -205,19 +225,30 @@ class Simulator:
         Raises:
             InputError: For what is no pose.
         """
+        for what, mapping in (("lights", lights), ("parts", parts), ("values", values)):
+            if not isinstance(mapping, Mapping | None):
+                raise InputError(f"{what} are {shortened(mapping)}", do="give a mapping by names")
+        for text in (variant, name):
+            if not isinstance(text, str | None):
+                raise InputError(f"{shortened(text)} is no name", do="give text")
+        if frame is not None and time is not None:
+            raise InputError("a frame and a time are both asked for", do="give one of them")
         given = dict(values or {})
         given |= {} if sun is None else {"sun.direction": sun}
-        given |= {} if exposure is None else {"exposure.time": exposure}
+        given |= {} if exposure is None else {"exposure.time": finite_number(exposure, "the exposure")}
         poses = pose if isinstance(pose, Mapping) else {} if pose is None else {"": pose}
+        factors = {str(each): finite_number(factor, f"the factor of {each}") for each, factor in (lights or {}).items()}
+        if dark := [each for each, factor in factors.items() if factor < 0]:
+            raise InputError(f"the factor of {dark[0]} is {factors[dark[0]]:g}", do="give 0 or more")
         return PictureRequest(
-            frame=None if frame is None else str(frame),
-            variant=variant,
-            time=time,
-            name=name,
-            seed=seed,
-            poses={each: pose_matrix(of, f"the pose of {each or 'the target'}") for each, of in poses.items()},
-            parts={each: pose_matrix(of, f"the place of {each}") for each, of in (parts or {}).items()},
-            lights={each: float(factor) for each, factor in (lights or {}).items()},
+            frame=None if frame is None else frame if isinstance(frame, str) else str(whole_number(frame, "the frame")),
+            variant=None if variant is None else str(variant),
+            time=None if time is None else finite_number(time, "the time"),
+            name=None if name is None else str(name),
+            seed=None if seed is None else whole_number(seed, "the seed"),
+            poses={str(each): pose_matrix(of, f"the pose of {each or 'the target'}") for each, of in poses.items()},
+            parts={str(each): pose_matrix(of, f"the place of {each}") for each, of in (parts or {}).items()},
+            lights=factors,
             values=plain(given),
         )
 

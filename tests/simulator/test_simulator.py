@@ -161,6 +161,20 @@ def test_a_pickled_picture_has_what_it_had(simulator) -> None:
         ({"sun": (0, 0, 0)}, "does not take"),
         ({"frame": 0, "time": 1.0}, "a frame and a time are both asked for"),
         ({"name": "a/b"}, "cannot name a picture"),
+        ({"name": 5}, "5 is no name"),
+        ({"seed": 1.5}, "the seed is 1.5"),
+        ({"seed": True}, "the seed is True"),
+        ({"time": float("nan")}, "the time is nan"),
+        ({"exposure": np.array([0.1])}, "the exposure is array"),
+        ({"exposure": "0.1"}, "the exposure is '0.1'"),
+        ({"sun": (float("nan"), 0, 0)}, "is nan"),
+        ({"sun": (0, 0, -1e-200)}, "does not take"),
+        ({"lights": {"Sun": True}}, "the factor of Sun is True"),
+        ({"lights": {"Sun": -1}}, "the factor of Sun is -1; give 0 or more"),
+        ({"lights": ["Sun"]}, "lights are"),
+        ({"values": {"sensor.read_noise": object()}}, "sensor.read_noise is <object"),
+        ({"values": {"sensor.read_noise": [3]}}, "sensor.read_noise"),
+        ({"pose": np.full((4, 4), np.nan)}, "its last row is nan"),
         ({"pose": ((1, 0, 0, 0), (0, 0, 1e99))}, "more than"),
     ],
 )
@@ -201,3 +215,36 @@ def test_times_between_frames_are_the_stages(spin_usd, tmp_path) -> None:
         np.testing.assert_allclose(simulator.picture(time=3.0).t_cam_body, (0.15, 0, 4.7), atol=1e-9)
         assert simulator.picture(time=3.0).time_s == 3.0
         np.testing.assert_array_equal(simulator.picture(time=4.0).T_cam_body, simulator.picture(2).T_cam_body)
+
+
+def test_a_request_is_a_picture_again(simulator) -> None:
+    picture = simulator.picture(2, exposure=0.03, seed=np.int64(4))
+    for again in (simulator.picture(picture.request), *simulator.pictures([picture.request])):
+        np.testing.assert_array_equal(again.image, picture.image)
+    with pytest.raises(SpinError, match="is one request"):
+        next(simulator.pictures({"frame": 0}))
+
+
+def test_a_closed_simulator_says_so(small_stage) -> None:
+    with Simulator(small_stage, renderer="raycast", samples=1) as simulator:
+        picture = simulator.picture(0)
+    for asked in (lambda: simulator.picture(0), lambda: picture.depth):
+        with pytest.raises(SpinError, match="the simulator is closed"):
+            asked()
+
+
+@pytest.mark.children
+def test_another_process_is_told_to_open_its_own(small_stage) -> None:
+    code = (
+        "import os, spin_usd\n"
+        f"with spin_usd.Simulator({str(small_stage)!r}, renderer='raycast', samples=1) as s:\n"
+        "    first = s.picture(0).image\n"
+        "    if not os.fork():\n"
+        "        try: s.picture(1)\n"
+        "        except spin_usd.SpinError as error: print(error, flush=True)\n"
+        "        os._exit(0)\n"
+        "    os.wait()\n"
+        "    assert (s.picture(0).image == first).all()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "another process's" in done.stdout

@@ -4,6 +4,7 @@ A client sends a request and gets one reply to each, in its own order. Several c
 """
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -34,8 +35,11 @@ from spin_usd.simulator.simulator import Simulator
 from spin_usd.stop_signals import Stopped
 
 KEYS = "a map with the keys of docs/how-to/simulator.md"
-ASKED = ("frame", "pose", "sun", "exposure", "lights", "parts", "values", "time", "variant", "seed", "name")
+ASKED = tuple(each for each in Asked.__struct_fields__ if each not in ("ask", "arrays", "record"))
+"""What a message says of the picture, as `Simulator.request` takes it."""
 MAX_WAITING = 16  # requests of one client that may wait: more are refused
+ADDRESS = re.compile(r"tcp://(?:\[[^\]]+\]|[^\[\]:/\s]+):(?:(\d{1,5})|\*)|ipc://.+")
+MAX_PORT = 65535
 HERE = f"tcp://127.0.0.1:{PORT}"
 ON_THIS_MACHINE = ("tcp://127.", "tcp://localhost:", "tcp://[::1]:", "ipc://")
 
@@ -60,6 +64,9 @@ def _listening(at: str) -> Iterator["zmq.Socket[bytes]"]:
         if at.startswith("ipc://") and os.path.exists(at.removeprefix("ipc://")):
             do = "end the server that uses it, or remove it"
             raise InputError("is there already", where=at.removeprefix("ipc://"), do=do)
+        port = ADDRESS.fullmatch(at)
+        if port is None or int(port[1] or 0) > MAX_PORT:
+            raise InputError(f"{at} is no address", do="give one such as tcp://127.0.0.1:8644, or ipc://FILE")
         try:
             socket.bind(at)
         except zmq.ZMQError as error:

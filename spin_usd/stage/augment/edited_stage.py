@@ -129,6 +129,10 @@ class Editor:
         """Return the prims that are placed anew. Raises InputError for a name that none has."""
         return [*(self._body(name).prim for name in edits.poses), *map(self._part, edits.parts)]
 
+    def parts_at(self, paths: Collection[Sdf.Path]) -> list[str]:
+        """Return the names of the parts whose prims are at these paths."""
+        return [name for name, prim in self._parts.items() if prim.GetPath() in paths]
+
     def hold(self, prim: Usd.Prim, layer: Sdf.Layer) -> None:
         """Let nothing but the operations of `values`, in `layer`, say where the prim is."""
         is_target = any(prim == body.prim for body in self.targets.values())
@@ -146,7 +150,12 @@ class Editor:
             parameter_named(name).check(value)
         for change in self.changes(tuple(edits.values)):
             sampled = {name: edits.values[name] for name in change.parameters}
-            yield from zip(change.attributes, change.values(sampled, frame.time_code), strict=True)
+            try:
+                made = change.values(sampled, frame.time_code)
+            except (TypeError, ValueError) as error:
+                found = f"does not take {', '.join(map(str, sampled.values()))} ({error})"
+                raise InputError(found, where=change.parameters[0], do="give it as an augmentation would") from None
+            yield from zip(change.attributes, made, strict=True)
         for name, factor in edits.lights.items():
             if name not in self._lights:
                 raise InputError(f"there is no light {name!r}", do=f"choose among {', '.join(self._lights) or 'none'}")

@@ -16,12 +16,14 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 from spin_usd import __version__
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
+from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
-from spin_usd.stage.augment.edited_stage import Editor, Edits
+from spin_usd.stage.augment.edited_stage import EDITED, PART, Editor, Edits
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.replace_files import REPEATED, repeat
 from spin_usd.stage.augment.sampled_values import SampledValue, SampledValues, write_values
 from spin_usd.stage.composition.copy_stage import copy_stage
+from spin_usd.stage.composition.files import files_of
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.stage_reader import StageReader
@@ -36,41 +38,72 @@ SUN = "sun.direction"
 BEFORE = -1.0  # time code: with another sample there readers take an attribute for what can change
 
 
-def start_log(stage: Path, log: Path) -> Path:
-    """Copy the stage into the folder `log`, and write an empty log of it there, unless there is one; return the copy's
-    root layer. Raises StageError, OutputError."""
+def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path:
+    """Copy the stage into the folder `log`, and write an empty log of it in that variant there, unless there is one;
+    return the copy's root layer. Raises InputError where another stage, variant or seed than these is logged there, or
+    something else is there; and StageError, OutputError."""
     copied = log / STAGE / stage.name
     if (log / ROOT).is_file():
+        _refuse_other(stage, log, variant, seed)
         return copied
+    if log.is_dir() and any(log.iterdir()):
+        raise InputError("is not empty, and holds no log", where=log, do="give a new folder, or the one of a log")
     root = layer_at(copy_stage(stage, log / STAGE))
     for name, below in ((REQUESTS, []), (ROOT, [f"./{REQUESTS}", f"./{STAGE}/{stage.name}"])):
         layer = Sdf.Layer.CreateAnonymous(Path(name).suffix)
         repeat(root, layer, [each for each in REPEATED if below or each != "renderSettingsPrimPath"])
         layer.documentation = "What was asked of a simulator: time code i is picture i."
         layer.startTimeCode = layer.endTimeCode = 0.0
-        layer.customLayerData = {schema.PROVENANCE: {"version": __version__, schema.LOG: True}}
+        layer.customLayerData = {schema.PROVENANCE: {"version": __version__, schema.LOG: True, "variant": variant}}
         layer.subLayerPaths = below
         export(layer, log / name)
     return copied
 
 
+def _refuse_other(stage: Path, log: Path, variant: str, seed: int | None) -> None:
+    """Raise InputError unless the log in the folder is of that stage, variant and seed, where one is given."""
+    said = layer_at(log / ROOT).customLayerData.get(schema.PROVENANCE, {})
+    if not said.get(schema.LOG):
+        raise InputError("holds a stage, and no log", where=log, do="give a new folder, or the one of a log")
+    for file in files_of(stage).found:
+        copy = log / STAGE / file.relative_to(stage.resolve().parent)
+        if not copy.is_file() or sha256_of(copy) != sha256_of(file):
+            raise InputError(f"is a log of another stage than {stage}", where=log, do="begin another log")
+    if said.get("variant") != variant:
+        raise InputError(f"is a log of the variant {said.get('variant')}", where=log, do="begin another log")
+    if seed is not None and seed != (logged := logged_seed(log)):
+        raise InputError(f"is a log of the seed {logged}", where=log, do="leave the seed out, or begin another log")
+
+
+def logged_seed(log: Path) -> int | None:
+    """Return the seed of the log in the folder; None where it has no picture."""
+    layer = layer_at(log / REQUESTS)
+    path = Sdf.Path.absoluteRootPath.AppendChild(layer.defaultPrim).AppendProperty(schema.CAPTURE_SEED)
+    found = layer.GetAttributeAtPath(path)
+    return None if found is None else int(found.default)
+
+
 class LoggedStage:
     """The log in a folder where `start_log` began one; `base` reads the copied stage.
 
-    `seed`: the dataset's; `parts`: names of parts of the first target that may be moved.
+    `seed`: the dataset's; `parts`: names of parts of the first target that may be moved, beside those that it moves.
     """
 
     def __init__(self, log: Path, base: StageReader, *, seed: int, parts: Sequence[str]) -> None:
         """Open it. Raises InputError for parts that the stage does not have."""
         self._log, self._base = log, base
         self._layer, self._editor = layer_at(log / REQUESTS), Editor(base, base.stage, base.frames[0])
-        self._parts = {name: np.eye(4) for name in parts}
+        moved = {path.GetPrimPath() for path in _samples(self._layer) if path.name == f"{PART}{EDITED}"}
+        self._parts = {name: np.eye(4) for name in (*parts, *self._editor.parts_at(moved))}
         self._reader: StageReader | None = None
         self._known = {str(attribute): attribute for attribute in (*_varying(base), *_logged(self._layer))}
         self._world = Sdf.CreatePrimInLayer(self._layer, base.stage.GetDefaultPrim().GetPath())
         times = self._world.path.AppendProperty(schema.CAPTURE_TIME)
         codes = self._layer.ListTimeSamplesForPath(times)
         self._last_time = max((self._layer.QueryTimeSample(times, code) for code in codes), default=-np.inf)
+        frames = self._world.path.AppendProperty(schema.CAPTURE_FRAME)
+        codes = self._layer.ListTimeSamplesForPath(frames)
+        self._names = {self._layer.QueryTimeSample(frames, code).lower() for code in codes}
         self._last_save = time.monotonic()
         suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
         self._sun = find_sun(self._editor.over) if suns else None
@@ -110,6 +143,7 @@ class LoggedStage:
             return self.again(number, frame, views=views)
         except SpinError:
             self._erase(number)
+            self._names.discard(frame.name.lower())
             raise
 
     def again(self, number: int, frame: FrameId, *, views: Collection[str] = ()) -> Scene:
@@ -125,6 +159,9 @@ class LoggedStage:
         if frame.time_s is not None and frame.time_s <= self._last_time:
             found = f"its time, {frame.time_s:g} s, is not after that of the picture before, {self._last_time:g} s"
             raise InputError(found, do="ask for pictures in the order of their times, or without")
+        if frame.name.lower() in self._names:
+            do = "give each its own; capitals do not count"
+            raise InputError(f"a picture of the log is called {frame.name!r} already", do=do)
         values = dict(self._values(frame, edits))
         new = [attribute for path, (attribute, _) in values.items() if path not in self._known]
         for path, attribute in self._known.items():
@@ -145,6 +182,7 @@ class LoggedStage:
             each = (SampledValue(attribute=attribute, samples=sample) for attribute, sample in samples)
             write_values(self._layer, SampledValues(attributes=tuple(each)))
         self._last_time = self._last_time if frame.time_s is None else frame.time_s
+        self._names.add(frame.name.lower())
 
     def _erase(self, number: int) -> None:
         stated = [self._world.path.AppendProperty(name) for name in (schema.CAPTURE_FRAME, schema.CAPTURE_TIME)]
@@ -219,12 +257,17 @@ class LoggedStage:
 
 def _logged(layer: Sdf.Layer) -> Iterator[ChangedAttribute]:
     """Yield the attributes of which the layer of a log has samples."""
+    for path in _samples(layer):
+        if not path.name.startswith("spin:capture:"):
+            of_type = str(layer.GetAttributeAtPath(path).typeName)
+            yield ChangedAttribute(prim=str(path.GetPrimPath()), name=path.name, type=of_type)
+
+
+def _samples(layer: Sdf.Layer) -> list[Sdf.Path]:
+    """Return the paths of the layer's attributes that have samples."""
     found: list[Sdf.Path] = []
     layer.Traverse(Sdf.Path.absoluteRootPath, found.append)
-    for path in found:
-        spec = layer.GetAttributeAtPath(path)
-        if spec and not spec.name.startswith("spin:capture:") and layer.ListTimeSamplesForPath(path):
-            yield ChangedAttribute(prim=str(path.GetPrimPath()), name=spec.name, type=str(spec.typeName))
+    return [path for path in found if path.IsPropertyPath() and layer.ListTimeSamplesForPath(path)]
 
 
 def _path(attribute: ChangedAttribute) -> Sdf.Path:

@@ -1,5 +1,6 @@
 """One parameter that can be sampled: its name, its units, its limits, and how it becomes a change of attributes."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NoReturn, TypeAlias
@@ -25,6 +26,8 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "bits": {"bits": 1.0},
 }
 """The units that a value can be given in, by the parameter's own unit, and how many of its own one of them is."""
+
+LEAST = 1e-100  # length of a direction: its square is still a number
 
 Maker: TypeAlias = Callable[[BaseStage, tuple[str, ...]], AttributeChange]
 
@@ -64,7 +67,7 @@ class Parameter:
         length = {DIRECTION: 3, ATTITUDE: 4}.get(self.kind)
         if length:
             fits = isinstance(value, tuple) and len(value) == length and all(_is_number(n) for n in value)
-            fits = fits and any(float(n) != 0 for n in numbers)
+            fits = fits and LEAST < math.hypot(*numbers) < math.inf
         elif self.kind == NUMBER:
             fits = all(_is_number(n) for n in numbers)
         else:

@@ -128,7 +128,10 @@ def test_frames_and_records_without_a_log(small_stage, rendered) -> None:
         (msgspec.msgpack.encode({"pose": [1, 2, 3]}), "is not a pose"),
         (msgspec.msgpack.encode({"pose": {"a": None}}), "is not a pose"),
         (msgspec.msgpack.encode({"values": {"sensor.gain": [[1], 2]}}), "sensor.gain: does not take"),
-        (msgspec.msgpack.encode({"values": {"sensor.gain": {"a": 1}}}), "sensor.gain: does not take"),
+        (msgspec.msgpack.encode({"values": {"sensor.gain": {"a": 1}}}), "sensor.gain is {'a': 1}"),
+        (msgspec.msgpack.encode({"values": {"sensor.gain": msgspec.msgpack.Ext(5, b"x")}}), "sensor.gain is <msgspec"),
+        (msgspec.msgpack.encode({"values": {"sensor.gain": {(1, 2): 2}}}), "sensor.gain is {(1, 2)"),
+        (msgspec.msgpack.encode({"sun": [float("nan"), 0, 0]}), "is nan"),
         (msgspec.msgpack.encode({"frame": "img9"}), "has no frame 'img9'"),
     ],
 )
@@ -178,6 +181,8 @@ def test_replies_are_in_the_order_of_requests(server) -> None:
 def test_an_address_that_is_taken_is_said(server, small_stage, spin_usd, tmp_path) -> None:
     done = spin_usd("serve", small_stage, "--at", server, *RENDERER, code=2)
     assert "cannot be listened at" in done.stderr
+    for at in ("inproc://x", "tcp://127.0.0.1:99999", "tcp://*:8701x", "8701"):
+        assert "is no address" in spin_usd("serve", small_stage, "--at", at, *RENDERER, code=2).stderr
     (tmp_path / "taken").touch()
     done = spin_usd("serve", small_stage, "--at", f"ipc://{tmp_path}/taken", *RENDERER, code=2)
     assert "is there already" in done.stderr

@@ -1,0 +1,80 @@
+"""The log of a simulator goes on with what it began with, and nothing that was logged is lost or changed."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from spin_usd import Dataset, Simulator, SpinError
+
+HOW = {"renderer": "raycast", "samples": 1}
+pytestmark = pytest.mark.children  # a lock is a process's
+
+
+@pytest.fixture(scope="module")
+def part(small_stage):
+    with Simulator(small_stage, **HOW) as simulator:
+        picture = simulator.picture(0)
+        return next(part.name for part in picture.parts.values() if (picture.segmentation == part.id).sum() > 100)
+
+
+def made_again(log, spin_usd, folder):
+    spin_usd("render", log, "--out", folder, "--renderer", "raycast", "--samples", "1", "--labels", "none")
+    return {picture.frame: picture.image for picture in Dataset(folder)}
+
+
+def test_it_goes_on_with_its_own_seed_and_parts(small_stage, part, spin_usd, tmp_path) -> None:
+    moved, images = np.eye(4), {}
+    moved[2, 3] = 0.1
+    with Simulator(small_stage, log=tmp_path / "log", log_parts=[part], seed=7, **HOW) as simulator:
+        for place in range(2):
+            picture = simulator.picture(place, parts={part: moved})
+            images[picture.frame] = picture.image
+    with pytest.raises(SpinError, match="is a log of the seed 7"):
+        Simulator(small_stage, log=tmp_path / "log", seed=5, **HOW)
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        assert simulator.seed == 7
+        picture = simulator.picture(2, exposure=0.02, parts={part: moved})
+        images[picture.frame] = picture.image
+    again = made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")
+    assert again.keys() == images.keys()
+    for name, image in images.items():
+        np.testing.assert_array_equal(again[name], image)
+
+
+def test_names_that_are_taken_are_refused_and_the_log_goes_on(small_stage, spin_usd, tmp_path) -> None:
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        simulator.picture(0, name="mine")
+        with pytest.raises(SpinError, match="is called 'Mine' already"):
+            simulator.picture(0, name="Mine")
+        with pytest.raises(SpinError, match="more than"):
+            simulator.picture(name="far", pose=((1, 0, 0, 0), (0, 0, 1e99)))
+        simulator.picture(0, name="far", exposure=0.05, values={"optics.psf_sigma": 1.0})
+        with pytest.raises(SpinError, match="a log has one variant and one seed"):
+            simulator.picture(0, seed=1)
+    assert list(made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")) == ["far", "mine"]
+
+
+def test_one_simulator_at_a_time_has_it(small_stage, tmp_path) -> None:
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        simulator.picture(0)
+        with pytest.raises(SpinError, match="is the log of another simulator now"):
+            Simulator(small_stage, log=tmp_path / "log", **HOW)
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        assert simulator.picture(0).frame == "request_000001"
+
+
+def test_what_is_no_log_of_the_stage_is_refused(small_stage, cubesat_stage, tmp_path) -> None:
+    with Simulator(small_stage, log=tmp_path / "log", **HOW):
+        pass
+    with pytest.raises(SpinError, match="is a log of another stage"):
+        Simulator(cubesat_stage, log=tmp_path / "log", **HOW)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "notes.txt").touch()
+    with pytest.raises(SpinError, match="is not empty, and holds no log"):
+        Simulator(small_stage, log=tmp_path / "full", **HOW)
+    stage = shutil.copytree(small_stage.parent, tmp_path / "stage")
+    with pytest.raises(SpinError, match="holds a stage, and no log"):
+        Simulator(stage, log=stage, **HOW)
+    with pytest.raises(SpinError, match="log_parts are given without a log"):
+        Simulator(small_stage, log_parts=["x"], **HOW)
