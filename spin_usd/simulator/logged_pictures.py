@@ -8,10 +8,11 @@ from typing import Any
 from msgspec import convert, structs
 
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.scene.scene import FrameId, Scene
 from spin_usd.simulator.in_child import StagePictures
 from spin_usd.simulator.picture_request import MadeInMemory, PictureRequest
-from spin_usd.stage.augment.logged_stage import LoggedStage, logged_seed, start_log
+from spin_usd.stage.augment.logged_stage import ROOT, LoggedStage, logged_seed, start_log
 from spin_usd.store.lock import create_lock, new_token, take_lock
 
 LOCK = "log.lock"
@@ -33,6 +34,8 @@ class LoggedPictures(StagePictures):
         **opened: Any,
     ) -> None:
         folder = Path(log)
+        if folder.is_dir() and not (folder / ROOT).is_file() and any(Folder(folder).files()):
+            raise InputError("is not empty, and holds no log", where=log, do="give a new folder, or the one of a log")
         copied = start_log(Path(stage), folder, variant=variant, seed=seed)
         with suppress(FileExistsError):
             create_lock(folder / LOCK, new_token())

@@ -46,8 +46,6 @@ def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path
     if (log / ROOT).is_file():
         _refuse_other(stage, log, variant, seed)
         return copied
-    if log.is_dir() and any(log.iterdir()):
-        raise InputError("is not empty, and holds no log", where=log, do="give a new folder, or the one of a log")
     root = layer_at(copy_stage(stage, log / STAGE))
     for name, below in ((REQUESTS, []), (ROOT, [f"./{REQUESTS}", f"./{STAGE}/{stage.name}"])):
         layer = Sdf.Layer.CreateAnonymous(Path(name).suffix)
