@@ -33,8 +33,8 @@ class LoggedPictures(StagePictures):
         redo: Sequence[tuple[int, Mapping[str, Any]]],
         **opened: Any,
     ) -> None:
-        folder = Path(log)
-        if folder.is_dir() and not (folder / ROOT).is_file() and any(Folder(folder).files()):
+        folder, there = Path(log), Folder(Path(log))
+        if there.type_of(ROOT) is None and any(there.files()):
             raise InputError("is not empty, and holds no log", where=log, do="give a new folder, or the one of a log")
         copied = start_log(Path(stage), folder, variant=variant, seed=seed)
         with suppress(FileExistsError):
