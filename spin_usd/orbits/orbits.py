@@ -29,7 +29,7 @@ from spin_usd.orbits.propagation import (
 )
 from spin_usd.sampling.distribution import Vector
 
-LONGEST_S = 1e6  # 4 s of work, for each of up to eight times that two craft are propagated
+LONGEST_S = 3e6  # 12 s of work, for each of up to eight times that two craft are propagated
 CLOSE_M = 0.01  # that an ephemeris may be off between its states without a word
 MARGIN_S = 1.0  # outside a file's span, for which it is carried on
 FRESH_DAYS = 3.0  # of a TLE

@@ -30,6 +30,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import export, layer_at, writing
 from spin_usd.stage.usd.time_variation import CachedIfConstant
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 
 ROOT, REQUESTS, STAGE = "dataset.usda", "requests.usdc", "stage"
@@ -229,7 +230,7 @@ class LoggedStage:
     def _stages(self, attribute: ChangedAttribute, frame: FrameId) -> Any:
         """Return the value that the attribute has in the copied stage."""
         own = self._base.stage.GetPrimAtPath(attribute.prim).GetAttribute(attribute.name)
-        return own.Get(Usd.TimeCode(frame.time_code))
+        return read(own, Usd.TimeCode(frame.time_code))
 
     def _opened(self, number: int) -> StageReader:
         """Return a reader of the log that takes all that is known for what can change."""
