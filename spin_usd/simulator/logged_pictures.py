@@ -20,7 +20,8 @@ LOCK = "log.lock"
 
 class LoggedPictures(StagePictures):
     """Pictures of a stage that are read from their log. `log`: its folder; `parts`: those that may be moved; `redo`:
-    numbers and requests that were made before, and may not be there yet; the rest as StagePictures has it."""
+    numbers and requests that were made before, of which it lacks the last that were not saved; the rest as
+    StagePictures has it."""
 
     def __init__(
         self,
@@ -47,8 +48,9 @@ class LoggedPictures(StagePictures):
         self._log = LoggedStage(folder, reader, seed=self._options.settings.seed, parts=parts)
         self._number = 0
         for number, request in redo:
-            asked = convert(request, PictureRequest)
-            self._log.write(number, self._named(asked, number), self._edits(asked))
+            if number >= self._log.count:
+                asked = convert(request, PictureRequest)
+                self._log.write(number, self._named(asked, number), self._edits(asked))
         self.opened = structs.replace(self.opened, logged=self._log.count)
 
     def picture(self, *, number: int = -1, **asked: Any) -> MadeInMemory:

@@ -8,8 +8,8 @@ from typing import Any
 
 from msgspec import convert, to_builtins
 
-from spin_usd.errors import InputError
-from spin_usd.processes.child import Child
+from spin_usd.errors import InputError, SpinError
+from spin_usd.processes.child import Child, ChildInternalError
 from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
@@ -31,7 +31,7 @@ class AskedPicture:
     recorded: bool = False
     """Whether its record is asked for too."""
     logged: int | None = None
-    """Its place in the log; None of one that is not there yet, or where there is none."""
+    """Its place in the log, from when it is first given to a worker; None where there is none."""
     retries: Retries = field(default_factory=lambda: Retries(READING_TRIES))
 
 
@@ -142,7 +142,12 @@ class PictureWorkers:
         if self._process != os.getpid():
             raise InputError("the simulator is another process's", do="open one in each process")
         while len(self._pool) < min(self._most, len(self._waiting) + len(self._doing)):
-            self._start(next(number for number in range(self._most) if number not in self._pool))
+            try:
+                self._start(next(number for number in range(self._most) if number not in self._pool))
+            except (SpinError, ChildInternalError) as error:  # such as a stage that is not there any more
+                if not self._waiting:
+                    break
+                self._keep(self._waiting.popleft(), error)
         for number in self._pool.idle():
             if self._waiting:
                 self._send(number, self._waiting.popleft())
@@ -161,7 +166,9 @@ class PictureWorkers:
 
     def _send(self, number: int, asked: AskedPicture) -> None:
         self._doing[number] = asked
-        where = {"number": self._logged if asked.logged is None else asked.logged} if self._log else {}
+        if self._log and asked.logged is None:
+            asked.logged = self._logged
+        where = {"number": asked.logged} if self._log else {}
         self._pool.send(
             number,
             "logged_picture" if self._log else "simulated_picture",
@@ -173,9 +180,9 @@ class PictureWorkers:
         )
 
     def _take(self, asked: AskedPicture, made: MadeInMemory, memory: SharedArrays) -> None:
-        if self._log and asked.logged is None:
-            asked.logged, self._logged = self._logged, self._logged + 1
+        if self._log and asked.logged == self._logged:
             self._unsaved.append((asked.logged, to_builtins(asked.request)))
+            self._logged += 1
         if made.saved:
             self._unsaved.clear()
         self._keep(asked, MadePictureArrays(asked=asked, made=made, arrays=dict(memory.taken(made.arrays))))

@@ -1,11 +1,15 @@
 """The log of a simulator goes on with what it began with, and nothing that was logged is lost or changed."""
 
+import os
 import shutil
+import time
 
 import numpy as np
+import psutil
 import pytest
 
 from spin_usd import Dataset, Simulator, SpinError
+from spin_usd.stage.augment.logged_stage import REQUESTS, SAVE_S
 
 HOW = {"renderer": "raycast", "samples": 1}
 pytestmark = pytest.mark.children  # a lock is a process's
@@ -53,6 +57,39 @@ def test_names_that_are_taken_are_refused_and_the_log_goes_on(small_stage, spin_
         with pytest.raises(SpinError, match="a log has one variant and one seed"):
             simulator.picture(0, seed=1)
     assert list(made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")) == ["far", "mine"]
+
+
+def test_a_time_that_cannot_be_shown_can_be_asked_for_again(small_stage, tmp_path) -> None:
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        simulator.picture(time=0.5)
+        with pytest.raises(SpinError, match="more than"):
+            simulator.picture(time=1.0, pose=((1, 0, 0, 0), (0, 0, 1e99)))
+        assert simulator.picture(time=1.0).index == 1
+        with pytest.raises(SpinError, match="is not after that of the picture before, 1 s"):
+            simulator.picture(time=1.0)
+
+
+def test_a_death_between_saving_and_answering_logs_nothing_twice(small_stage, spin_usd, tmp_path) -> None:
+    log = tmp_path / "log"
+    with Simulator(small_stage, log=log, **HOW) as simulator:
+        first = [simulator.picture(place) for place in range(2)]
+        before = os.stat(log / REQUESTS).st_mtime_ns
+        (child,) = psutil.Process().children()
+        time.sleep(SAVE_S)
+        number = simulator.workers.ask(simulator.request(2), simulator.kinds)
+        simulator.workers.step(within_s=0)  # it is sent, and its answer is not heard
+        while os.stat(log / REQUESTS).st_mtime_ns == before:
+            pass
+        child.kill()
+        found = simulator.workers.result(number)
+        assert found.asked.logged == 2
+        last = simulator.picture(3)
+        assert last.index == 3
+        images = {each.frame: each.image for each in (*first, last)} | {found.made.frame: found.arrays["image"]}
+    again = made_again(log, spin_usd, tmp_path / "dataset")
+    assert again.keys() == images.keys()
+    for name, image in images.items():
+        np.testing.assert_array_equal(again[name], image)
 
 
 def test_one_simulator_at_a_time_has_it(small_stage, tmp_path) -> None:

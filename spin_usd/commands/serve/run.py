@@ -96,7 +96,7 @@ class Server:
 
     def __init__(self, socket: "zmq.Socket[bytes]", simulator: Simulator) -> None:
         self._socket, self._simulator, self._workers = socket, simulator, simulator.workers
-        self._waiting: dict[int, tuple[bytes, list[bytes], Asked]] = {}  # by the picture's number: who waits for it
+        self._waiting: dict[int, tuple[bytes, list[bytes]]] = {}  # by the picture's number: who waits for it
         self._decoder, self._encoder = Decoder(Asked), Encoder()
 
     def run(self) -> None:
@@ -137,7 +137,7 @@ class Server:
             raise InputError(f"there is nothing to ask called {asked.ask!r}", do="ask for picture, stage or ping")
         if sum(address[0] == client for address in self._waiting.values()) >= MAX_WAITING:
             raise InputError(f"{MAX_WAITING} of your pictures wait already", do="take their replies first")
-        self._waiting[self._ask(asked)] = client, envelope, asked
+        self._waiting[self._ask(asked)] = client, envelope
         return None
 
     def _ask(self, asked: Asked) -> int:
@@ -149,7 +149,7 @@ class Server:
         return self._workers.ask(request, asked.arrays, recorded=asked.record)
 
     def _reply(self, number: int) -> None:
-        client, envelope, _ = self._waiting.pop(number)
+        client, envelope = self._waiting.pop(number)
         try:
             answer: Struct = _sent(self._workers.result(number))
         except (SpinError, ChildInternalError) as error:

@@ -137,12 +137,14 @@ class LoggedStage:
 
     def scene(self, number: int, frame: FrameId, edits: Edits, *, views: Collection[str] = ()) -> Scene:
         """Write picture `number`, as `write` does, and read its scene. Where that cannot be shown it is not there."""
+        before = self._last_time
         self.write(number, frame, edits)
         try:
             return self.again(number, frame, views=views)
         except SpinError:
             self._erase(number)
             self._names.discard(frame.name.lower())
+            self._last_time = before
             raise
 
     def again(self, number: int, frame: FrameId, *, views: Collection[str] = ()) -> Scene:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -113,6 +114,19 @@ def test_frames_and_records_without_a_log(small_stage, rendered) -> None:
         np.testing.assert_array_equal(arrays["segmentation"], stored.segmentation)
         assert msgspec.json.decode(answer["record"])["targets"] == stored.record["targets"]
         assert answer["frame"] == stored.frame
+
+
+def test_a_stage_that_goes_away_is_said_and_may_come_back(small_stage, tmp_path) -> None:
+    stage = shutil.copytree(small_stage.parent, tmp_path / "stage")
+    with served(stage) as (at, process):
+        client = Client(at)
+        first = client.picture(frame=0)[1]["image"]
+        stage.rename(tmp_path / "away")
+        for child in psutil.Process(process.pid).children():
+            child.kill()
+        assert str(stage) in client.ask(frame=0)["error"]
+        (tmp_path / "away").rename(stage)
+        np.testing.assert_array_equal(client.picture(frame=0)[1]["image"], first)
 
 
 @pytest.mark.parametrize(
