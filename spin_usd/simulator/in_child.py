@@ -129,7 +129,7 @@ class StagePictures:
             self._maker.renderer = open_renderer(settings.renderer, device=settings.device, caster=self._maker.caster)
             self._versions |= self._maker.renderer.versions()
         scene = self._targets.in_place(self._scene(asked, variant, other_views(kinds)))
-        self._passes.settings = self._keys.settings = settings
+        self._passes.settings, self._keys.seed = settings, settings.seed
         of_scene = self._keys.keys(scene)
         own = own_keys(kinds, scene, of_scene.geometry, render_seed(scene, settings))
         picture = CurrentPicture(

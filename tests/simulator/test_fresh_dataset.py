@@ -137,9 +137,10 @@ def test_parts_of_it_are_fresh_too(fresh, rendered, spec) -> None:
 def test_other_processes_give_the_same_images_also_after_kills(rendered, spec) -> None:
     fresh = FreshDataset(rendered, spec, seed=5)
     first = [fresh[place].image for place in range(3)]
-    with multiprocessing.get_context("fork").Pool(2) as pool:
+    children = psutil.Process().children()
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
         np.testing.assert_array_equal(pool.starmap(image_of, [(fresh, place) for place in range(3)]), first)
-    for child in psutil.Process().children():
+    for child in children:
         child.kill()
     np.testing.assert_array_equal([pickle.loads(pickle.dumps(fresh))[1].image, fresh[2].image], first[1:])
 

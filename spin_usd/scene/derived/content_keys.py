@@ -57,18 +57,20 @@ class Keys:
 class KeyMaker:
     """Makes the keys of picture after picture: what is the same object as in the picture before is digested once.
 
-    With `keep_poses` so are poses that are the same objects as in any picture before, such as another variant's.
+    With `keep_poses` so are poses that are the same objects as in any picture before, such as another variant's. The
+    seed of pictures that follow may be another: set `seed`.
     """
 
     def __init__(self, settings: RenderSettings, *, keep_poses: bool = False) -> None:
-        self.settings, self._keep_poses = settings, keep_poses
+        self._settings, self._keep_poses = settings, keep_poses
+        self.seed = settings.seed
         self._posed: dict[tuple[object, ...], tuple[str, str]] = {}
         self._effort = key_of(settings.effort)
         self._last: defaultdict[str, IdentityMemo[str]] = defaultdict(IdentityMemo)
 
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""
-        settings, frame, first = self.settings, scene.frame, scene.bodies[0]
+        settings, frame, first = self._settings, scene.frame, scene.bodies[0]
         geometry, targets = self._of_pose(scene)
         motion = scene.shutter and [scene.shutter, first.poses]
         blur = content([scene.thin_lens, motion]) if scene.blurred else None
@@ -77,7 +79,7 @@ class KeyMaker:
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
         fine = [f"magnified {by}"] if (by := magnification(scene)) > 1 else []
-        how = [LIGHT.get(settings.renderer, settings.renderer), self._effort, settings.seed, *elsewhere, *fine]
+        how = [LIGHT.get(settings.renderer, settings.renderer), self._effort, self.seed, *elsewhere, *fine]
         radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._last[str(i)].of((part,), partial(key_of, part)) for i, part in enumerate(parts)]
