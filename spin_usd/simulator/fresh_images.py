@@ -36,7 +36,7 @@ from spin_usd.store.read_documents import read_record
 
 KEPT_RENDERS = 1 << 28  # bytes
 DEVELOPED = ("exposure.", "optics.", "sensor.", "sun.", "fill.", "lights.")
-STRENGTH = (".factor", ".irradiance", ".temperature")
+STRENGTH = (".factor", ".irradiance", ".temperature", ".shining")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -122,6 +122,67 @@ def test_noise_of_a_crop_is_that_of_its_detector(fresh, rendered, spec) -> None:
     assert noisy > clean
 
 
+TOWARDS = {1: [0.3, -0.4, -0.8], 2: [-0.8, 0.1, -0.5], 3: [0.1, 0.9, -0.3]}  # by the Sun's number
+EACH = """"sun.factor" = { distribution = "uniform", low = 0.2, high = 0.2, per = "frame" }"""
+
+
+def appearance(name, towards):
+    """An augmentation by Suns in these directions, as strong in each picture."""
+    fixed = '"{}" = {{ distribution = "fixed", value = {} }}\n'
+    suns = [fixed.format(f"sun.{i}.direction" if i > 1 else "sun.direction", v) for i, v in enumerate(towards, 1)]
+    return f'[[augmentation]]\nname = "{name}"\n[augmentation.sample]\n{EACH}\n{"".join(suns)}'
+
+
+@pytest.fixture(scope="module")
+def suns(clean, spin_usd):
+    """A dataset of three Suns in one render, and of each in one of its own."""
+    alone = "".join(appearance(f"sun{number}", [direction]) for number, direction in TOWARDS.items())
+    spec = clean / "suns.toml"
+    spec.write_text(f'schema = "augment-1"\n{appearance("three", TOWARDS.values())}{alone}')
+    shutil.copytree(clean / "stage", clean / "of_suns")
+    spin_usd("augment", clean / "of_suns", "--spec", spec)
+    spin_usd("render", clean / "of_suns", "--out", clean / "suns", "--renderer", "raycast", "--variants",
+             "three,sun1,sun2,sun3", "--samples", "16")  # fmt: skip
+    assert spin_usd("check", clean / "suns").returncode == 0
+    return clean / "suns"
+
+
+def of_variant(dataset, variant):
+    return [picture.image for picture in dataset if picture.variant == variant]
+
+
+def drawn_by(folder, values):
+    spec = folder / "drawn.toml"
+    lines = "".join(f'"{name}" = {{ distribution = "fixed", value = {value} }}\n' for name, value in values.items())
+    spec.write_text(f'schema = "augment-1"\n[[augmentation]]\nname = "drawn"\n[augmentation.sample]\n{lines}')
+    return spec
+
+
+def test_of_several_suns_in_one_render_one_shines(suns, tmp_path) -> None:
+    stored = Dataset(suns)
+    for number in TOWARDS:
+        fresh = FreshDataset(suns, drawn_by(tmp_path, {"sun.shining": number}))
+        alone = np.array(of_variant(stored, f"sun{number}"), np.float64)
+        chosen = np.array(of_variant(fresh, "three"), np.float64)
+        assert alone.mean() > 1
+        assert np.abs(chosen.mean((1, 2)) / alone.mean((1, 2)) - 1).max() < 0.01
+        assert (np.abs(chosen - alone) > 8).mean() < 0.01  # samples lie elsewhere in edges
+    with pytest.raises(SpinError, match="the stage has no Sun 4"):
+        assert FreshDataset(suns, drawn_by(tmp_path, {"sun.shining": 4}))[0].image.any()
+
+
+def test_suns_of_one_render_mix_as_light_does(suns, tmp_path) -> None:
+    def images(**factors):
+        named = {f"sun.{name[1:]}.factor": value for name, value in factors.items()}
+        return of_variant(FreshDataset(suns, drawn_by(tmp_path, named)), "three")
+
+    np.testing.assert_array_equal(images(s1=1, s2=1, s3=1), of_variant(Dataset(suns), "three"))
+    shining = FreshDataset(suns, drawn_by(tmp_path, {"sun.shining": 2}))
+    np.testing.assert_array_equal(images(s1=0, s3=0), of_variant(shining, "three"))
+    fills = FreshDataset(suns, drawn_by(tmp_path, {"sun.factor": 0.5}))
+    np.testing.assert_array_equal(images(s1=0.5, s2=0.5, s3=0.5), of_variant(fills, "three"))
+
+
 def test_parts_of_it_are_fresh_too(fresh, rendered, spec) -> None:
     part, _ = fresh.split(0.5, 0.5, seed=1)
     assert isinstance(part, FreshDataset)

@@ -3,7 +3,7 @@
 from typing import Any
 
 from spin_usd.stage.augment.parameter import ATTITUDE, DIRECTION, NUMBER, UNITS, Parameter
-from spin_usd.stage.augment.parameters import BACKGROUND, FIELDS, PARAMETERS, parameter_named
+from spin_usd.stage.augment.parameters import BACKGROUND, FIELDS, NUMBERED, PARAMETERS, parameter_named
 
 TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
 BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."
@@ -19,7 +19,7 @@ def parameter_list() -> list[dict[str, Any]]:
     takes in the first of them, whether it can differ from picture to picture, and what it is."""
     materials = (parameter_named(f"material.NAME.{field}") for field in FIELDS)
     return [
-        *(_entry(parameter, parameter.description) for parameter in PARAMETERS.values()),
+        *(_entry(parameter, parameter.description) for parameter in (*PARAMETERS.values(), *NUMBERED.values())),
         *(_entry(each, INPUT_IS.format(each.name.rpartition(".")[2])) for each in materials),
         _row(BACKGROUND, "a name", BACKGROUND_IS, per_frame=False),
         _row("/PRIM/PATH.ATTRIBUTE", "any", ATTRIBUTE_IS),

@@ -18,6 +18,7 @@ from spin_usd.scene.environment import Sky
 from spin_usd.scene.material import LIMITS
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.body_axes import body_rotations
+from spin_usd.stage.augment.lights import SUNS
 from spin_usd.stage.augment.materials import material_names
 from spin_usd.stage.augment.parameter import Parameter
 from spin_usd.stage.augment.parameters import FIELDS, MATERIAL, parameter_named
@@ -150,6 +151,9 @@ class _Resampling:
         last = {want.name: max((i for i, g in enumerate(GROUPS) if self._bears(want, g)), default=0) for want in wanted}
         for index, group in enumerate(GROUPS):
             draws = self._group(draws, group, [want for want in wanted if last[want.name] == index], sky)
+        of_sun = [want for want in wanted if {*GROUPS[0]} & {*want.constraint.bears_on}]
+        for another in (name for name in SUNS if name in draws):
+            draws = self._group(draws, (another,), of_sun, sky)
         return draws
 
     def _bears(self, want: _AskedConstraint, group: tuple[str, ...]) -> bool:
@@ -162,7 +166,7 @@ class _Resampling:
         sampled = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in sampled if sample.per_frame] or sampled
         for again in range(1, MAX_TRIES + 1):
-            unmet = self._unmet(draws, wanted, sky)
+            unmet = self._unmet(draws, group, wanted, sky)
             if unmet is None:
                 return draws
             if not moving:
@@ -176,10 +180,10 @@ class _Resampling:
         raise InputError(message, do="widen what is sampled, or loosen the constraint")
 
     def _unmet(
-        self, draws: ParameterValues, wanted: list[_AskedConstraint], sky: Sky
+        self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
     ) -> tuple[_AskedConstraint, np.ndarray] | None:
         """Return the first that does not hold, and the indices of the pictures where any does not."""
-        now = self._seen(draws, sky)
+        now = self._seen(draws, group, sky)
         count = len(self._pictures.names)
         held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
         for want, holds in zip(wanted, held, strict=True):
@@ -187,11 +191,12 @@ class _Resampling:
                 return want, np.flatnonzero(~np.logical_and.reduce(held))
         return None
 
-    def _seen(self, draws: ParameterValues, sky: Sky) -> Sky:
-        """Return `sky` as it is with what is sampled."""
-        if "sun.direction" in draws:
-            sky = replace(sky, sun=_directions(draws.of("sun.direction")))
-        if "sun.from_target" in draws:
+    def _seen(self, draws: ParameterValues, group: tuple[str, ...], sky: Sky) -> Sky:
+        """Return `sky` as it is with what is sampled; its Sun is the one that the group is about, if any."""
+        named = group[0] if group[0] in SUNS else "sun.direction"
+        if named in draws:
+            sky = replace(sky, sun=_directions(draws.of(named)))
+        elif "sun.from_target" in draws:
             sun = np.squeeze(self._R_cam_body @ _directions(draws.of("sun.from_target"))[..., None], -1)
             sky = replace(sky, sun=sun)
         if sky.planet is not None and any(parameter in draws for parameter in GROUPS[1]):

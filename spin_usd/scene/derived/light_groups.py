@@ -93,9 +93,10 @@ def gains_in(unit: UnitLight, scene: Scene) -> tuple[Color, ...] | None:
     """Return what each group of a render in that `unit` light is to be multiplied by for a picture of `scene`, whose
     lights differ from its own in strength and colour alone; None where they differ in more, or one was dark then."""
     groups, around = LightGroups.of(unit.scene), _around(unit.scene)
-    if len(scene.lights) != len(unit.scene.lights):
+    by_path = {light.path: light for light in scene.lights}  # USD orders children by who has opinions on them
+    if by_path.keys() != {light.path for light in unit.scene.lights}:
         return None
-    pairs = list(zip(scene.lights, unit.scene.lights, strict=True))
+    pairs = [(by_path[light.path], light) for light in unit.scene.lights]
     for own, of_unit in pairs:
         dark = any(_emission(own)) and not any(_emission(of_unit))
         if dark or type(own) is not type(of_unit) or key_of(_emitting(own, _emission(of_unit))) != key_of(of_unit):

@@ -30,6 +30,17 @@ class ChangedAttribute:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class CopiedPrim:
+    """A prim to define that is like another: as that one is in the stage, and as it is changed."""
+
+    path: str
+    of: str
+    """The other's path."""
+    layer: Sdf.Layer
+    """Has the prim as the other is in the stage."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class AttributeChange:
     """The change that one parameter makes, or several that act together."""
 
@@ -43,6 +54,7 @@ class AttributeChange:
     """Attributes that are authored once besides."""
     apis: tuple[tuple[str, str], ...] = ()
     """(prim, API schema) to apply."""
+    copies: tuple[CopiedPrim, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -122,7 +122,10 @@ class Editor:
     def changes(self, names: tuple[str, ...]) -> tuple[AttributeChange, ...]:
         """Return the changes that these parameters make. Raises InputError for one that has nothing to change."""
         if names not in self._known:
-            self._known[names] = attribute_changes(self.over, names)
+            self._known[names] = changes = attribute_changes(self.over, names)
+            if added := next((change for change in changes if change.copies), None):
+                do = "augment the stage with it, and choose that variant"
+                raise InputError("adds a prim", where=added.parameters[0], do=do)
         return self._known[names]
 
     def moved(self, edits: Edits) -> list[Usd.Prim]:

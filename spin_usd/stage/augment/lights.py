@@ -1,9 +1,12 @@
-"""Parameters of lights: the Sun, which is the strongest distant light, and the fills, which are all others."""
+"""Parameters of lights: the Sun, which is the strongest distant light, further Suns like it, and the fills, which are
+all others.
+"""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
@@ -13,11 +16,13 @@ from spin_usd.stage.augment.attribute_change import (
     AttributeChange,
     BaseStage,
     ChangedAttribute,
+    CopiedPrim,
     ParameterValues,
     attribute_of,
     moves_in_time,
 )
 from spin_usd.stage.augment.body_axes import cam_from_body
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.read.bodies.find_bodies import find_target
 from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.distant_light import read_distant_light
@@ -29,18 +34,32 @@ from spin_usd.stage.usd.values import read
 SAMPLED = ":sampled"
 """Suffix of the transform operations that are written here, so that they never collide with the stage's own."""
 DIGITS = 9
+MAX_SUNS = 8
+SUNS = tuple(f"sun.{number}.direction" for number in range(2, MAX_SUNS + 1))
+"""The parameters that add Suns."""
+NUMBER = "spin:sun"
+"""The custom data by which an added Sun is known: its number."""
+SHINING = "sun.shining"
+"""The parameter that chooses among them."""
 
 
 def find_sun(base: BaseStage) -> Usd.Prim:
     """Find the strongest distant light that can be visible, at the first picture. Raises InputError where there is
     none."""
     world = UsdGeom.XformCache(base.first)
-    suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
+    distant = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
+    suns = [prim for prim in distant if not prim.HasCustomDataKey(NUMBER)]
     if not suns:
         found = "the stage has no distant light, and the Sun would be one"
         raise InputError(found, where=base.stage.GetRootLayer().GetDisplayName(), do="select lights that have one")
     still = Transform(to="cam", of="world", rotation=np.eye(3), translation=np.zeros(3))
     return max(suns, key=lambda prim: sum(read_distant_light(prim, base.first, still, world).irradiance))
+
+
+def find_suns(base: BaseStage) -> dict[int, Usd.Prim]:
+    """Find the Sun, which is number 1, and those that were added, by their numbers. Raises InputError."""
+    added = [prim for prim in find_lights(base.stage) if prim.HasCustomDataKey(NUMBER)]
+    return {1: find_sun(base)} | {int(prim.GetCustomDataByKey(NUMBER)): prim for prim in added}
 
 
 def sun_directions(base: BaseStage, sun: Usd.Prim) -> Float:
@@ -64,7 +83,32 @@ def camera_from_world(world: UsdGeom.XformCache, camera: Usd.Prim, base: BaseSta
 
 def sun_direction(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Rotate the Sun so that its own z axis has the sampled direction, camera axes."""
-    sun, camera = find_sun(base), find_camera(base.stage)
+    sun = find_sun(base)
+    return _sun_towards(base, sun, str(sun.GetPath()), names)
+
+
+def another_sun(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Add a Sun that is like the Sun in all but its direction, which is sampled, camera axes."""
+    sun, number = find_sun(base), names[0].split(".")[1]
+    path = f"{sun.GetPath()}_{number}"
+    if base.stage.GetPrimAtPath(path):
+        raise InputError(f"the stage has {path}", where=names[0], do="choose another number")
+    change = _sun_towards(base, sun, path, names)
+    layer = Sdf.Layer.CreateAnonymous()
+    alike = stage_on(layer)
+    prim = alike.DefinePrim(path, sun.GetTypeName())
+    own = sun.GetPrimTypeInfo().GetAppliedAPISchemas()
+    prim.SetMetadata("apiSchemas", Sdf.TokenListOp.Create(prependedItems=own))
+    prim.SetCustomDataByKey(NUMBER, int(number))
+    for each in sun.GetAuthoredProperties():
+        if not each.GetName().startswith("xformOp"):
+            each.FlattenTo(prim)
+    return replace(change, copies=(CopiedPrim(path=path, of=str(sun.GetPath()), layer=layer),))
+
+
+def _sun_towards(base: BaseStage, sun: Usd.Prim, path: str, names: tuple[str, ...]) -> AttributeChange:
+    """Return the change that turns the prim at `path`, the Sun or one that is like it, to the sampled direction."""
+    camera = find_camera(base.stage)
     moves = moves_in_time(camera) or moves_in_time(sun.GetParent())
     still = None if moves else _parent_from_cam(base, sun, camera, base.times[0])
 
@@ -72,7 +116,7 @@ def sun_direction(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
         rotation = _parent_from_cam(base, sun, camera, time) if still is None else still
         return np.asarray(rotation @ sampled)
 
-    return _turned_sun(sun, names, direction, moves)
+    return _turned_sun(sun, path, names, direction, moves)
 
 
 def sun_from_target(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
@@ -84,29 +128,29 @@ def sun_from_target(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
         T_cam_body, _ = cam_from_body(base, target, camera, time)
         return np.asarray(_parent_from_cam(base, sun, camera, time) @ T_cam_body.directions(sampled))
 
-    return _turned_sun(sun, names, direction, moves)
+    return _turned_sun(sun, str(sun.GetPath()), names, direction, moves)
 
 
 def _turned_sun(
-    sun: Usd.Prim, names: tuple[str, ...], direction: Callable[[Float, float], Float], varies: bool
+    sun: Usd.Prim, path: str, names: tuple[str, ...], direction: Callable[[Float, float], Float], varies: bool
 ) -> AttributeChange:
-    """Return the change of the Sun's rotation; `direction` gives that to it, in its parent's axes, for the sampled
-    direction and a time code."""
+    """Return the change of the rotation of the prim at `path`, as in _sun_towards; `direction` gives that to it, in its
+    parent's axes, for the sampled direction and a time code."""
     (name,) = names
 
     def values(sampled: ParameterValues, time: float) -> tuple[object, ...]:
         return (quatd(_rotation_of_z(direction(np.array(sampled[name]), time))),)
 
-    orient = ChangedAttribute(prim=str(sun.GetPath()), name=f"xformOp:orient{SAMPLED}", type="quatd")
+    orient = ChangedAttribute(prim=path, name=f"xformOp:orient{SAMPLED}", type="quatd")
     return AttributeChange(
         parameters=names, attributes=(orient,), values=values, varies=varies, fixed=(order(sun, orient),)
     )
 
 
 def order(prim: Usd.Prim, *operations: ChangedAttribute) -> tuple[ChangedAttribute, list[str]]:
-    """Return the prim's new xformOpOrder; a prim that resets its transform stack still does."""
+    """Return the new xformOpOrder of the prim, or of one like it; one that resets its transform stack still does."""
     reset = ["!resetXformStack!"] if UsdGeom.Xformable(prim).GetResetXformStack() else []
-    at = ChangedAttribute(prim=str(prim.GetPath()), name="xformOpOrder", type="token[]", uniform=True)
+    at = ChangedAttribute(prim=operations[0].prim, name="xformOpOrder", type="token[]", uniform=True)
     return at, [*reset, *(each.name for each in operations)]
 
 
@@ -135,38 +179,45 @@ def _rotation_of_z(direction: Float) -> Float:
 
 
 def strengths(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
-    """Set intensities: the Sun's irradiance, and factors on the Sun, on the fills, on all lights."""
-    if "sun.irradiance" in names or "sun.factor" in names:
-        sun: Usd.Prim | None = find_sun(base)
-    else:
-        suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
-        sun = find_sun(base) if suns else None
-    lights = list(_changed_lights(base, sun, names))
+    """Set intensities: the Suns' irradiance, factors on Suns, on the fills, on all lights, and which Sun shines."""
+    distant = any(prim.IsA(UsdLux.DistantLight) for prim in find_lights(base.stage))
+    suns = find_suns(base) if distant or any(name.startswith("sun.") for name in names) else {}
+    for name in names:
+        if (number := name.split(".")[1]).isdigit() and int(number) not in suns:
+            do = f"add it by sun.{number}.direction, in a variant before"
+            raise InputError(f"the stage has no Sun {number}", where=name, do=do)
+    lights = _changed_lights(base, suns, names)
     intensities = [UsdLux.LightAPI(prim).GetIntensityAttr() for prim in lights]
     varies = any(attribute.ValueMightBeTimeVarying() for attribute in intensities)
-    per_watt = _intensity_per_watt(sun, base) if sun else 0.0
+    per_watt = _intensity_per_watt(suns[1], base) if suns else 0.0
     constant = [float(read(attribute, base.first)) for attribute in intensities]
 
     def values(sampled: ParameterValues, time: float) -> tuple[float, ...]:
+        if sampled.get(SHINING, 1) not in {*suns, 1}:
+            raise InputError(f"the stage has no Sun {sampled[SHINING]}", where=SHINING, do=f"choose among {[*suns]}")
         own = [float(read(a, Usd.TimeCode(time))) for a in intensities] if varies else constant
-        return tuple(_strength(own[i], sampled, prim == sun, per_watt) for i, prim in enumerate(lights))
+        return tuple(_strength(own[i], sampled, number, per_watt) for i, number in enumerate(lights.values()))
 
     return AttributeChange(
         parameters=names, attributes=tuple(attribute_of(a) for a in intensities), values=values, varies=varies
     )
 
 
-def _changed_lights(base: BaseStage, sun: Usd.Prim | None, names: tuple[str, ...]) -> Iterator[Usd.Prim]:
-    """Yield the lights that the parameters change. Raises InputError where there is none."""
-    lights = find_lights(base.stage)
-    fills = [prim for prim in lights if prim != sun]
+def _changed_lights(base: BaseStage, suns: Mapping[int, Usd.Prim], names: tuple[str, ...]) -> dict[Usd.Prim, int]:
+    """Return the lights that the parameters change, with the Suns' numbers and 0 for others. Raises InputError where
+    there is none."""
+    lights, numbers = find_lights(base.stage), {prim: number for number, prim in suns.items()}
+    fills = [prim for prim in lights if prim not in numbers]
     if not lights or ("fill.factor" in names and not fills):
-        found = f"the stage has no {'lights but the Sun' if lights else 'lights'}, so {names[0]} changes nothing"
-        raise InputError(found, where=names[0], do="remove it, or select lights that have them")
+        none = f"the stage has no {'lights but the Sun' if lights else 'lights'}, so {names[0]} changes nothing"
+        raise InputError(none, where=names[0], do="remove it, or select lights that have them")
+    found: dict[Usd.Prim, int] = {}
     for prim in lights:
-        own = ("sun.irradiance", "sun.factor") if prim == sun else ("fill.factor",)
+        number = numbers.get(prim, 0)
+        own = ("sun.irradiance", "sun.factor", SHINING, f"sun.{number}.factor") if number else ("fill.factor",)
         if {*own, "lights.factor"} & set(names):
-            yield prim
+            found[prim] = number
+    return found
 
 
 def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
@@ -178,10 +229,12 @@ def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
     return float(scale / np.exp2(float(read(light.GetExposureAttr(), base.first))))
 
 
-def _strength(own: float, sampled: ParameterValues, is_sun: bool, per_watt: float) -> float:
-    if is_sun and "sun.irradiance" in sampled:
+def _strength(own: float, sampled: ParameterValues, number: int, per_watt: float) -> float:
+    """Return a light's intensity; `number`: that of a Sun, else 0."""
+    if number and "sun.irradiance" in sampled:
         own = float(sampled["sun.irradiance"]) * per_watt
-    factor = sampled.get("sun.factor" if is_sun else "fill.factor", 1.0)
+    factor = sampled.get("sun.factor" if number else "fill.factor", 1.0) * sampled.get(f"sun.{number}.factor", 1.0)
+    factor *= sampled.get(SHINING, number) == number or not number
     return float(own * factor * sampled.get("lights.factor", 1.0))
 
 
@@ -204,8 +257,8 @@ def _of_kind(base: BaseStage, name: str) -> list[Usd.Prim]:
     """Return the lights that the parameter `name` changes, which its first word says."""
     if name.startswith("lights."):
         return list(find_lights(base.stage))
-    sun = find_sun(base)
-    return [sun] if name.startswith("sun.") else [prim for prim in find_lights(base.stage) if prim != sun]
+    suns = list(find_suns(base).values())
+    return suns if name.startswith("sun.") else [prim for prim in find_lights(base.stage) if prim not in suns]
 
 
 def sun_angle(base: BaseStage, _: tuple[str, ...]) -> AttributeChange:

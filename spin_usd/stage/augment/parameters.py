@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 
 from spin_usd.errors import InputError
@@ -61,8 +62,15 @@ _ALL = (
         make=lights.sun_from_target,
         kind=DIRECTION,
     ),
-    _strength("sun.irradiance", "The Sun's irradiance on a plane that faces it.", "W/m2"),
-    _strength("sun.factor", "Factor on the Sun's irradiance."),
+    _strength("sun.irradiance", "The Sun's irradiance on a plane that faces it; that of each, of several.", "W/m2"),
+    _strength("sun.factor", "Factor on the Sun's irradiance; on that of each, of several."),
+    Parameter(
+        name=lights.SHINING,
+        description="Which of several Suns shines, from 1; the others are dark.",
+        make=lights.strengths,
+        limits=Range(1, lights.MAX_SUNS),
+        group="strengths",
+    ),
     _strength("fill.factor", "Factor on the intensity of every light but the Sun."),
     _strength("lights.factor", "Factor on the intensity of every light."),
     _temperature("sun.temperature", "The Sun's colour temperature."),
@@ -175,8 +183,18 @@ _ALL = (
     Parameter(name="earth.visible", description="Whether the planet is there.", make=planet.visible, kind=TRUTH),
 )
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
-"""All parameters by name; `material.NAME.INPUT`, `material.NAME.INPUT.factor`, `material.NAME.variation` and attributes
-by their paths come beside them."""
+"""All parameters by name; those of NUMBERED, `material.NAME.INPUT`, `material.NAME.INPUT.factor`,
+`material.NAME.variation` and attributes by their paths come beside them."""
+NUMBERED: Mapping[str, Parameter] = {
+    rf"sun\.[2-{lights.MAX_SUNS}]\.direction": Parameter(
+        name="sun.N.direction",
+        description="Direction to Sun N, in camera axes; it is added, and like the first in all else.",
+        make=lights.another_sun,
+        kind=DIRECTION,
+    ),
+    rf"sun\.[1-{lights.MAX_SUNS}]\.factor": _strength("sun.N.factor", "Factor on the irradiance of Sun N alone."),
+}
+"""Parameters with a number N in their names, by patterns of those."""
 
 BACKGROUND = "background"
 """The parameter that references a layer instead of setting an attribute: see `augment.background`."""
@@ -212,6 +230,9 @@ def parameter_named(name: str) -> Parameter:
     """Look up the parameter `name`. Raises InputError that suggests a similar name."""
     if name in PARAMETERS:
         return PARAMETERS[name]
+    for pattern, numbered in NUMBERED.items():
+        if re.fullmatch(pattern, name):
+            return replace(numbered, name=name)
     if name.startswith("/"):
         limits = ATTRIBUTE_LIMITS.get(name.rpartition(".")[2], FINITE)
         make = materials.attribute_by_path

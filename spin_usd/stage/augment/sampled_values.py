@@ -1,13 +1,13 @@
 """Sampled values as values of a stage's attributes, and those as a layer."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Any
 
 from pxr import Gf, Sdf, Usd
 
-from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
+from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, CopiedPrim
 from spin_usd.stage.augment.parameters import attribute_changes
 from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.clock import Clock
@@ -35,6 +35,7 @@ class SampledValues:
     """In the order of their paths."""
     apis: tuple[tuple[str, str], ...] = ()
     """(prim, API schema) to apply."""
+    copies: tuple[CopiedPrim, ...] = ()
     credit: str = ""
     """Whose data they are, where these ask for it."""
 
@@ -91,7 +92,12 @@ def sampled_values(
             rows.append(change.values({**one, **{name: values[i] for name, values in each.items()}}, time))
         for attribute, column in zip(change.attributes, zip(*rows, strict=True), strict=True):
             found.append(SampledValue(attribute=attribute, samples=tuple(zip(base.times, column, strict=True))))
-    return SampledValues(attributes=_ordered(found), apis=tuple(sorted(apis)))
+    copies = tuple(each for change in changes for each in change.copies)
+    for copy in copies:  # it is changed as the other is, but for what is its own
+        own = {each.attribute.name for each in found if each.attribute.prim == copy.path}
+        alike = [each for each in found if each.attribute.prim == copy.of and each.attribute.name not in own]
+        found += [replace(each, attribute=replace(each.attribute, prim=copy.path)) for each in alike]
+    return SampledValues(attributes=_ordered(found), apis=tuple(sorted(apis)), copies=copies)
 
 
 def overlaid(stronger: SampledValues, weaker: SampledValues) -> SampledValues:
@@ -133,9 +139,12 @@ def _joined(parts: Sequence[tuple[Sequence[float], SampledValue]]) -> SampledVal
 
 
 def write_values(layer: Sdf.Layer, values: SampledValues, moves: Mapping[str, str] | None = None) -> None:
-    """Author `values` in `layer`, as overs. moves: path prefixes of the stage -> of the layer, such as /World/Lights ->
-    /Lights for a layer that is referenced there; the longest that fits counts."""
+    """Author `values` in `layer`, as overs but for copies. moves: path prefixes of the stage -> of the layer, such as
+    /World/Lights -> /Lights for a layer that is referenced there; the longest that fits counts."""
     with Sdf.ChangeBlock():
+        for copy in values.copies:
+            Sdf.CreatePrimInLayer(layer, path := _moved(copy.path, moves or {}))
+            Sdf.CopySpec(copy.layer, copy.path, layer, path)
         for path, api in values.apis:
             _apply(Sdf.CreatePrimInLayer(layer, _moved(path, moves or {})), api)
         for each in values.attributes:
@@ -166,6 +175,7 @@ def _author(prim: Sdf.PrimSpec, sampled: SampledValue) -> None:
     if changed.cut:
         attribute.connectionPathList.ClearEditsAndMakeExplicit()
     if not sampled.samples:
+        attribute.ClearInfo("timeSamples")
         attribute.default = sampled.value
     previous = None
     for time, value in sampled.samples:

@@ -1,6 +1,9 @@
 """`spin-usd augment` without a stage."""
 
 import json
+import shutil
+
+import numpy as np
 
 from spin_usd.scene.derived.sunlight import sunlight
 from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
@@ -10,7 +13,8 @@ from spin_usd.stage.read.stage_reader import StageReader
 def test_every_parameter_is_listed_with_its_units_and_range(spin_usd) -> None:
     rows = {row["name"]: row for row in json.loads(spin_usd("augment", "--list", "--json").stdout)}
     assert set(PARAMETERS) <= set(rows)
-    assert {name for name in set(rows) - set(PARAMETERS) if not name.startswith(("material.", "/"))} == {"background"}
+    beside = {name for name in set(rows) - set(PARAMETERS) if not name.startswith(("material.", "/"))}
+    assert beside == {"background", "sun.N.direction", "sun.N.factor"}
     assert rows["exposure.stops"]["units"] == ["stops"]
     assert rows["material.NAME.ior"]["takes"] == str(parameter_named("material.NAME.ior").limits)
     assert not rows["lens.fx"]["per_frame"]
@@ -21,6 +25,34 @@ def test_every_parameter_is_listed_with_its_units_and_range(spin_usd) -> None:
 
 def test_without_a_stage_it_says_what_it_needs(spin_usd) -> None:
     assert "needs a stage and --spec" in spin_usd("augment", code=2).stderr
+
+
+def test_several_suns_all_keep_the_constraints(small_stage, spin_usd, tmp_path) -> None:
+    spec, stage = tmp_path / "suns.toml", shutil.copytree(small_stage.parent, tmp_path / "stage")
+    suns = "".join(
+        f'"sun.{name}direction" = {{ distribution = "directions", per = "frame" }}\n' for name in ("", "2.", "3.")
+    )
+    factor = '"sun.factor" = { distribution = "uniform", low = 0.5, high = 2, per = "frame" }'
+    spec.write_text(f"""schema = "augment-1"
+[[augmentation]]
+name = "suns"
+[augmentation.sample]
+{suns}{factor}
+[augmentation.constraints]
+target_lit_deg = 40
+sun_from_boresight_deg = 150
+""")
+    spin_usd("augment", stage, "--spec", spec)
+    reader = StageReader(stage / "dataset.usda", variant="suns")
+    for frame in reader.frames:
+        scene = reader.scene(frame)
+        towards = -np.array([light.direction_cam for light in scene.lights])
+        assert len({light.irradiance for light in scene.lights}) == 1
+        assert len(np.unique(towards.round(6), axis=0)) == 3
+        at = scene.bodies[0].T_cam_body.translation
+        assert np.degrees(np.arccos(towards @ (-at / np.linalg.norm(at)))).max() < 40.5  # of the middle of its bound
+        assert np.degrees(np.arccos(towards[:, 2])).min() > 150
+    assert len({frame.name for frame in reader.frames}) == 8
 
 
 def test_no_appearance_of_isda_lies_in_the_shadow_of_its_earth(tmp_path, spin_usd) -> None:

@@ -1,7 +1,7 @@
 """Every parameter changes what of the scene it says, and nothing else."""
 
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import pytest
 
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.errors import InputError
-from spin_usd.scene.content import content
+from spin_usd.scene.content import content, key_of
 from spin_usd.stage.augment.parameter import UNITS
 from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
 from spin_usd.stage.read.stage_reader import StageReader
@@ -122,6 +122,9 @@ DIRECTION, ATTITUDE = (0.6, 0.0, -0.8), (0.5, 0.5, 0.5, 0.5)
 CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sun.direction": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, 0.8)}),
     "sun.from_target": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, -0.8)}),  # the body's axes are USD's
+    "sun.2.direction": (list(DIRECTION), {"lights": None}),
+    "sun.1.factor": (0.5, {"lights.1.irradiance": (500, 500, 500)}),
+    "sun.shining": (1, {}),
     "sun.irradiance": (1200, {"lights.1.irradiance": (1200, 1200, 1200)}),
     "sun.factor": (0.5, {"lights.1.irradiance": (500, 500, 500)}),
     "fill.factor": (2, {"lights.0.irradiance": (20, 20, 20), "lights.2.emission": (6, 6, 6)}),
@@ -268,6 +271,15 @@ def test_the_planet_stands_and_lies_as_drawn(scenes) -> None:
     np.testing.assert_allclose(higher / np.linalg.norm(higher), own.translation / far, atol=1e-9)
     turned = scenes["earth.attitude"].environment.planets[0].T_cam_planet
     np.testing.assert_allclose(turned.quaternion, ATTITUDE, atol=1e-8)
+
+
+def test_an_added_sun_is_like_the_sun_but_for_its_direction(scenes) -> None:
+    before, after = ({light.path: light for light in scenes[name].lights} for name in ("nominal", "sun.2.direction"))
+    (added,) = after.keys() - before.keys()
+    sun = before[added.removesuffix("_2")]
+    np.testing.assert_allclose(after[added].direction_cam, -np.array(DIRECTION), atol=ROUNDED)
+    assert replace(after[added], direction_cam=sun.direction_cam, path=sun.path) == sun
+    assert all(key_of(after[path]) == key_of(before[path]) for path in before)
 
 
 def test_a_warmer_sun_is_redder(scenes) -> None:
