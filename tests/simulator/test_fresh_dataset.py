@@ -7,6 +7,7 @@ import shutil
 import numpy as np
 import psutil
 import pytest
+from PIL import Image
 
 from spin_usd import Dataset, FreshDataset, SpinError
 from tests.conftest import EXAMPLE_POSES
@@ -120,6 +121,51 @@ def test_noise_of_a_crop_is_that_of_its_detector(fresh, rendered, spec) -> None:
         dark.append((picture.drawn.values["sensor.read_noise"], float((background > 0).mean())))
     noisy, clean = (np.mean([share for noise, share in dark if (noise > 12.5) is more]) for more in (True, False))
     assert noisy > clean
+
+
+@pytest.fixture(scope="module")
+def photographs(clean):
+    """A folder of photographs, which are noise of a mean of their own."""
+    (clean / "photos").mkdir()
+    for number in range(1, 4):
+        noise = np.random.default_rng(number).integers(0, 80 * number, (200, 300, 3), dtype=np.uint8)
+        Image.fromarray(noise).save(clean / "photos" / f"{number}.png")
+    return clean / "photos"
+
+
+def test_a_photograph_is_that_of_a_stage_authored_so(clean, photographs, spin_usd, tmp_path) -> None:
+    spec, behind = photographs.parent / "behind.toml", "photos/2.png"
+    sampled = f'[augmentation.sample]\n"background" = {{ distribution = "fixed", value = "{behind}" }}\n'
+    spec.write_text(f'schema = "augment-1"\n[[augmentation]]\nname = "behind"\n{sampled}')
+    stage = shutil.copytree(clean / "stage", tmp_path / "stage")
+    spin_usd("augment", stage, "--spec", spec)
+    spin_usd("render", stage, "--out", tmp_path / "dataset", "--renderer", "raycast", "--samples", "1",
+             "--variants", "behind")  # fmt: skip
+    fresh = FreshDataset(clean / "dataset", spec)
+    for place, stored in enumerate(Dataset(tmp_path / "dataset")):
+        np.testing.assert_array_equal(fresh[place].image, stored.image)
+        assert fresh[place].drawn.values == {"background": behind}
+        assert (stored.image[stored.segmentation == 0] > 0).any()
+
+
+def test_photographs_are_drawn_for_each_picture_and_epoch(clean, photographs, tmp_path) -> None:
+    spec = photographs.parent / "photos.toml"
+    sampled = '"background" = { distribution = "choice", folder = "photos" }'
+    spec.write_text(f'schema = "augment-1"\n[[augmentation]]\nname = "p"\n[augmentation.sample]\n{sampled}\n')
+    fresh = FreshDataset(clean / "dataset", spec, seed=2)
+    shown: dict[str, list[float]] = {}
+    for epoch in range(4):
+        fresh.set_epoch(epoch)
+        for place in range(3):
+            picture = fresh[place]
+            mean = picture.image[picture.segmentation == 0].mean()
+            shown.setdefault(picture.drawn.values["background"], []).append(mean)
+    assert shown.keys() == {f"photos/{number}.png" for number in range(1, 4)}
+    first, second, third = (shown[name] for name in sorted(shown))
+    assert max(first) < min(second) < max(second) < min(third)
+    spec.write_text(spec.read_text().replace('folder = "photos"', 'values = ["earth"]'))
+    with pytest.raises(SpinError, match="background: earth needs a new render"):
+        assert FreshDataset(clean / "dataset", spec)[0].image.any()
 
 
 TOWARDS = {1: [0.3, -0.4, -0.8], 2: [-0.8, 0.1, -0.5], 3: [0.1, 0.9, -0.3]}  # by the Sun's number

@@ -1,22 +1,21 @@
 """`spin-usd augment`: a specification's augmentations as variants of a stage."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.commands.author.background_choice import background_choice
 from spin_usd.commands.author.reports import AugmentReport
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
-from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec, spec_path
 from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.progress import Progress
 from spin_usd.sampling.constraints import CONSTRAINTS
-from spin_usd.sampling.distribution import Choice, Fixed
-from spin_usd.sampling.sample import distribution_of, stream
-from spin_usd.stage.augment.background import Background, background_of, beside, compose_background
+from spin_usd.sampling.sample import stream
+from spin_usd.stage.augment.background import Background, background_of, compose_background
 from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.planet import find_planet
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
@@ -139,10 +138,7 @@ def _background(
     """Return the environment or the pictures that are sampled, if any; checked: pictures that others have, to which
     these are added. Raises InputError for what is not a choice of names."""
     for sample in samples:
-        distribution = distribution_of(_listed(sample.words, folder))
-        if sample.unit or not isinstance(distribution, Choice | Fixed):
-            do = 'give it distribution = "choice", "in_turn" or "fixed", without unit'
-            raise InputError("is not one choice among names", where=BACKGROUND, do=do)
+        distribution = background_choice(sample, folder)
         streams = [stream(seed, name, BACKGROUND)]
         times: Sequence[float] = ()
         if sample.per_frame:
@@ -154,15 +150,3 @@ def _background(
         checked |= {*background.pictures}
         return background
     return None
-
-
-def _listed(words: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the words of a choice with the pictures of the `folder` that it names for its values. Raises
-    InputError."""
-    if "folder" not in words:
-        return words
-    if "values" in words:
-        raise InputError("has both folder and values", where=BACKGROUND, do="keep one of them")
-    pictures = images_in(beside(folder, words["folder"]), "picture")
-    rest = {key: value for key, value in words.items() if key != "folder"}
-    return {**rest, "values": [str(each.relative_to(folder)) for each in pictures]}

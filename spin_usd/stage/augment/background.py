@@ -9,10 +9,17 @@ from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled
+from spin_usd.scene.environment import BackPlate
 from spin_usd.stage.author.lights_and_environment import PICTURES, open_surroundings, set_back_plate
 from spin_usd.stage.author.paths import ENVIRONMENT
 from spin_usd.stage.composition.copy_stage import Copies, copy_assets
+from spin_usd.stage.composition.images import image_in
+from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.read.emission import EMISSIONS
+from spin_usd.stage.read.environment import colours_of
+from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import export
+from spin_usd.stage.usd.values import value_in
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 BACK_PLATE = "back_plate"  # the environment whose pictures are the back plate's
@@ -43,7 +50,7 @@ class Background:
 def background_of(stage: Usd.Stage, given: Sequence[str], folder: Path, times: Sequence[float] = ()) -> Background:
     """Find the environment of the only name that is `given`, or in that file beside the specification in `folder`, or
     the pictures of these names there, one at each of the `times`. Raises InputError."""
-    pictures = tuple(beside(folder, name) for name in given if Path(name).suffix.lower() in PICTURES)
+    pictures = tuple(beside(folder, name) for name in given if is_picture(name))
     if len(pictures) < len(given) and times:
         do = "let it choose among pictures: give it folder, or their files as values"
         raise InputError("an environment cannot change from picture to picture", where="background", do=do)
@@ -59,6 +66,19 @@ def background_of(stage: Usd.Stage, given: Sequence[str], folder: Path, times: S
     own = stage.GetPrimAtPath(at)
     removed = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
     return Background(file=file, at=str(at), removed=removed, pictures=pictures, times=tuple(times))
+
+
+def is_picture(name: str) -> bool:
+    """Return whether the name is that of a picture's file, and not of an environment."""
+    return Path(name).suffix.lower() in PICTURES
+
+
+def photograph(file: Path) -> BackPlate:
+    """Return the back plate of an augmentation that lays the picture in `file` behind. Raises InputError."""
+    stage = stage_on(open_surroundings(bundled("environment", BACK_PLATE), "environment"))
+    (prim,) = (prim for prim in stage.Traverse() if prim.HasAPI(schema.BACK_PLATE_API))
+    radiance = value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, Usd.TimeCode.Default())
+    return BackPlate(path=str(prim.GetPath()), images=(image_in(file, colours_of(file.name)),), radiance=radiance)
 
 
 def beside(folder: Path, given: str) -> Path:

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Sdf, Usd, UsdGeom, UsdLux
+from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.errors import StageError
@@ -130,7 +130,7 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
     return BackPlate(
         path=str(prim.GetPath()),
         images=tuple(
-            images.read(file, _colours_of(file), prim, one_of_many=True, upright=True).image for file in files
+            images.read(file, colours_of(file.path), prim, one_of_many=True, upright=True).image for file in files
         ),
         radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, time),
         probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
@@ -139,10 +139,10 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
     )
 
 
-def _colours_of(file: Sdf.AssetPath) -> str:
-    """Return the colour space of a picture: photographs are sRGB's, grey ones and those of 16 bits too, which "auto"
-    takes for data."""
-    return "sRGB" if file.path.lower().endswith((".png", ".jpg", ".jpeg")) else "auto"
+def colours_of(name: str) -> str:
+    """Return the colour space of the picture in a file of that name: photographs are sRGB's, grey ones and those of 16
+    bits too, which "auto" takes for data."""
+    return "sRGB" if name.lower().endswith((".png", ".jpg", ".jpeg")) else "auto"
 
 
 def _sky(T_cam_prim: Transform) -> Transform:
