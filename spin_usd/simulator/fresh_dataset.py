@@ -112,8 +112,9 @@ class FreshPicture(Picture):
 
 class FreshDataset(Dataset):
     """The pictures of a dataset, each with an image that nobody has seen: strengths and colours of lights, exposure,
-    optics, the detector and its noise, and photographs behind are drawn by a specification of augmentations for each picture and epoch, and the
-    image is developed with them from the render that the dataset keeps. Labels are the stored ones, and exact.
+    optics, the detector and its noise, and photographs behind are drawn by a specification of augmentations for each
+    picture and epoch, and the image is developed with them from the render that the dataset keeps. Labels are the
+    stored ones, and exact.
 
     The same specification, seed, epoch and picture give the same image. It goes where a Dataset does, into PyTorch's
     DataLoader with worker processes too; let these start anew with each epoch (persistent_workers=False, as usual).
