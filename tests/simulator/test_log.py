@@ -92,6 +92,19 @@ def test_a_death_between_saving_and_answering_logs_nothing_twice(small_stage, sp
         np.testing.assert_array_equal(again[name], image)
 
 
+def test_what_the_first_picture_changes_is_changed_in_the_next_too(small_stage, spin_usd, tmp_path) -> None:
+    images = {}
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        for place in range(3):
+            values = {"sun.factor": 0.5 + place, "optics.psf_sigma": 0.3 + 0.3 * place}
+            picture = simulator.picture(0, name=f"p{place}", sun=(0.1 * place, 0, -1), exposure=0.02, values=values)
+            images[picture.frame] = picture.image
+    assert images["p0"].mean() < images["p1"].mean() < images["p2"].mean()
+    again = made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")
+    for name, image in images.items():
+        np.testing.assert_array_equal(again[name], image)
+
+
 def test_one_simulator_at_a_time_has_it(small_stage, tmp_path) -> None:
     with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
         simulator.picture(0)

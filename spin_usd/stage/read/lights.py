@@ -57,6 +57,7 @@ class LightReader:
         self._prims = find_lights(stage)
         self._cache = CameraSpaceCache(self._prims)
         self._images = images
+        self._only_turn = {prim.GetPath() for prim in self._prims if _only_turns(prim)}
         self._turning: dict[Sdf.Path, DistantLight] = {}
         self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
 
@@ -81,7 +82,7 @@ class LightReader:
         if known := self._turning.get(prim.GetPath()):
             return replace(known, direction_cam=direction_cam(prim, space.T_cam_world, space.world))
         light = read_light(prim, space, self._images)
-        if isinstance(light, DistantLight) and _only_turns(prim):
+        if isinstance(light, DistantLight) and prim.GetPath() in self._only_turn:
             self._turning[prim.GetPath()] = light
         return light
 
