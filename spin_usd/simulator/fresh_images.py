@@ -8,29 +8,28 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.commands.author.background_choice import background_choice
 from spin_usd.commands.author.sample_pictures import samples_for
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.augmentation_spec import AugmentationEntry, read_augmentation_spec
+from spin_usd.formats.augmentation_spec import AugmentationEntry
 from spin_usd.geometry.region import Region
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.render_file import read_render
 from spin_usd.records.record import Record
 from spin_usd.renderers.background.sky import sky
-from spin_usd.sampling.distribution import Choice, Fixed, Value
+from spin_usd.sampling.distribution import Value
 from spin_usd.sampling.sample import Sample, sample_one, stream
 from spin_usd.scene.derived.content_keys import KeyMaker, background_seed, picture_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_light
-from spin_usd.scene.environment import Environment
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
+from spin_usd.simulator.drawn_pictures import Appearance, Photographs, read_appearances
 from spin_usd.simulator.picture_request import DevelopedImage
 from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
-from spin_usd.stage.augment.background import beside, is_picture, photograph
+from spin_usd.stage.augment.background import beside
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
 from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.read.stage_reader import StageReader
@@ -53,19 +52,16 @@ class _Rendered:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Appearance:
-    """An augmentation of the specification, as it is drawn."""
+class _FreshAppearance:
+    """An appearance that is drawn for pictures that are rendered."""
 
-    entry: AugmentationEntry
+    of: Appearance
     samples: tuple[Sample, ...]
-    background: Choice | Fixed | None
 
     def draw(self, seed: int, name: str, frame: str) -> dict[str, Value]:
         """Draw the values of a picture, by parameter."""
         values = {each.parameter: sample_one(each, seed=seed, name=name, frame=frame) for each in self.samples}
-        if self.background:
-            values[BACKGROUND] = str(self.background.sample(stream(seed, name, BACKGROUND, frame)))
-        return values
+        return {**values, **self.of.photograph(seed, name, frame)}
 
 
 class FreshImages:
@@ -73,15 +69,14 @@ class FreshImages:
 
     def __init__(self, *, dataset: str, spec: str, seed: int, memory: int) -> None:
         self._root, self._seed, self._shared = Path(dataset), seed, SharedArrays(memory)
-        self._spec = Path(spec).parent
         self._folder = Folder(self._root)
-        self._appearances = [_appearance(entry, spec) for entry in read_augmentation_spec(spec).augmentations]
+        self._appearances = [_fresh(each, spec) for each in read_appearances(spec)]
         self._readers: dict[str, StageReader] = {}
         self._edited: dict[tuple[object, ...], EditedStage] = {}
         self._rendered = RecentlyUsed[_Rendered](KEPT_RENDERS)
         self._known: set[tuple[object, ...]] = set()
         self._targets = KnownTargets()
-        self._photographs: dict[str, Environment] = {}
+        self._photographs = Photographs()
 
     def image(self, *, frame: str, variant: str, epoch: int, region: Sequence[int] | None) -> DevelopedImage:
         """Develop the image of a picture, or of its `region` x0, y0, x1, y1; return where it is, and what was drawn."""
@@ -90,16 +85,16 @@ class FreshImages:
         drawn = f"{self._seed}.{epoch}"
         chance = stream(self._seed, "appearance", variant, frame, str(epoch))
         appearance = self._appearances[int(chance.integers(len(self._appearances)))]
-        values = appearance.draw(self._seed, f"{appearance.entry.name}.{epoch}", f"{variant}/{frame}")
+        values = appearance.draw(self._seed, f"{appearance.of.entry.name}.{epoch}", f"{variant}/{frame}")
         scene = self._scene(said, appearance, values)
         augmentation, camera = augmentation_and_camera(variant)
         scene = replace(scene, frame=replace(scene.frame, variant=variant_of(f"{augmentation}.{drawn}", camera)))
         gains = gains_in(rendered.unit, scene)
         if gains is None:
-            self._refuse(said, appearance.entry)
+            self._refuse(said, appearance.of.entry)
         array = _developed(scene, rendered.radiance.relit(gains), said, region)
         entries: list[Entry] = self._shared.put({IMAGE: array})
-        return DevelopedImage(arrays=entries, augmentation=appearance.entry.name, values=values)
+        return DevelopedImage(arrays=entries, augmentation=appearance.of.entry.name, values=values)
 
     def _reader(self, said: Record) -> StageReader:
         if said.variant not in self._readers:
@@ -108,17 +103,16 @@ class FreshImages:
             self._readers[said.variant] = StageReader(path, variant=said.variant, after=after, check_images=False)
         return self._readers[said.variant]
 
-    def _scene(self, said: Record, appearance: _Appearance, values: Mapping[str, Value]) -> Scene:
-        reader, entry = self._reader(said), appearance.entry
+    def _scene(self, said: Record, appearance: _FreshAppearance, values: Mapping[str, Value]) -> Scene:
+        reader, entry = self._reader(said), appearance.of.entry
         edits = Edits(values={n: v for n, v in values.items() if n != BACKGROUND}, selections=entry.select)
         frame, key = reader.frames[said.index], (said.variant, edits.names)
         if key not in self._edited:
             self._edited[key] = EditedStage(self._root / said.provenance.stage.root, reader, frame, edits)
         scene = self._targets.in_place(self._edited[key].scene(frame, edits))
         if behind := str(values.get(BACKGROUND, "")):
-            if behind not in self._photographs:
-                self._photographs[behind] = Environment(back_plate=photograph(beside(self._spec, behind)))
-            scene = replace(scene, environment=self._photographs[behind])
+            file = beside(appearance.of.folder, behind)
+            scene = replace(scene, environment=self._photographs.behind(file))
         if (checked := (*key, said.index)) not in self._known:
             base = reader.scene(frame)
             keys = KeyMaker(said.settings).keys(scene.with_lights(base.lights))
@@ -151,23 +145,16 @@ class FreshImages:
         return found
 
 
-def _appearance(entry: AugmentationEntry, spec: str) -> _Appearance:
-    others = tuple(sample for sample in entry.sample if sample.parameter != BACKGROUND)
-    for sample in others:
+def _fresh(appearance: Appearance, spec: str) -> _FreshAppearance:
+    for sample in appearance.others:
         name = sample.parameter
         light = name.startswith(("sun.", "fill.", "lights."))
         if not name.startswith(DEVELOPED) or (light and not name.endswith(STRENGTH)):
             own = ", ".join(f"{each}*" for each in DEVELOPED[:3])
             do = f"draw {own}, photographs, and strengths and colours of lights"
-            raise InputError("needs a new render", where=f"{spec} augmentation {entry.name}: {name}", do=do)
-    behind = next((background_choice(each, Path(spec).parent) for each in entry.sample if each not in others), None)
-    named = () if behind is None else behind.values if isinstance(behind, Choice) else (behind.value,)
-    for name in map(str, named):
-        if not is_picture(name):
-            where = f"{spec} augmentation {entry.name}: {BACKGROUND}"
-            do = "draw photographs, and render environments as variants"
-            raise InputError(f"{name} needs a new render", where=where, do=do)
-    return _Appearance(entry=entry, samples=samples_for(others), background=behind)
+            where = f"{spec} augmentation {appearance.entry.name}: {name}"
+            raise InputError("needs a new render", where=where, do=do)
+    return _FreshAppearance(of=appearance, samples=samples_for(appearance.others))
 
 
 def _developed(scene: Scene, radiance: Radiance, said: Record, region: Sequence[int] | None) -> NDArray[Any]:

@@ -4,6 +4,7 @@ from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,16 +31,19 @@ from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
+from spin_usd.simulator.drawn_pictures import DrawnPictures, Photographs
 from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
 from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import SharedArrays
+from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
+from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.cache import CacheEntry
 
 KEPT_RENDERS = 1 << 26  # bytes: what the pictures before in other strengths of light are made of
-KEPT_STAGES = 4  # opened to edit the same things again
+KEPT_STAGES = 8  # opened to edit the same things again
 
 
 class PicturesInMemory:
@@ -98,7 +102,7 @@ class StagePictures:
         self._shared, self._files = SharedArrays(memory), PicturesInMemory()
         self._maker = PassMaker(EmbreeCaster(), None)
         self._versions = library_versions()
-        self._targets = KnownTargets()
+        self._targets, self._drawn, self._photographs = KnownTargets(), DrawnPictures(), Photographs()
         self._path, self._variant = stage, variant
         self._readers: dict[str, StageReader] = {}
         self._edited: OrderedDict[tuple[object, ...], EditedStage] = OrderedDict()
@@ -119,8 +123,9 @@ class StagePictures:
 
     def picture(self, *, request: Mapping[str, Any], kinds: Sequence[str], recorded: bool) -> MadeInMemory:
         """Make the picture's arrays of these kinds, and the record, which takes longer than some of them, if asked."""
-        asked = convert(request, PictureRequest)
-        variant, watch = asked.variant or self._variant, Stopwatch()
+        asked, watch = convert(request, PictureRequest), Stopwatch()
+        drawn = self._draw(asked) if asked.drawn else None
+        asked, variant = drawn or asked, asked.variant or self._variant
         options = self._options
         if asked.seed is not None:
             options = replace(options, settings=replace(options.settings, seed=asked.seed))
@@ -144,6 +149,7 @@ class StagePictures:
             camera=RecordedCamera.of(scene.camera),
             pose=RecordedPose.of(scene.bodies[0].T_cam_body),
             arrays=self._shared.put(self._files.arrays),
+            request=drawn,
         )
         if not recorded:
             return made
@@ -155,15 +161,40 @@ class StagePictures:
     def _scene(self, asked: PictureRequest, variant: str, views: frozenset[str]) -> Scene:
         reader = self._reader(variant)
         frame, edits = self._frame(asked), self._edits(asked)
-        if not any(edits.names):
-            return reader.scene(frame, views=views)
+        shown = self._edited_stage(asked).scene(frame, edits, views=views) if any(edits.names) else None
+        shown = shown or reader.scene(frame, views=views)
+        if BACKGROUND in asked.values:
+            shown = replace(shown, environment=self._photographs.behind(Path(asked.values[BACKGROUND])))
+        return shown
+
+    def _edited_stage(self, asked: PictureRequest) -> EditedStage:
+        """Return the stage in which what the request edits is edited."""
+        variant, edits = asked.variant or self._variant, self._edits(asked)
         key = (variant, edits.names)
         if key not in self._edited:
-            self._edited[key] = EditedStage(self._path, reader, frame, edits)
+            self._edited[key] = EditedStage(self._path, self._reader(variant), self._frame(asked), edits)
             if len(self._edited) > KEPT_STAGES:
                 self._edited.popitem(last=False)
         self._edited.move_to_end(key)
-        return self._edited[key].scene(frame, edits, views=views)
+        return self._edited[key]
+
+    def _draw(self, asked: PictureRequest) -> PictureRequest:
+        """Return the request with what it leaves to be drawn."""
+        reader = self._reader(asked.variant or self._variant)
+
+        def opened(posed: PictureRequest) -> BaseStage:
+            frame = self._frame(posed)
+            kept = structs.replace(posed, values={}, lights={}, parts={})
+            if not any(self._edits(kept).names):
+                stage = reader.stage
+            else:
+                edited = self._edited_stage(kept)
+                edited.scene(frame, self._edits(kept))
+                stage = edited.stage
+            camera = stage.GetPrimAtPath(reader.camera_prim.GetPath())
+            return BaseStage(stage=stage, times=(frame.time_code,), metres=reader.metres, chosen_camera=camera)
+
+        return self._drawn.drawn(asked, reader.scene(self._frame(asked)), opened)
 
     def _frame(self, asked: PictureRequest) -> FrameId:
         reader = self._reader(asked.variant or self._variant)
@@ -179,7 +210,8 @@ class StagePictures:
             poses={name: np.array(pose) for name, pose in asked.poses.items()},
             parts={name: np.array(moved) for name, moved in asked.parts.items()},
             lights=asked.lights,
-            values={name: tuple(v) if isinstance(v, list) else v for name, v in asked.values.items()},
+            values={n: tuple(v) if isinstance(v, list) else v for n, v in asked.values.items() if n != BACKGROUND},
+            selections=asked.selections,
         )
 
     def _reader(self, variant: str) -> StageReader:

@@ -65,6 +65,8 @@ class LoggedPictures(StagePictures):
     def _scene(self, asked: PictureRequest, variant: str, views: frozenset[str]) -> Scene:
         if asked.variant is not None or asked.seed is not None:
             raise InputError("a log has one variant and one seed", do="leave them out, or begin another log")
+        if asked.selections:
+            raise InputError("a log has one selection of variants", do="draw from augmentations that select none")
         if "next_frame" in views:
             raise InputError("what comes after is not known yet", do="leave out labels such as flow")
         frame = self._named(asked, self._number)

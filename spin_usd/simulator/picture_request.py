@@ -23,6 +23,18 @@ LONGEST = 60  # characters of a value in a message
 Matrix = list[list[float]]
 
 
+class DrawnFrom(Struct, frozen=True, kw_only=True):
+    """What a picture of a stream is drawn from."""
+
+    seed: int
+    number: int
+    """The picture's, in the stream."""
+    poses: str | None = None
+    """A sampling specification: its text, file or name; None where the request has the pose."""
+    spec: str | None = None
+    """The file of a specification of augmentations, of which it has one; None for none."""
+
+
 class PictureRequest(Struct, frozen=True, kw_only=True):
     """A picture that is asked for: a frame of the stage, and what is to be otherwise than there."""
 
@@ -43,7 +55,11 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
     lights: dict[str, float] = {}
     """Factors by light."""
     values: dict[str, Any] = {}
-    """Those of parameters, by name, each in its own unit."""
+    """Those of parameters, by name, each in its own unit; of "background" the file of a photograph."""
+    selections: dict[str, str] = {}
+    """Variants of the stage's other sets, by set."""
+    drawn: DrawnFrom | None = None
+    """What the rest is drawn from, before the picture is made."""
 
     @property
     def called(self) -> str | None:
@@ -85,6 +101,8 @@ class MadeInMemory(Struct, frozen=True, kw_only=True):
     camera: RecordedCamera
     pose: RecordedPose
     arrays: list[Entry]
+    request: PictureRequest | None = None
+    """What it shows, where that was drawn."""
     record: str | None = None
     """JSON, where it was asked for."""
     saved: bool = True

@@ -181,7 +181,7 @@ class PictureWorkers:
 
     def _take(self, asked: AskedPicture, made: MadeInMemory, memory: SharedArrays) -> None:
         if self._log and asked.logged == self._logged:
-            self._unsaved.append((asked.logged, to_builtins(asked.request)))
+            self._unsaved.append((asked.logged, to_builtins(made.request or asked.request)))
             self._logged += 1
         if made.saved:
             self._unsaved.clear()

@@ -4,17 +4,20 @@ Neither USD nor Blender is loaded into the caller's process.
 """
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
-from msgspec import to_builtins
+import numpy as np
+from msgspec import structs, to_builtins
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import frozen
 from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
+from spin_usd.formats.augmentation_spec import spec_path
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.planning.request import RenderRequest
@@ -25,6 +28,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.scene.scene import NOMINAL
 from spin_usd.simulator.live_picture import RECORD, LivePicture, Made
 from spin_usd.simulator.picture_request import (
+    DrawnFrom,
     PictureRequest,
     finite_number,
     plain,
@@ -189,6 +193,45 @@ class Simulator:
         finally:
             self.workers.forget(asked)
 
+    def stream(
+        self,
+        poses: str | Path | Callable[[np.random.Generator], Any],
+        spec: str | Path | None = None,
+        *,
+        seed: int = 0,
+        start: int = 0,
+    ) -> Iterator[LivePicture]:
+        """Make pictures without end, each of a new pose in a new appearance, which its `request` says. The same
+        arguments give the same pictures, whatever the number of workers.
+
+        Args:
+            poses: What poses are drawn from: text such as "range=4..8 inside=1", a file or a name, as `author --sample`
+                takes them, with what those draw of light; or a function that returns a pose as `request` takes it,
+                and draws by the generator that it gets.
+            spec: A specification of augmentations, its file or its name. Of several each picture takes one.
+            seed: Of all that is drawn. Noise depends on it too.
+            start: The number of the first picture.
+
+        Raises:
+            SpinError: For what cannot be drawn or shown.
+        """
+        if (first := whole_number(start, "the start")) < 0 or (own := whole_number(seed, "the seed")) < 0:
+            raise InputError(f"the seed is {seed} and the start {start}", do="give 0 or more")
+        file = None
+        if spec is not None:
+            with reading():
+                file = str(spec_path(spec).absolute())
+        law = None if callable(poses) else str(poses)
+
+        def requests() -> Iterator[PictureRequest]:
+            for number in count(first):
+                name = f"drawn_{own}_{number:06d}"
+                pose = poses(np.random.default_rng((own, number))) if callable(poses) else None
+                drawn = DrawnFrom(seed=own, number=number, poses=law, spec=file)
+                yield structs.replace(self.request(pose=pose, name=name), drawn=drawn)
+
+        return self.pictures(requests())
+
     def request(
         self,
         frame: str | int | None = None,
@@ -256,11 +299,12 @@ class Simulator:
         """Wait for a picture."""
         found = self.workers.result(number)
         asked, made, camera = found.asked, found.made, found.made.camera.camera
+        request = made.request or asked.request
 
         def make(kind: str) -> Made:
             recorded = kind == RECORD
             kinds = self.kinds if recorded else (kind,)
-            more = self.workers.ask(asked.request, kinds, first=True, recorded=recorded, logged=asked.logged)
+            more = self.workers.ask(request, kinds, first=True, recorded=recorded, logged=asked.logged)
             whole = self.workers.result(more)
             return whole.arrays, whole.made.record or ""
 
@@ -274,7 +318,7 @@ class Simulator:
             whole_camera=camera,
             T_cam_body=frozen(made.pose.T_cam_body.matrix),
             description=self.description,
-            request=asked.request,
+            request=request,
             arrays=found.arrays,
             make=make,
         )

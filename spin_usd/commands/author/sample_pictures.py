@@ -57,8 +57,21 @@ def sample_pictures(
     constraints: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SampledValues:
-    """Sample the `entries` for `name`, and return what they change of the `pictures` of `base`, whose variants are
-    selected.
+    """Sample the `entries` as `draw_values` does, and return what they change of the `pictures`."""
+    draws = draw_values(base, pictures, entries, seed=seed, name=name, constraints=constraints)
+    return sampled_values(base, draws.constant, draws.per_frame, progress)
+
+
+def draw_values(
+    base: BaseStage,
+    pictures: SampledPictures,
+    entries: Sequence[SampleEntry],
+    *,
+    seed: int,
+    name: str,
+    constraints: Mapping[str, float] | None = None,
+) -> ParameterValues:
+    """Sample the `entries` for `name` and the `pictures` of `base`, whose variants are selected.
 
     A value depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on
     nothing else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
@@ -69,7 +82,7 @@ def sample_pictures(
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
-    return sampled_values(base, draws.constant, draws.per_frame, progress)
+    return draws
 
 
 def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequence[SampleEntry]:

@@ -1,0 +1,147 @@
+"""The child's part of a stream of pictures: poses and appearances drawn by specifications."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from msgspec import structs
+
+from spin_usd.arrays import Float
+from spin_usd.commands.author.background_choice import background_choice
+from spin_usd.commands.author.part_pictures import DECIMALS
+from spin_usd.commands.author.sample_pictures import SampledPictures, draw_values
+from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec, open_spec
+from spin_usd.errors import InputError
+from spin_usd.formats.augmentation_spec import AugmentationEntry, read_augmentation_spec
+from spin_usd.formats.sample_table import SampleEntry
+from spin_usd.geometry.transform import Transform
+from spin_usd.sampling.distribution import Choice, Fixed
+from spin_usd.sampling.poses import PoseLaw
+from spin_usd.sampling.sample import stream
+from spin_usd.scene.environment import Environment
+from spin_usd.scene.scene import Scene
+from spin_usd.simulator.picture_request import Matrix, PictureRequest, plain
+from spin_usd.stage.augment.attribute_change import BaseStage
+from spin_usd.stage.augment.background import beside, is_picture, photograph
+from spin_usd.stage.augment.parameters import BACKGROUND
+
+Opened = Callable[[PictureRequest], BaseStage]
+"""Opens the stage with what a request has of poses and selections."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Appearance:
+    """An augmentation of the specification in `folder`; `others` are samples but that of the background."""
+
+    entry: AugmentationEntry
+    folder: Path
+    others: tuple[SampleEntry, ...]
+    background: Choice | Fixed | None
+
+    def photograph(self, seed: int, name: str, frame: str) -> dict[str, str]:
+        """Draw the photograph behind a picture, if there is to be one: its file, by the parameter."""
+        if self.background is None:
+            return {}
+        return {BACKGROUND: str(self.background.sample(stream(seed, name, BACKGROUND, frame)))}
+
+
+def read_appearances(spec: str) -> list[Appearance]:
+    """Return the augmentations of the specification in that file. Raises InputError for one whose backgrounds are not
+    all photographs."""
+    return [_appearance(entry, spec) for entry in read_augmentation_spec(spec).augmentations]
+
+
+def _appearance(entry: AugmentationEntry, spec: str) -> Appearance:
+    others = tuple(sample for sample in entry.sample if sample.parameter != BACKGROUND)
+    folder = Path(spec).parent
+    behind = next((background_choice(each, folder) for each in entry.sample if each not in others), None)
+    named = () if behind is None else behind.values if isinstance(behind, Choice) else (behind.value,)
+    for name in map(str, named):
+        if not is_picture(name):
+            where = f"{spec} augmentation {entry.name}: {BACKGROUND}"
+            do = "draw photographs, and render environments as variants"
+            raise InputError(f"{name} needs a new render", where=where, do=do)
+    return Appearance(entry=entry, folder=folder, others=others, background=behind)
+
+
+class Photographs:
+    """Photographs behind pictures, each opened once."""
+
+    def __init__(self) -> None:
+        self._known: dict[Path, Environment] = {}
+
+    def behind(self, file: Path) -> Environment:
+        """Return the surroundings that are the photograph in the file. Raises InputError."""
+        if file not in self._known:
+            self._known[file] = Environment(back_plate=photograph(file))
+        return self._known[file]
+
+
+class DrawnPictures:
+    """Draws what requests leave to specifications."""
+
+    def __init__(self) -> None:
+        self._appearances: dict[str, list[Appearance]] = {}
+        self._poses: dict[str, SamplingSpec] = {}
+
+    def drawn(self, asked: PictureRequest, of_frame: Scene, opened: Opened) -> PictureRequest:
+        """Return the request with what was drawn for it; `of_frame`: what its frame shows. Raises InputError."""
+        assert asked.drawn is not None
+        of = asked.drawn
+        seed, number = of.seed, str(of.number)
+        entries: dict[str, SampleEntry] = {}
+        constraints: dict[str, float] = {}
+        if of.poses is not None:
+            spec, part, pose = self._pose(of.poses, seed, number, of_frame)
+            asked = structs.replace(asked, poses={**asked.poses, "": pose})
+            entries |= {each.parameter: each for each in part.sample}
+            constraints |= spec.table.constraints
+        photograph: dict[str, str] = {}
+        name = f"drawn.{number}"
+        if of.spec is not None:
+            appearance = self._appearance(of.spec, seed, number)
+            name = f"{appearance.entry.name}.{number}"
+            entries |= {each.parameter: each for each in appearance.others}
+            constraints |= appearance.entry.constraints
+            asked = structs.replace(asked, selections=dict(appearance.entry.select))
+            photograph = {
+                parameter: str(beside(appearance.folder, file))
+                for parameter, file in appearance.photograph(seed, name, "").items()
+            }
+        once = [replace(each, per_frame=False) for each in entries.values()]
+        values = draw_values(
+            opened(asked),
+            SampledPictures(names=(asked.name or "",)),
+            once,
+            seed=seed,
+            name=name,
+            constraints=constraints,
+        ).constant
+        return structs.replace(asked, values={**plain(values), **photograph, **asked.values}, drawn=None)
+
+    def _pose(self, given: str, seed: int, number: str, of_frame: Scene) -> tuple[SamplingSpec, SamplingPart, Matrix]:
+        if given not in self._poses:
+            self._poses[given] = open_spec(given, 1)
+        spec = self._poses[given]
+        chance = stream(seed, "part", number).random() * spec.count
+        ends = np.cumsum([part.count for part in spec.parts])
+        part = spec.parts[int(np.searchsorted(ends, chance, side="right"))]
+        if not isinstance(part.law, PoseLaw):
+            do = "give the poses of trajectories one by one"
+            raise InputError("samples trajectories", where=f"{spec.source}, part {part.table.name}", do=do)
+        q, t = part.law.sample(stream(seed, "pose", number), of_frame.camera, of_frame.bodies[0].target.mesh.hull)
+        return spec, part, _rounded(q, t)
+
+    def _appearance(self, spec: str, seed: int, number: str) -> Appearance:
+        if spec not in self._appearances:
+            self._appearances[spec] = read_appearances(spec)
+        every = self._appearances[spec]
+        return every[int(stream(seed, "appearance", number).integers(len(every)))]
+
+
+def _rounded(q: Float, t: Float) -> Matrix:
+    """Return the pose as `author` samples it, the same on every machine."""
+    rotation, place = np.round(q, DECIMALS) + 0.0, np.round(t, DECIMALS) + 0.0
+    matrix: Matrix = Transform.from_quaternion(to="cam", of="body", q=rotation, t=place).matrix.tolist()
+    return matrix
