@@ -121,6 +121,12 @@ def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -
     return pair
 
 
+def start_bpy(folder: Path, samples: int) -> Peer:
+    """Start Blender's, of the whole frame of the scene that is written in the folder. Raises OSError where it does not
+    start."""
+    return _started("plain bpy script", [sys.executable, "plain_bpy.py"], folder, samples, "frame")
+
+
 def start_mitsuba(scene: Scene, folder: Path, mitsuba_python: str) -> Peer:
     """Start the fastest Mitsuba, cropped to the target's box. Raises OSError where it does not start, or cannot make
     the picture."""

@@ -1,4 +1,5 @@
-"""Milliseconds of a picture from a Simulator and a FreshDataset that are kept open, beside the same through files.
+"""Milliseconds of a picture from a Simulator and a FreshDataset that are kept open, beside the same through files, and
+a plain bpy script that is kept open and has the same samples.
 
 Each picture has a pose that was not shown before; both share the same processors, one if not said otherwise.
 """
@@ -7,6 +8,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,13 @@ import numpy as np
 import three_stages
 from benchmarks.command import run
 from benchmarks.frames import own_camera
+from benchmarks.peers import start_bpy, write_scene
 
 from spin_usd import Dataset, FreshDataset, Simulator
+from spin_usd.geometry.transform import Transform
 from spin_usd.processes.processors import hold_to, usable_cpus
+from spin_usd.scene.effort import QUALITIES
+from spin_usd.stage.read.stage_reader import StageReader
 
 WAYS: dict[str, dict[str, Any]] = {
     "depth, parts, dense pose": {"image": False, "labels": "default", "renderer": "raycast", "samples": 1},
@@ -24,6 +30,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "Blender, `preview`": {"quality": "preview"},
     "Blender, `draft`": {"quality": "draft"},
 }
+PLAIN = ("preview", "draft")  # qualities whose samples the plain script has
 WARM = 5  # pictures before those that count
 SPEC = """schema = "augment-1"
 [[augmentation]]
@@ -56,6 +63,9 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
             camera = own_camera(folder / "camera.json", width)
             stage = three_stages.author("matt", folder / "stage", frames="0:8", camera=camera)
             rows += [row(width, way, *simulated(stage, how, options)) for way, how in WAYS.items()]
+            rows += [
+                row(width, f"plain bpy script, samples of `{q}`", *plain(stage, folder, q, options)) for q in PLAIN
+            ]
             rows += fresh(width, stage, folder, options)
     return {"pictures": options.pictures, "cpus": options.cpus, "rows": rows}
 
@@ -82,6 +92,24 @@ def simulated(stage: Path, how: dict[str, Any], options: argparse.Namespace) -> 
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as out:
         done = run("render", stage, "--out", Path(out, "dataset"), "--workers", options.cpus, *words)
     return first, taken[WARM:], 1000 * done.wall_s / done.answer["made"]
+
+
+def plain(stage: Path, folder: Path, quality: str, options: argparse.Namespace) -> tuple[float, list[float]]:
+    """Return the milliseconds of a plain bpy script: the whole frame in an EXR of all passes, and a PNG."""
+    reader = StageReader(stage)
+    scene = reader.scene(reader.frames[0])
+    own = folder / quality
+    own.mkdir()
+    write_scene(scene, own / "scene.npz")
+    began, taken = time.perf_counter(), []
+    peer = start_bpy(own, QUALITIES[quality].samples)
+    for pose in poses(scene.bodies[0].T_cam_body.matrix, options.pictures + WARM + 1):
+        placed = Transform(to="cam", of="body", rotation=pose[:3, :3], translation=pose[:3, 3])
+        peer.picture(replace(scene, bodies=(replace(scene.bodies[0], T_cam_body=placed),)))
+        taken.append(1000 * (time.perf_counter() - began))
+        began = time.perf_counter()
+    peer.close()
+    return taken[0], taken[1 + WARM :]
 
 
 def poses(start: np.ndarray, count: int) -> Iterator[np.ndarray]:
@@ -139,6 +167,7 @@ def table(figures: dict[str, Any]) -> str:
         "| ---: | --- | ---: | ---: | ---: | ---: | ---: |",
     ]
     for each in figures["rows"]:
-        numbers = " | ".join(f"{each[name]:.3g}" for name in ("first", "median", "p99", "rate", "files"))
+        named = (each[name] for name in ("first", "median", "p99", "rate", "files"))
+        numbers = " | ".join("" if value is None else f"{value:.3g}" for value in named)
         lines.append(f"| {each['width']} | {each['way']} | {numbers} |")
     return "\n".join(lines)
