@@ -214,3 +214,35 @@ def test_the_client_in_the_documents_works(small_stage) -> None:
     assert len(seen) == 20
     assert seen[-1] > 3 * seen[0] > 0
     assert last.endswith("pictures a second")
+
+
+FLOWN = """
+import msgpack, numpy, runpy, sys
+images, unpacked = {}, msgpack.unpackb
+def unpackb(message):
+    reply = unpacked(message)
+    array = reply["arrays"]["image"]
+    images[reply["frame"]] = numpy.frombuffer(array["data"], array["dtype"]).reshape(array["shape"])
+    return reply
+msgpack.unpackb = unpackb
+script, file, *sys.argv[1:] = sys.argv[1:]
+runpy.run_path(script, run_name="__main__")
+numpy.savez(file, **images)
+"""
+
+
+@pytest.mark.slow
+def test_what_basilisk_saw_is_rendered_again_to_the_byte(small_stage, spin_usd, tmp_path) -> None:
+    python = os.environ.get("SPIN_USD_BASILISK")
+    if not python:
+        pytest.skip("SPIN_USD_BASILISK names no Python that has bsk, msgpack, numpy and pyzmq")
+    with served(small_stage, "--log", tmp_path / "log") as (at, _):
+        command = [python, "-c", FLOWN, str(REPOSITORY / "docs" / "loop_basilisk.py"), str(tmp_path / "seen.npz"), at]
+        done = subprocess.run([*command, "600"], capture_output=True, text=True, check=True)
+    print(done.stdout)
+    assert float(done.stdout.partition(": ")[2].split()[0]) > 5  # steps a second
+    spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", *RENDERER, "--labels", "none")
+    seen, stored = np.load(tmp_path / "seen.npz"), Dataset(tmp_path / "dataset")
+    assert len(seen) == len(stored) == 600
+    for picture in stored:
+        np.testing.assert_array_equal(seen[picture.frame], picture.image)
