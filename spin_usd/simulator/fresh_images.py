@@ -27,7 +27,7 @@ from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
 from spin_usd.simulator.drawn_pictures import Appearance, Photographs, read_appearances
 from spin_usd.simulator.picture_request import DevelopedImage
-from spin_usd.simulator.recently_used import RecentlyUsed
+from spin_usd.simulator.recently_used import RecentlyUsed, in_own_pages
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
 from spin_usd.stage.augment.background import beside
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
@@ -140,8 +140,9 @@ class FreshImages:
         if radiance is None:
             do = "render the dataset again without --no-cache, which makes no picture anew"
             raise InputError(f"keeps no render of {said.frame} of {said.variant}", where=self._root, do=do)
+        radiance, size = in_own_pages(radiance)
         found = _Rendered(said=said, unit=unit, radiance=radiance)
-        self._rendered.keep(name, found, radiance.groups.nbytes)
+        self._rendered.keep(name, found, size)
         return found
 
 

@@ -33,7 +33,7 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
 from spin_usd.simulator.drawn_pictures import DrawnPictures, Photographs
 from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
-from spin_usd.simulator.recently_used import RecentlyUsed
+from spin_usd.simulator.recently_used import RecentlyUsed, in_own_pages
 from spin_usd.simulator.shared_arrays import SharedArrays
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
@@ -64,7 +64,7 @@ class PicturesInMemory:
 
     def keep_render(self, key: str, rendered: Radiance) -> None:
         """Keep a render."""
-        self._renders.keep(key, rendered, rendered.groups.nbytes)
+        self._renders.keep(key, *in_own_pages(rendered))
 
     def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Take an array; its entry in the record has the digest of its bytes in memory, rows from the top."""
