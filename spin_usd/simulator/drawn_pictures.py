@@ -10,15 +10,15 @@ from msgspec import structs
 from spin_usd.arrays import Float
 from spin_usd.commands.author.background_choice import background_choice
 from spin_usd.commands.author.part_pictures import DECIMALS
-from spin_usd.commands.author.sample_pictures import SampledPictures, draw_values
+from spin_usd.commands.author.sample_pictures import SampledPictures, draw_values, samples_on
 from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec, open_spec
 from spin_usd.errors import InputError
 from spin_usd.formats.augmentation_spec import AugmentationEntry, read_augmentation_spec
 from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.geometry.transform import Transform
 from spin_usd.sampling.distribution import Choice, Fixed
-from spin_usd.sampling.poses import PoseLaw
-from spin_usd.sampling.sample import stream
+from spin_usd.sampling.poses import Balls, PoseLaw, ball_of
+from spin_usd.sampling.sample import Sample, stream
 from spin_usd.scene.environment import Environment
 from spin_usd.scene.scene import Scene
 from spin_usd.simulator.picture_request import Matrix, PictureRequest, plain
@@ -84,41 +84,40 @@ class DrawnPictures:
     def __init__(self) -> None:
         self._appearances: dict[str, list[Appearance]] = {}
         self._poses: dict[str, SamplingSpec] = {}
+        self._samples: dict[tuple[object, ...], tuple[Sample, ...]] = {}
 
     def drawn(self, asked: PictureRequest, of_frame: Scene, opened: Opened) -> PictureRequest:
         """Return the request with what was drawn for it; `of_frame`: what its frame shows. Raises InputError."""
         assert asked.drawn is not None
-        of = asked.drawn
-        seed, number = of.seed, str(of.number)
+        of, number = asked.drawn, str(asked.drawn.number)
+        name, of_what = f"drawn.{number}", [asked.variant]
         entries: dict[str, SampleEntry] = {}
         constraints: dict[str, float] = {}
+        photograph: dict[str, str] = {}
         if of.poses is not None:
-            spec, part, pose = self._pose(of.poses, seed, number, of_frame)
+            spec, part, pose = self._pose(of.poses, of.seed, number, of_frame)
             asked = structs.replace(asked, poses={**asked.poses, "": pose})
+            of_what += [of.poses, part.table.name]
             entries |= {each.parameter: each for each in part.sample}
             constraints |= spec.table.constraints
-        photograph: dict[str, str] = {}
-        name = f"drawn.{number}"
         if of.spec is not None:
-            appearance = self._appearance(of.spec, seed, number)
+            appearance = self._appearance(of.spec, of.seed, number)
             name = f"{appearance.entry.name}.{number}"
+            asked = structs.replace(asked, selections=dict(appearance.entry.select))
+            of_what += [of.spec, appearance.entry.name]
             entries |= {each.parameter: each for each in appearance.others}
             constraints |= appearance.entry.constraints
-            asked = structs.replace(asked, selections=dict(appearance.entry.select))
             photograph = {
                 parameter: str(beside(appearance.folder, file))
-                for parameter, file in appearance.photograph(seed, name, "").items()
+                for parameter, file in appearance.photograph(of.seed, name, "").items()
             }
-        once = [replace(each, per_frame=False) for each in entries.values()]
-        values = draw_values(
-            opened(asked),
-            SampledPictures(names=(asked.name or "",)),
-            once,
-            seed=seed,
-            name=name,
-            constraints=constraints,
-        ).constant
-        return structs.replace(asked, values={**plain(values), **photograph, **asked.values}, drawn=None)
+        base = opened(asked)
+        if (key := tuple(of_what)) not in self._samples:
+            once = [replace(each, per_frame=False) for each in entries.values()]
+            self._samples[key] = samples_on(base, once)
+        picture = SampledPictures(names=(str(asked.name),))
+        drawn = draw_values(base, picture, self._samples[key], seed=of.seed, name=name, constraints=constraints)
+        return structs.replace(asked, values={**plain(drawn.constant), **photograph}, drawn=None)
 
     def _pose(self, given: str, seed: int, number: str, of_frame: Scene) -> tuple[SamplingSpec, SamplingPart, Matrix]:
         if given not in self._poses:
@@ -130,7 +129,14 @@ class DrawnPictures:
         if not isinstance(part.law, PoseLaw):
             do = "give the poses of trajectories one by one"
             raise InputError("samples trajectories", where=f"{spec.source}, part {part.table.name}", do=do)
-        q, t = part.law.sample(stream(seed, "pose", number), of_frame.camera, of_frame.bodies[0].target.mesh.hull)
+        first, *others = of_frame.bodies
+        balls = [ball_of(body.T_cam_body.points(body.target.mesh.hull)) for body in others]
+        apart = Balls(
+            middles=np.array([middle for middle, _ in balls]).reshape(-1, 3),
+            radii=np.array([each for _, each in balls]),
+        )
+        hull = first.target.mesh.hull
+        q, t = part.law.sample(stream(seed, "pose", number), of_frame.camera, hull, apart)
         return spec, part, _rounded(q, t)
 
     def _appearance(self, spec: str, seed: int, number: str) -> Appearance:

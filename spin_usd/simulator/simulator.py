@@ -38,6 +38,7 @@ from spin_usd.simulator.picture_request import (
 )
 from spin_usd.simulator.picture_workers import PictureLog, PictureWorkers
 
+NEEDED = ("depth",)  # a record is of some file
 AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
 
 
@@ -226,7 +227,10 @@ class Simulator:
         def requests() -> Iterator[PictureRequest]:
             for number in count(first):
                 name = f"drawn_{own}_{number:06d}"
-                pose = poses(np.random.default_rng((own, number))) if callable(poses) else None
+                pose = None
+                if callable(poses):
+                    pose = poses(np.random.default_rng((own, number)))
+                    pose = pose if pose and isinstance(pose, Mapping) else {"": pose}
                 drawn = DrawnFrom(seed=own, number=number, poses=law, spec=file)
                 yield structs.replace(self.request(pose=pose, name=name), drawn=drawn)
 
@@ -303,7 +307,7 @@ class Simulator:
 
         def make(kind: str) -> Made:
             recorded = kind == RECORD
-            kinds = self.kinds if recorded else (kind,)
+            kinds = (self.kinds or NEEDED) if recorded else (kind,)
             more = self.workers.ask(request, kinds, first=True, recorded=recorded, logged=asked.logged)
             whole = self.workers.result(more)
             return whole.arrays, whole.made.record or ""

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import psutil
 import pytest
+from pxr import Usd
 
 from spin_usd import Dataset, Simulator, SpinError
 from spin_usd.stage.augment.logged_stage import REQUESTS, SAVE_S
@@ -100,6 +101,35 @@ def test_what_the_first_picture_changes_is_changed_in_the_next_too(small_stage, 
             picture = simulator.picture(0, name=f"p{place}", sun=(0.1 * place, 0, -1), exposure=0.02, values=values)
             images[picture.frame] = picture.image
     assert images["p0"].mean() < images["p1"].mean() < images["p2"].mean()
+    again = made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")
+    for name, image in images.items():
+        np.testing.assert_array_equal(again[name], image)
+
+
+def test_a_request_that_is_refused_changes_no_picture_before(small_stage, spin_usd, tmp_path) -> None:
+    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+        first = simulator.picture(1)
+        for values in ({"material.*.roughness": 0.1}, {"sun.temperature": 4000.0}):
+            with pytest.raises(SpinError, match="cannot be changed in a log"):
+                simulator.picture(0, lights={"Sun": 3.0}, exposure=0.03, values={"sun.angle": 3.0, **values})
+        second = simulator.picture(2, lights={"Sun": 2.0})
+    again = made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")
+    for picture in (first, second):
+        np.testing.assert_array_equal(again[picture.frame], picture.image)
+    assert "xform-unread" not in spin_usd("check", tmp_path / "log").stdout
+
+
+def test_a_stage_whose_target_moves_is_posed_and_logged(spin_usd, tmp_path) -> None:
+    spin_usd("author", "--scenario", "inspection", "--target", "tango", "--camera", "speedplus", "--frames", "0:3",
+             "--resolution", "96", "--out", tmp_path / "stage")  # fmt: skip
+    stage = Usd.Stage.Open(str(tmp_path / "stage" / "dataset.usda"))
+    assert "SpinMotionAPI" in stage.GetPrimAtPath("/World/Target").GetAppliedSchemas()
+    pose = ((1, 0, 0, 0), (0, 0, 5))
+    with Simulator(tmp_path / "stage", **HOW) as simulator:
+        free = simulator.picture(1, pose=pose, name="free").image
+        assert free.any()
+    with Simulator(tmp_path / "stage", log=tmp_path / "log", **HOW) as simulator:
+        images = {each.frame: each.image for each in (simulator.picture(1), simulator.picture(2, pose=pose, name="p"))}
     again = made_again(tmp_path / "log", spin_usd, tmp_path / "dataset")
     for name, image in images.items():
         np.testing.assert_array_equal(again[name], image)

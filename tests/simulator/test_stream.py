@@ -89,6 +89,26 @@ def test_a_function_draws_poses_too(small_stage) -> None:
     np.testing.assert_array_equal(second.image, found[1].image)
 
 
+def test_a_function_that_forgets_its_pose_is_refused(small_stage) -> None:
+    with Simulator(small_stage, **HOW) as simulator:
+        with pytest.raises(SpinError, match="the pose of the target is not a pose"):
+            next(simulator.stream(lambda rng: None))
+        with pytest.raises(SpinError, match="the pose of the target is not a pose"):
+            next(simulator.stream(lambda rng: {}))
+
+
+def test_the_target_keeps_apart_from_others(spin_usd, tmp_path) -> None:
+    spin_usd("author", "--sample", "range=5..6 inside=1 count=1", "--target", "tango", "--also", "cubesat",
+             "--camera", "speedplus", "--resolution", "96", "--out", tmp_path / "stage")  # fmt: skip
+    with Simulator(tmp_path / "stage", image=False, **HOW) as simulator:
+        tango, cubesat = simulator.description.targets
+        sizes = [np.linalg.norm(np.subtract(*target.box)) / 2 for target in (tango, cubesat)]
+        for picture in islice(simulator.stream("range=5..6 inside=1"), 40):
+            a, b = (np.append(np.mean(target.box, 0), 1) for target in (tango, cubesat))
+            between = picture.targets[0].T_cam_body @ a - picture.targets[1].T_cam_body @ b
+            assert np.linalg.norm(between) > 0.9 * sum(sizes)
+
+
 def test_a_stream_can_be_logged_and_rendered(small_stage, spec, spin_usd, tmp_path) -> None:
     logged = tmp_path / "logged.toml"
     logged.write_text("\n".join(line for line in SPEC.splitlines() if not line.startswith('"background"')))

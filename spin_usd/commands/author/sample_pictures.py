@@ -57,32 +57,39 @@ def sample_pictures(
     constraints: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SampledValues:
-    """Sample the `entries` as `draw_values` does, and return what they change of the `pictures`."""
-    draws = draw_values(base, pictures, entries, seed=seed, name=name, constraints=constraints)
+    """Sample the `entries` for `name`, as `draw_values` does, and return what they change of the `pictures` of `base`,
+    whose variants are selected."""
+    samples = samples_on(base, entries)
+    draws = draw_values(base, pictures, samples, seed=seed, name=name, constraints=constraints)
     return sampled_values(base, draws.constant, draws.per_frame, progress)
 
 
 def draw_values(
     base: BaseStage,
     pictures: SampledPictures,
-    entries: Sequence[SampleEntry],
+    samples: Sequence[Sample],
     *,
     seed: int,
     name: str,
     constraints: Mapping[str, float] | None = None,
 ) -> ParameterValues:
-    """Sample the `entries` for `name` and the `pictures` of `base`, whose variants are selected.
+    """Draw the `samples`, which are those of `base`, for `name` and its `pictures`.
 
     A value depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on
     nothing else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
-    samples = tuple(_on_base(base, sample) for sample in samples_for(_of_each_material(base, entries)))
     draws = sample_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Resampling(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
     return draws
+
+
+def samples_on(base: BaseStage, entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
+    """Return the entries' distributions within the limits that what they change has in `base`. Raises InputError that
+    names the parameter."""
+    return tuple(_on_base(base, sample) for sample in samples_for(_of_each_material(base, entries)))
 
 
 def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequence[SampleEntry]:

@@ -24,12 +24,12 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.time_variation import CachedIfConstant
+from spin_usd.stage.usd.transforms import EDITED
 from spin_usd.stage.usd.values import read
 
-EDITED = ":edited"
-"""Suffix of the transform operations that are written here."""
 PLACED = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "xformOp:scale": "double3"}
 """The operations that place a target, which USD interpolates well, and their types."""
+MOTION = "spin:motion:"  # what a target that is placed anew has none of
 PART, RESET = "xformOp:transform", "!resetXformStack!"
 
 
@@ -146,6 +146,9 @@ class Editor:
         order.default = [RESET, *(f"{name}{EDITED}" for name in PLACED)] if is_target else [f"{PART}{EDITED}"]
         if is_target:
             over.SetInfo("apiSchemas", Sdf.TokenListOp.Create(deletedItems=[schema.MOTION_API]))
+            for attribute in prim.GetAuthoredAttributes():
+                if attribute.GetName().startswith(MOTION):
+                    Sdf.AttributeSpec(over, attribute.GetName(), attribute.GetTypeName()).default = Sdf.ValueBlock()
 
     def values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[ChangedAttribute, Any]]:
         """Yield the attributes that are edited, with their values."""

@@ -28,11 +28,9 @@ from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.read.distant_light import read_distant_light
 from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.usd.conversion import quatd
-from spin_usd.stage.usd.transforms import placement
+from spin_usd.stage.usd.transforms import SAMPLED, placement
 from spin_usd.stage.usd.values import read
 
-SAMPLED = ":sampled"
-"""Suffix of the transform operations that are written here, so that they never collide with the stage's own."""
 DIGITS = 9
 MAX_SUNS = 8
 SUNS = tuple(f"sun.{number}.direction" for number in range(2, MAX_SUNS + 1))
@@ -184,7 +182,7 @@ def strengths(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     suns = find_suns(base) if distant or any(name.startswith("sun.") for name in names) else {}
     for name in names:
         if (number := name.split(".")[1]).isdigit() and int(number) not in suns:
-            do = f"add it by sun.{number}.direction, in a variant before"
+            do = f"draw it for pictures of an augmentation that has sun.{number}.direction"
             raise InputError(f"the stage has no Sun {number}", where=name, do=do)
     lights = _changed_lights(base, suns, names)
     intensities = [UsdLux.LightAPI(prim).GetIntensityAttr() for prim in lights]
@@ -194,7 +192,8 @@ def strengths(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
     def values(sampled: ParameterValues, time: float) -> tuple[float, ...]:
         if sampled.get(SHINING, 1) not in {*suns, 1}:
-            raise InputError(f"the stage has no Sun {sampled[SHINING]}", where=SHINING, do=f"choose among {[*suns]}")
+            do = f"choose among {', '.join(map(str, sorted(suns)))}"
+            raise InputError(f"the stage has no Sun {sampled[SHINING]:g}", where=SHINING, do=do)
         own = [float(read(a, Usd.TimeCode(time))) for a in intensities] if varies else constant
         return tuple(_strength(own[i], sampled, number, per_watt) for i, number in enumerate(lights.values()))
 
@@ -209,8 +208,9 @@ def _changed_lights(base: BaseStage, suns: Mapping[int, Usd.Prim], names: tuple[
     lights, numbers = find_lights(base.stage), {prim: number for number, prim in suns.items()}
     fills = [prim for prim in lights if prim not in numbers]
     if not lights or ("fill.factor" in names and not fills):
-        none = f"the stage has no {'lights but the Sun' if lights else 'lights'}, so {names[0]} changes nothing"
-        raise InputError(none, where=names[0], do="remove it, or select lights that have them")
+        name = "fill.factor" if lights else names[0]
+        none = f"the stage has no {'lights but the Sun' if lights else 'lights'}, so {name} changes nothing"
+        raise InputError(none, where=name, do="remove it, or select lights that have them")
     found: dict[Usd.Prim, int] = {}
     for prim in lights:
         number = numbers.get(prim, 0)

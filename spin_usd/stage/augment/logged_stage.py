@@ -14,11 +14,11 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd import __version__
-from spin_usd.errors import InputError, SpinError
+from spin_usd.errors import InputError
 from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
-from spin_usd.stage.augment.edited_stage import EDITED, PART, Editor, Edits
+from spin_usd.stage.augment.edited_stage import PART, Editor, Edits
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.replace_files import REPEATED, repeat
 from spin_usd.stage.augment.sampled_values import SampledValue, SampledValues, write_values
@@ -30,6 +30,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import export, layer_at, writing
 from spin_usd.stage.usd.time_variation import CachedIfConstant
+from spin_usd.stage.usd.transforms import EDITED
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 
@@ -137,14 +138,13 @@ class LoggedStage:
 
     def scene(self, number: int, frame: FrameId, edits: Edits, *, views: Collection[str] = ()) -> Scene:
         """Write picture `number`, as `write` does, and read its scene. Where that cannot be shown it is not there."""
-        before = self._last_time
-        self.write(number, frame, edits)
+        before, names = self._last_time, set(self._names)
         try:
+            self.write(number, frame, edits)
             return self.again(number, frame, views=views)
-        except SpinError:
+        except BaseException:
             self._erase(number)
-            self._names.discard(frame.name.lower())
-            self._last_time = before
+            self._names, self._last_time = names, before
             raise
 
     def again(self, number: int, frame: FrameId, *, views: Collection[str] = ()) -> Scene:
@@ -164,15 +164,20 @@ class LoggedStage:
             do = "give each its own; capitals do not count"
             raise InputError(f"a picture of the log is called {frame.name!r} already", do=do)
         values = dict(self._values(frame, edits))
-        new = [attribute for path, (attribute, _) in values.items() if path not in self._known]
+        new = {path: attribute for path, (attribute, _) in values.items() if path not in self._known}
+        owns = {path: self._stages(attribute, frame) for path, attribute in new.items()}
+        for path, own in owns.items():
+            if own is None and not new[path].name.startswith("xformOp:"):  # those are said of each picture
+                found = f"{path} has no value in the stage, so it cannot be changed in a log"
+                raise InputError(found, do="author the stage with one")
         for path, attribute in self._known.items():
             if path not in values:
                 values[path] = attribute, self._stages(attribute, frame)
-        samples = [(attribute, ((float(number), value),)) for attribute, value in values.values()]
-        for attribute in new:  # which was the stage's own so far
-            own, codes = self._stages(attribute, frame), {0.0, number - 1.0} if number else set()
-            samples += [(attribute, ((code, own),)) for code in codes]
-            self._known[str(attribute)] = attribute
+        codes = {0.0, number - 1.0} if number else set()  # what is new was the stage's own so far
+        samples = [(new[path], ((code, own),)) for path, own in owns.items() for code in codes]
+        samples += [(attribute, ((float(number), value),)) for attribute, value in values.values()]
+        if new:
+            self._known |= new
             self._reader = None
         of_world = ((schema.CAPTURE_FRAME, "string", frame.name), (schema.CAPTURE_TIME, "double", frame.time_s))
         for name, of_type, value in of_world:
@@ -215,7 +220,8 @@ class LoggedStage:
             here = BaseStage(stage=self._base.stage, times=(frame.time_code,), metres=self._base.metres)
             values[SUN] = tuple(sun_directions(here, self._sun)[0].tolist())
         for change in self._editor.changes(tuple(values)):
-            if (change.fixed or change.apis) and change.parameters != (SUN,):
+            cut = any(attribute.cut for attribute in change.attributes)
+            if (change.fixed or change.apis or cut) and change.parameters != (SUN,):
                 do = "author the stage with it, or leave it as it is"
                 raise InputError("cannot be changed in a log", where=change.parameters[0], do=do)
         whole = replace(

@@ -15,11 +15,11 @@ from spin_usd.stage.augment.attribute_change import (
     ParameterValues,
     moves_in_time,
 )
-from spin_usd.stage.augment.lights import DIGITS, SAMPLED, camera_from_world, order
+from spin_usd.stage.augment.lights import DIGITS, camera_from_world, order
 from spin_usd.stage.read.camera import find_camera
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
-from spin_usd.stage.usd.transforms import between, placement
+from spin_usd.stage.usd.transforms import SAMPLED, between, placement
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 

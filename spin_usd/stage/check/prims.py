@@ -11,6 +11,7 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.author.camera_layer import SOLAR_IRRADIANCE
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.draw_modes import stand_ins
+from spin_usd.stage.usd.transforms import EDITED, SAMPLED
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import ancestors
 
@@ -97,7 +98,8 @@ def xform_findings(stage: Usd.Stage) -> Iterator[Finding]:
         names = [name for name in prim.GetAuthoredPropertyNames() if name.startswith("xformOp:")]
         order = {*(read(prim.GetAttribute("xformOpOrder")) or ())} if names else set()
         unread = [name for name in names if not {name, f"!invert!{name}"} & order]
-        if unread and not _of_target(prim):
+        replaced = any(name.endswith((EDITED, SAMPLED)) for name in order)  # on purpose, by what is sampled or logged
+        if unread and not replaced and not _of_target(prim):
             message = f"its xformOpOrder leaves out {', '.join(unread)}, so that moves nothing; put it in, or remove it"
             yield Finding(code="xform-unread", where=str(prim.GetPath()), message=message, severity=WARNING)
 

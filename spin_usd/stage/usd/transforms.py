@@ -22,6 +22,9 @@ SHEAR_TOLERANCE = 1e-5
 ORTHONORMAL = 1e-12  # a matrix this near to a rotation is taken as it is; 30 roundings stay below
 UNIT_SCALE_TOLERANCE = 1e-9  # a product of a few rotations is rounded by less
 
+SAMPLED, EDITED = ":sampled", ":edited"
+"""Suffixes of transform operations that spin_usd writes over a stage's own, so that they never collide with those: in
+an augmentation, and in a simulator."""
 
 _T, _OP = Sdf.ValueTypeNames, UsdGeom.XformOp
 NUMBER, VECTOR = (_T.Double, _T.Float, _T.Half), (_T.Double3, _T.Float3, _T.Half3)

@@ -174,9 +174,9 @@ def _shown(value: Any) -> str:
 
 
 def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:
-    """Raise StageError where `prim` authors attributes of an API schema that is not applied to it."""
+    """Raise StageError where `prim` has values of attributes of an API schema that is not applied to it."""
     for attribute in prim.GetAuthoredAttributes():
-        if attribute.GetName().startswith(prefix):
+        if attribute.GetName().startswith(prefix) and attribute.HasAuthoredValue():
             raise StageError(f"is authored, but {api} is not applied", where=attribute.GetPath(), do="apply it")
 
 
