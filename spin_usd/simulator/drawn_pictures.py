@@ -93,7 +93,7 @@ class DrawnPictures:
         name, of_what = f"drawn.{number}", [asked.variant]
         entries: dict[str, SampleEntry] = {}
         constraints: dict[str, float] = {}
-        photograph: dict[str, str] = {}
+        behind: dict[str, str] = {}
         if of.poses is not None:
             spec, part, pose = self._pose(of.poses, of.seed, number, of_frame)
             asked = structs.replace(asked, poses={**asked.poses, "": pose})
@@ -107,7 +107,7 @@ class DrawnPictures:
             of_what += [of.spec, appearance.entry.name]
             entries |= {each.parameter: each for each in appearance.others}
             constraints |= appearance.entry.constraints
-            photograph = {
+            behind = {
                 parameter: str(beside(appearance.folder, file))
                 for parameter, file in appearance.photograph(of.seed, name, "").items()
             }
@@ -117,7 +117,7 @@ class DrawnPictures:
             self._samples[key] = samples_on(base, once)
         picture = SampledPictures(names=(str(asked.name),))
         drawn = draw_values(base, picture, self._samples[key], seed=of.seed, name=name, constraints=constraints)
-        return structs.replace(asked, values={**plain(drawn.constant), **photograph}, drawn=None)
+        return structs.replace(asked, values={**plain(drawn.constant), **behind}, drawn=None)
 
     def _pose(self, given: str, seed: int, number: str, of_frame: Scene) -> tuple[SamplingSpec, SamplingPart, Matrix]:
         if given not in self._poses:
