@@ -80,6 +80,12 @@ class Radiance:
         """(rows, columns, 3) without the coverage."""
         return self.rgba[..., :3]
 
+    def within(self, region: Region) -> "Radiance":
+        """Return what of it lies in `region`."""
+        shown = self.region & region
+        part = shown.within(self.region).slices
+        return Radiance(region=shown, groups=self.groups[:, *part], coverage=self.coverage[part])
+
     def relit(self, gains: Sequence[Color]) -> "Radiance":
         """Return the same with each group's light multiplied by its gain in red, green and blue."""
         if len(gains) != len(self.groups):

@@ -24,6 +24,7 @@ from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_light
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
+from spin_usd.scene.texture import Color
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
 from spin_usd.simulator.drawn_pictures import Appearance, Photographs, read_appearances
 from spin_usd.simulator.picture_request import DevelopedImage
@@ -92,7 +93,7 @@ class FreshImages:
         gains = gains_in(rendered.unit, scene)
         if gains is None:
             self._refuse(said, appearance.of.entry)
-        array = _developed(scene, rendered.radiance.relit(gains), said, region)
+        array = _developed(scene, rendered.radiance, gains, said, region)
         entries: list[Entry] = self._shared.put({IMAGE: array})
         return DevelopedImage(arrays=entries, augmentation=appearance.of.entry.name, values=values)
 
@@ -158,15 +159,18 @@ def _fresh(appearance: Appearance, spec: str) -> _FreshAppearance:
     return _FreshAppearance(of=appearance, samples=samples_for(appearance.others))
 
 
-def _developed(scene: Scene, radiance: Radiance, said: Record, region: Sequence[int] | None) -> NDArray[Any]:
+def _developed(
+    scene: Scene, radiance: Radiance, gains: Sequence[Color], said: Record, region: Sequence[int] | None
+) -> NDArray[Any]:
     settings = said.settings
     seeds = background_seed(scene, settings), picture_seed(scene, settings)
     if region is None:
-        return develop(scene, radiance, sky(scene, seed=seeds[0]), seed=seeds[1])
+        return develop(scene, radiance.relit(gains), sky(scene, seed=seeds[0]), seed=seeds[1])
     x0, y0, x1, y1 = region
     wanted = Region(x0=x0, y0=y0, x1=x1, y1=y1)
     around = wanted.padded(int(np.ceil(KERNEL_SIGMAS * scene.optics.psf_sigma))) & scene.camera.frame
     behind = sky(scene, seed=seeds[0])
     part = None if behind is None else behind[around.slices]
-    made = develop(scene, radiance, part, seed=seeds[1], region=around)
+    metered = radiance if scene.sensor.auto_exposure else radiance.within(around)
+    made = develop(scene, metered.relit(gains), part, seed=seeds[1], region=around)
     return np.ascontiguousarray(made[wanted.within(around).slices])
