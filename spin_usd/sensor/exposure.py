@@ -47,7 +47,7 @@ def _wanted(sensor: Sensor, radiance: Radiance) -> float | None:
     The meter averages the target's radiance over the pixels that it covers, weighted as by a panchromatic detector.
     """
     rule = sensor.auto_exposure
-    if rule is None or not (covered := float(radiance.coverage.sum(dtype=np.float64))):
+    if rule is None or not (covered := float(radiance.rgba[..., 3].sum(dtype=np.float64))):
         return None
     weights = np.array(sensor.quantum_efficiency) * np.array(sensor.panchromatic)
     light = radiance.rgb.sum((0, 1), dtype=np.float64) @ weights
