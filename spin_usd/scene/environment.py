@@ -16,6 +16,9 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
 from spin_usd.scene.texture import Color, Image
 
+BACKGROUND = "background"
+"""The parameter of specifications that puts other surroundings, or a photograph, behind a picture."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Planet:

@@ -1,8 +1,9 @@
 """The results of a renderer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from mmap import mmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +86,21 @@ class Radiance:
         shown = self.region & region
         part = shown.within(self.region).slices
         return Radiance(region=shown, groups=self.groups[:, *part], coverage=self.coverage[part])
+
+    @property
+    def nbytes(self) -> int:
+        """How many bytes its arrays take."""
+        return self.groups.nbytes + self.coverage.nbytes
+
+    def in_own_pages(self) -> "Radiance":
+        """Return the same in memory of its own: among other arrays of other sizes it would leave holes, of which a
+        process grows as renders come and go."""
+        pages, at = np.frombuffer(mmap(-1, max(self.nbytes, 1)), np.uint8), self.groups.nbytes
+        groups = pages[:at].view(np.float32).reshape(self.groups.shape)
+        coverage = pages[at : self.nbytes].view(np.float32).reshape(self.coverage.shape)
+        np.copyto(groups, self.groups)
+        np.copyto(coverage, self.coverage)
+        return replace(self, groups=groups, coverage=coverage)
 
     def relit(self, gains: Sequence[Color]) -> "Radiance":
         """Return the same with each group's light multiplied by its gain in red, green and blue."""

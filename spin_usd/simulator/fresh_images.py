@@ -22,17 +22,17 @@ from spin_usd.sampling.sample import Sample, sample_one, stream
 from spin_usd.scene.derived.content_keys import KeyMaker, background_seed, picture_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_light
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.scene.texture import Color
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
-from spin_usd.simulator.drawn_pictures import Appearance, Photographs, read_appearances
+from spin_usd.simulator.appearances import Appearance, Photographs, read_appearances
 from spin_usd.simulator.picture_request import DevelopedImage
-from spin_usd.simulator.recently_used import RecentlyUsed, in_own_pages
+from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
 from spin_usd.stage.augment.background import beside
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
-from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.cache import RENDERS, Cache
 from spin_usd.store.names import record_of
@@ -141,9 +141,8 @@ class FreshImages:
         if radiance is None:
             do = "render the dataset again without --no-cache, which makes no picture anew"
             raise InputError(f"keeps no render of {said.frame} of {said.variant}", where=self._root, do=do)
-        radiance, size = in_own_pages(radiance)
-        found = _Rendered(said=said, unit=unit, radiance=radiance)
-        self._rendered.keep(name, found, size)
+        found = _Rendered(said=said, unit=unit, radiance=radiance.in_own_pages())
+        self._rendered.keep(name, found, radiance.nbytes)
         return found
 
 

@@ -29,15 +29,16 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import FrameId, Scene
-from spin_usd.simulator.drawn_pictures import DrawnPictures, Photographs
+from spin_usd.simulator.appearances import Photographs
+from spin_usd.simulator.drawn_pictures import DrawnPictures
 from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
-from spin_usd.simulator.recently_used import RecentlyUsed, in_own_pages
+from spin_usd.simulator.recently_used import RecentlyUsed
 from spin_usd.simulator.shared_arrays import SharedArrays
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
-from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.store.cache import CacheEntry
@@ -64,7 +65,7 @@ class PicturesInMemory:
 
     def keep_render(self, key: str, rendered: Radiance) -> None:
         """Keep a render."""
-        self._renders.keep(key, *in_own_pages(rendered))
+        self._renders.keep(key, rendered.in_own_pages(), rendered.nbytes)
 
     def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
         """Take an array; its entry in the record has the digest of its bytes in memory, rows from the top."""

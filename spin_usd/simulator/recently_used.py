@@ -1,13 +1,7 @@
 """Things kept in memory as long as they fit, those that were used last."""
 
 from collections import OrderedDict
-from dataclasses import replace
-from mmap import mmap
 from typing import Generic, TypeVar
-
-import numpy as np
-
-from spin_usd.scene.passes import Radiance
 
 T = TypeVar("T")
 
@@ -34,18 +28,3 @@ class RecentlyUsed(Generic[T]):
         while self._held > self._most and len(self._things) > 1:
             _, (_, gone) = self._things.popitem(last=False)
             self._held -= gone
-
-
-def in_own_pages(rendered: Radiance) -> tuple[Radiance, int]:
-    """Return the render with its arrays in memory of their own, and how many bytes that is: among other arrays of other
-    sizes they would leave holes, of which a process grows as pictures come and go."""
-    arrays = rendered.groups, rendered.coverage
-    size = sum(array.nbytes for array in arrays)
-    pages, at = np.frombuffer(mmap(-1, max(size, 1)), np.uint8), rendered.groups.nbytes
-    groups, coverage = (
-        part.view(np.float32).reshape(array.shape)
-        for part, array in zip((pages[:at], pages[at:size]), arrays, strict=True)
-    )
-    np.copyto(groups, rendered.groups)
-    np.copyto(coverage, rendered.coverage)
-    return replace(rendered, groups=groups, coverage=coverage), size

@@ -2,8 +2,9 @@
 
 from typing import Any
 
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.stage.augment.parameter import ATTITUDE, DIRECTION, NUMBER, UNITS, Parameter
-from spin_usd.stage.augment.parameters import BACKGROUND, FIELDS, NUMBERED, PARAMETERS, parameter_named
+from spin_usd.stage.augment.parameters import FIELDS, NUMBERED, PARAMETERS, parameter_named
 
 TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
 BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."

@@ -15,8 +15,8 @@ from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.progress import Progress
 from spin_usd.sampling.constraints import CONSTRAINTS
 from spin_usd.sampling.sample import stream
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.stage.augment.background import Background, background_of, compose_background
-from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.planet import find_planet
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base

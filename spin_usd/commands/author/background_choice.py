@@ -9,8 +9,8 @@ from spin_usd.errors import InputError
 from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.stage.augment.background import beside
-from spin_usd.stage.augment.parameters import BACKGROUND
 
 
 def background_choice(sample: SampleEntry, folder: Path) -> Choice | Fixed:

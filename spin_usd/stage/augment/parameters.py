@@ -6,6 +6,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from spin_usd.errors import InputError
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
@@ -196,8 +197,6 @@ NUMBERED: Mapping[str, Parameter] = {
 }
 """Parameters with a number N in their names, by patterns of those."""
 
-BACKGROUND = "background"
-"""The parameter that references a layer instead of setting an attribute: see `augment.background`."""
 MATERIAL = re.compile(r"material\.([A-Za-z_]\w*|\*)\.([A-Za-z]+)(\.factor)?")
 VARIES = "Which appearance of its kind a material has: each number from 0 to 1 stands for another."
 FIELDS: Mapping[str, str] = {

@@ -1,0 +1,61 @@
+"""Appearances of a specification, one of which a picture is drawn to have, and the photographs behind."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.commands.author.background_choice import background_choice
+from spin_usd.errors import InputError
+from spin_usd.formats.augmentation_spec import AugmentationEntry, read_augmentation_spec
+from spin_usd.formats.sample_table import SampleEntry
+from spin_usd.sampling.distribution import Choice, Fixed
+from spin_usd.sampling.sample import stream
+from spin_usd.scene.environment import BACKGROUND, Environment
+from spin_usd.stage.augment.background import is_picture, photograph
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Appearance:
+    """An augmentation of the specification in `folder`; `others` are samples but that of the background."""
+
+    entry: AugmentationEntry
+    folder: Path
+    others: tuple[SampleEntry, ...]
+    background: Choice | Fixed | None
+
+    def photograph(self, seed: int, name: str, frame: str) -> dict[str, str]:
+        """Draw the photograph behind a picture, if there is to be one: its file, by the parameter."""
+        if self.background is None:
+            return {}
+        return {BACKGROUND: str(self.background.sample(stream(seed, name, BACKGROUND, frame)))}
+
+
+def read_appearances(spec: str) -> list[Appearance]:
+    """Return the augmentations of the specification in that file. Raises InputError for one whose backgrounds are not
+    all photographs."""
+    return [_appearance(entry, spec) for entry in read_augmentation_spec(spec).augmentations]
+
+
+def _appearance(entry: AugmentationEntry, spec: str) -> Appearance:
+    others = tuple(sample for sample in entry.sample if sample.parameter != BACKGROUND)
+    folder = Path(spec).parent
+    behind = next((background_choice(each, folder) for each in entry.sample if each not in others), None)
+    named = () if behind is None else behind.values if isinstance(behind, Choice) else (behind.value,)
+    for name in map(str, named):
+        if not is_picture(name):
+            where = f"{spec} augmentation {entry.name}: {BACKGROUND}"
+            do = "draw photographs, and render environments as variants"
+            raise InputError(f"{name} needs a new render", where=where, do=do)
+    return Appearance(entry=entry, folder=folder, others=others, background=behind)
+
+
+class Photographs:
+    """Photographs behind pictures, each opened once."""
+
+    def __init__(self) -> None:
+        self._known: dict[Path, Environment] = {}
+
+    def behind(self, file: Path) -> Environment:
+        """Return the surroundings that are the photograph in the file. Raises InputError."""
+        if file not in self._known:
+            self._known[file] = Environment(back_plate=photograph(file))
+        return self._known[file]
