@@ -5,6 +5,7 @@ A client sends a request and gets one reply to each, in its own order. Several c
 
 import os
 import re
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -29,6 +30,7 @@ from spin_usd.options import names_in
 from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.patience import LOOK_S
+from spin_usd.scene.environment import BACKGROUND
 from spin_usd.simulator.picture_workers import MadePictureArrays
 from spin_usd.simulator.shared_arrays import numpy_type
 from spin_usd.simulator.simulator import Simulator
@@ -116,12 +118,19 @@ class Server:
         with suppress(zmq.Again):
             while True:
                 client, *envelope, body = self._socket.recv_multipart(zmq.NOBLOCK)
-                try:
-                    answer = self._heard(client, envelope, body)
-                except SpinError as error:
-                    answer = SentError(error=str(error))
+                answer = self.answer(client, envelope, body)
                 if answer is not None:
                     self._send(client, envelope, answer)
+
+    def answer(self, client: bytes, envelope: list[bytes], body: bytes) -> Struct | None:
+        """Return the answer to a message, whatever it is; None where it takes a picture to be made."""
+        try:
+            return self._heard(client, envelope, body)
+        except SpinError as error:
+            return SentError(error=str(error))
+        except Exception as defect:  # one message must not end the server of all others
+            traceback.print_exception(defect)
+            return SentError(error=f"the server met a defect of its own: {defect!r}")
 
     def _heard(self, client: bytes, envelope: list[bytes], body: bytes) -> Struct | None:
         """Return the answer to a message; None where it takes a picture to be made. Raises InputError."""
@@ -144,6 +153,9 @@ class Server:
         """Ask the workers for a picture; return its number. Raises InputError."""
         if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
             raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
+        if BACKGROUND in (asked.values or {}):
+            do = "draw photographs where the stage is, by Simulator.stream"
+            raise InputError(f"{BACKGROUND} names a file of the server's machine", do=do)
         own = {name: getattr(asked, name) for name in ASKED}
         request = self._simulator.request(**own)
         return self._workers.ask(request, asked.arrays, recorded=asked.record)

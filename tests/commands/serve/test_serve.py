@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 import zmq
 
 from spin_usd import Dataset
+from spin_usd.commands.serve.run import Server
 from spin_usd.processes.child import IN_PROCESS
 from tests.conftest import REPOSITORY
 
@@ -145,6 +147,7 @@ def test_a_stage_that_goes_away_is_said_and_may_come_back(small_stage, tmp_path)
         (msgspec.msgpack.encode({"values": {"sensor.gain": {"a": 1}}}), "sensor.gain is {'a': 1}"),
         (msgspec.msgpack.encode({"values": {"sensor.gain": msgspec.msgpack.Ext(5, b"x")}}), "sensor.gain is <msgspec"),
         (msgspec.msgpack.encode({"values": {"sensor.gain": {(1, 2): 2}}}), "sensor.gain is {(1, 2)"),
+        (msgspec.msgpack.encode({"values": {"background": "/etc/passwd"}}), "names a file of the server's machine"),
         (msgspec.msgpack.encode({"sun": [float("nan"), 0, 0]}), "is nan"),
         (msgspec.msgpack.encode({"frame": "img9"}), "has no frame 'img9'"),
     ],
@@ -154,6 +157,12 @@ def test_bad_messages_get_a_sentence(server, body, said) -> None:
     client.socket.send(body)
     assert said in msgspec.msgpack.decode(client.socket.recv())["error"]
     assert client.ask(ask="ping") == {"waiting": 0}
+
+
+def test_a_defect_is_an_answer_too(capsys) -> None:
+    server = Server(None, SimpleNamespace(workers=None))  # which has none of what a stage is told from
+    assert "a defect of its own" in server.answer(b"client", [], msgspec.msgpack.encode({"ask": "stage"})).error
+    assert "Traceback" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
