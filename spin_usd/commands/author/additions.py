@@ -16,6 +16,7 @@ from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.table_file import PARTS, read_keypoints_file, read_materials_file, read_parts_file
 from spin_usd.pluralise import pluralise
 from spin_usd.resources import bundled
+from spin_usd.scene.event_sensor import PRESETS
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.name_rule import MaterialRule, PartRule
@@ -23,7 +24,7 @@ from spin_usd.stage.augment.sampled_values import SampledValues, open_base, over
 from spin_usd.stage.augment.sun_and_planet import write_sampled
 from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.added_layer import add_keypoints, add_lidar, add_range_finder
-from spin_usd.stage.author.camera_layer import layer_name, set_channels
+from spin_usd.stage.author.camera_layer import layer_name, set_channels, set_event_sensor
 from spin_usd.stage.author.target_prim import keep_transparent
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.bodies.keypoints import read_keypoints_layer
@@ -64,6 +65,9 @@ class Additions:
         if self.options.channels is not None:
             for camera in ("", *further):
                 set_channels(root.parent / "layers" / layer_name(camera), self.options.channels)
+        if self.options.event_sensor is not None:
+            for camera in ("", *further):
+                set_event_sensor(root.parent / "layers" / layer_name(camera), PRESETS[self.options.event_sensor])
         if self.lidar is not None:
             add_lidar(root, self.lidar, f"The LiDAR in {self.files['lidar'].name}.")
         if self.range_finder is not None:
@@ -97,6 +101,9 @@ def read_additions(options: AuthorOptions) -> Additions:
     """Read the additions that the options describe. Raises InputError."""
     if options.channels is not None and options.channels not in CHANNELS:
         raise InputError(f"there are no channels {options.channels!r}", do=f"choose {' or '.join(CHANNELS)}")
+    if options.event_sensor is not None and options.event_sensor not in PRESETS:
+        do = f"choose among {', '.join(PRESETS)}, or author SpinEventSensorAPI"
+        raise InputError(f"there is no event sensor {options.event_sensor!r}", do=do)
     if options.sun_direction is not None and options.sun_from_target is not None:
         do = "give one: camera axes, or body axes"
         raise InputError("sun_direction and sun_from_target are given together", do=do)

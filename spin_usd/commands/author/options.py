@@ -8,6 +8,7 @@ from typing import Annotated
 from spin_usd.completions import bundled, named
 from spin_usd.errors import InputError
 from spin_usd.options import AnySize, Frames, Listening, Option, Prim, UnitsPerMetre
+from spin_usd.scene.event_sensor import PRESETS as EVENT_SENSORS
 
 NAME_OR_FILE = "NAME_OR_FILE"
 AUTO = "auto"
@@ -179,6 +180,10 @@ class AuthorOptions(Listening):
         ),
     ] = ()
     channels: Annotated[str | None, Option("rgb or mono, instead of the camera's own.", "NAME")] = None
+    event_sensor: Annotated[
+        str | None,
+        Option(f"Make it an event camera too, with pixels such as those of {', '.join(EVENT_SENSORS)}.", "NAME"),
+    ] = None
     lidar: Annotated[
         str | Path | None,
         Option(

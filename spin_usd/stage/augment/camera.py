@@ -110,6 +110,11 @@ def sensor(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 @of_each_camera
+def event_sensor(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    return of_schema(base, names, schema.EVENT_SENSOR_API, schema.EVENT_SENSOR[names[0].removeprefix("event.")])
+
+
+@of_each_camera
 def metering(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.SENSOR_API, schema.AUTO_EXPOSURE_LEVEL)
 

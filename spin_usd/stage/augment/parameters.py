@@ -12,6 +12,7 @@ from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
 from spin_usd.stage.augment.material_variation import VARIATION, variation
 from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
+from spin_usd.stage.read import event_sensor as event_limits
 from spin_usd.stage.read import optics as optics_limits
 from spin_usd.stage.read import sensor as sensor_limits
 from spin_usd.stage.read.distant_light import ANGLES
@@ -32,6 +33,11 @@ def _optics(name: str, description: str, unit: str = "") -> Parameter:
 def _sensor(name: str, description: str, unit: str = "") -> Parameter:
     own = sensor_limits.RANGES[name]
     return Parameter(name=f"sensor.{name}", description=description, make=camera.sensor, unit=unit, limits=own)
+
+
+def _event(name: str, description: str, unit: str = "") -> Parameter:
+    own = event_limits.RANGES[name]
+    return Parameter(name=f"event.{name}", description=description, make=camera.event_sensor, unit=unit, limits=own)
 
 
 def _lens(name: str, description: str, unit: str = "") -> Parameter:
@@ -137,6 +143,17 @@ _ALL = (
     _sensor("contrast", "Exponent of the linear signal about mid-grey."),
     _sensor("saturation", "Factor on each colour's distance from its luminance."),
     _sensor("gamma", "What the encoding gamma takes the root of."),
+    _event("threshold_on", "Rise of the natural logarithm of the light that makes an event."),
+    _event("threshold_off", "Fall of the natural logarithm of the light that makes an event."),
+    _event("threshold_spread", "Standard deviation of both thresholds from pixel to pixel."),
+    _event("dark", "The dark current of the event camera's pixels; 1 is that of white light."),
+    _event("cutoff", "Corner frequency of the pixels in white light, Hz; 0 for none."),
+    _event("leak", "Events of a rise that a pixel in constant light makes, a second."),
+    _event("shot_noise", "Events that noise makes in a dark pixel, a second."),
+    _event("shot_noise_in_white", "The share of these that is left in white light."),
+    _event("refractory", "Time after an event for which the pixel notices nothing.", "s"),
+    _event("latency", "Time from the change to its time stamp.", "s"),
+    _event("jitter", "Standard deviation of the time stamps.", "s"),
     _lens("fx", "Error of the horizontal focal length: added to it.", "px"),
     _lens("fy", "Error of the vertical focal length: added to it.", "px"),
     _lens("cx", "Error of the principal point, to the right.", "px"),

@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.event_sensor import EventSensor
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.camera import find_camera, foreign_lens, read_camera
 from spin_usd.stage.read.lens import author_lens, read_lens, usd_focal_length
@@ -134,6 +135,18 @@ def set_channels(path: Path, channels: str) -> None:
     prim = stage.GetDefaultPrim()
     prim.ApplyAPI(schema.SENSOR_API)
     prim.GetAttribute(schema.SENSOR["channels"]).Set(channels)
+    with writing(path):
+        layer.Save()
+
+
+def set_event_sensor(path: Path, sensor: EventSensor) -> None:
+    """Write an event camera's pixels into the camera layer at `path`. Raises OutputError."""
+    layer = open_layer(path)
+    stage = stage_on(layer)
+    prim = stage.GetDefaultPrim()
+    prim.ApplyAPI(schema.EVENT_SENSOR_API)
+    for field, attribute in schema.EVENT_SENSOR.items():
+        prim.GetAttribute(attribute).Set(getattr(sensor, field))
     with writing(path):
         layer.Save()
 

@@ -12,6 +12,7 @@ from spin_usd.arrays import digest
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.eclipse import eclipsed
+from spin_usd.scene.event_sensor import EventSensor
 from spin_usd.scene.finding import Finding
 from spin_usd.scene.scene import NOMINAL, FrameId, OneBody, Scene, Shutter, augmentation_and_camera, variant_of
 from spin_usd.stage.composition.images import Decoded, Images
@@ -22,10 +23,12 @@ from spin_usd.stage.read.camera import find_cameras, picture_variants
 from spin_usd.stage.read.camera_reader import CameraReader, chosen_camera
 from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.read.environment import EnvironmentReader
+from spin_usd.stage.read.event_sensor import read_event_sensor
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights import LightReader
 from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.planet import refuse_hidden_target
+from spin_usd.stage.read.shutter import Opening
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.root_metadata import Notes, metres_per_unit
 from spin_usd.stage.usd.transforms import check_chain
@@ -129,6 +132,10 @@ class StageReader:
         """Return whether lights, and planets that could hide them, are the same in camera axes in all pictures."""
         return self._lights.still and self._environment.still and not self._camera.T_world_usdcam.varies
 
+    def event_sensor(self, frame: FrameId) -> EventSensor | None:
+        """Read the pixels of the camera; None where it is no event camera."""
+        return read_event_sensor(self.camera_prim, Usd.TimeCode(frame.time_code))
+
     def T_world_cam(self, frame: FrameId) -> Transform:
         """Return where the camera is in the middle of the frame's exposure, metres."""
         middle = Usd.TimeCode(self._camera.opening_at(frame.time_code).middle)
@@ -145,11 +152,11 @@ class StageReader:
                     selections[name if prim == default else f"{prim.GetPath()}{{{name}}}"] = variant
         return selections
 
-    def scene(self, frame: FrameId, *, views: Collection[str] = ()) -> Scene:
-        """Read everything that a picture of `frame` needs, at the middle of its exposure, and of the other `views` that
-        some labels need those named, "next_frame" and "paired". The target is the same object as long as it does not
-        change."""
-        opening = self._camera.opening_at(frame.time_code)
+    def scene(self, frame: FrameId, *, views: Collection[str] = (), instant: bool = False) -> Scene:
+        """Read everything that a picture of `frame` needs, at the middle of its exposure, or at its own `instant`, and
+        of the other `views` that some labels need those named, "next_frame" and "paired". The target is the same object
+        as long as it does not change."""
+        opening = Opening(middle=frame.time_code) if instant else self._camera.opening_at(frame.time_code)
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._camera.T_world_usdcam.at(time)

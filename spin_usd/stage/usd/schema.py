@@ -10,6 +10,7 @@ from spin_usd.resources import schemas
 
 LENS_API = "SpinLensAPI"
 SENSOR_API = "SpinSensorAPI"
+EVENT_SENSOR_API = "SpinEventSensorAPI"
 OPTICS_API = "SpinOpticsAPI"
 SHUTTER_API = "SpinShutterAPI"
 LIDAR_API = "SpinLidarAPI"
@@ -24,6 +25,7 @@ BACK_PLATE_API = "SpinBackPlateAPI"
 APIS = (
     LENS_API,
     SENSOR_API,
+    EVENT_SENSOR_API,
     OPTICS_API,
     SHUTTER_API,
     LIDAR_API,
@@ -71,6 +73,21 @@ SENSOR = {
 AUTO_EXPOSURE = "spin:sensor:autoExposure"
 AUTO_EXPOSURE_LEVEL = "spin:sensor:autoExposure:level"
 AUTO_EXPOSURE_STOPS = "spin:sensor:autoExposure:stops"
+
+EVENT_SENSOR = {
+    "threshold_on": "spin:event:thresholdOn",
+    "threshold_off": "spin:event:thresholdOff",
+    "threshold_spread": "spin:event:thresholdSpread",
+    "dark": "spin:event:dark",
+    "cutoff": "spin:event:cutoff",
+    "leak": "spin:event:leak",
+    "shot_noise": "spin:event:shotNoise",
+    "shot_noise_in_white": "spin:event:shotNoiseInWhite",
+    "refractory": "spin:event:refractory",
+    "latency": "spin:event:latency",
+    "jitter": "spin:event:jitter",
+}
+"""An event camera's attributes, by the field of scene.event_sensor.EventSensor."""
 
 OPTICS = {
     "psf_sigma": "spin:optics:psfSigma",

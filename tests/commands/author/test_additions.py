@@ -14,6 +14,7 @@ from spin_usd import author
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.formats.image_file import read_image
+from spin_usd.scene.event_sensor import PRESETS
 from spin_usd.scene.scene import Scene
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.sun_and_planet import read_sky
@@ -122,6 +123,16 @@ def test_a_pattern_matches_all_that_lies_below_a_node_of_its_name(inputs: dict[s
         "wing": 24, **dict.fromkeys(list(BOXES)[2:], 12),
     }  # fmt: skip
     assert check_stage(made.root) == ()
+
+
+@pytest.mark.parametrize("preset", ["v2e_noisy", "evk4"])
+def test_an_event_sensor_is_authored_on_the_camera(inputs: dict[str, Any], preset: str) -> None:
+    root = author_stage(**inputs, event_sensor=preset).root
+    reader = StageReader(root)
+    assert reader.event_sensor(reader.frames[0]) == PRESETS[preset]
+    (layer,) = (Path(root).parent / "layers").glob("camera*")
+    assert "SpinEventSensorAPI" in layer.read_text()
+    assert check_stage(root) == ()
 
 
 @pytest.mark.parametrize(("scale", "count"), [(1, 0), (1000, 1)])
@@ -312,6 +323,7 @@ def test_all_that_stands_in_the_layers_of_light_is_read(
     ("additions", "sentence"),
     [
         ({"channels": "grey"}, "no channels 'grey'; choose mono or rgb"),
+        ({"event_sensor": "evk5"}, "no event sensor 'evk5'; choose among ideal, v2e_clean, v2e_noisy, evk4, davis346"),
         ({"sun_direction": (0, 0, 0)}, "0, 0, 0 is not a direction to the Sun"),
         ({"sun_direction": (1, 2)}, "three numbers X,Y,Z"),
         ({"sun_direction": (1, 0, 0), "sun_from_target": (1, 0, 0)}, "given together"),

@@ -24,7 +24,7 @@ STAGE = """#usda 1.0
 class Xform "Base"
 {
     def Camera "Camera" (
-        prepend apiSchemas = ["SpinLensAPI", "SpinSensorAPI"]
+        prepend apiSchemas = ["SpinEventSensorAPI", "SpinLensAPI", "SpinSensorAPI"]
         doc = "Without SpinOpticsAPI: augment applies it."
     )
     {
@@ -167,6 +167,17 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sensor.contrast": (1.2, {"sensor.contrast": 1.2}),
     "sensor.saturation": (0.8, {"sensor.saturation": 0.8}),
     "sensor.gamma": (1.8, {"sensor.gamma": 1.8}),
+    "event.threshold_on": (0.3, {"event_sensor.threshold_on": 0.3}),
+    "event.threshold_off": (0.3, {"event_sensor.threshold_off": 0.3}),
+    "event.threshold_spread": (0.02, {"event_sensor.threshold_spread": 0.02}),
+    "event.dark": (0.01, {"event_sensor.dark": 0.01}),
+    "event.cutoff": (300, {"event_sensor.cutoff": 300}),
+    "event.leak": (0.1, {"event_sensor.leak": 0.1}),
+    "event.shot_noise": (5, {"event_sensor.shot_noise": 5}),
+    "event.shot_noise_in_white": (0.5, {"event_sensor.shot_noise_in_white": 0.5}),
+    "event.refractory": (1e-4, {"event_sensor.refractory": 1e-4}),
+    "event.latency": (2e-4, {"event_sensor.latency": 2e-4}),
+    "event.jitter": (3e-5, {"event_sensor.jitter": 3e-5}),
     "lens.fx": (2, {"camera.fx": 252}),
     "lens.fy": (-2, {"camera.fy": 238}),
     "lens.cx": (1.5, {"camera.cx": 101.5}),
@@ -215,8 +226,8 @@ def toml(value):
 
 
 @pytest.fixture(scope="module")
-def scenes(tmp_path_factory):
-    """The scene of each case, by parameter, and the nominal one."""
+def readers(tmp_path_factory):
+    """The stage of each case, by parameter, and the nominal one."""
     folder = tmp_path_factory.mktemp("parameters")
     (folder / "stage.usda").write_text(STAGE)
     lines = ['schema = "augment-1"']
@@ -227,13 +238,18 @@ def scenes(tmp_path_factory):
         lines += [f'"{name}" = {{ distribution = "fixed", value = {toml(value)}{given} }}']
     (folder / "all.toml").write_text("\n".join(lines))
     augment_stage(stage=folder / "stage.usda", spec=str(folder / "all.toml"))
+    variants = {**{name: f"v{i}" for i, name in enumerate(CASES)}, "nominal": "nominal"}
+    return {name: StageReader(folder / "stage.usda", variant=variant) for name, variant in variants.items()}
 
-    def scene(variant):
-        reader = StageReader(folder / "stage.usda", variant=variant)
-        return reader.scene(reader.frames[0])
 
-    found = {name: scene(f"v{i}") for i, name in enumerate(CASES)}
-    return {**found, "nominal": scene("nominal")}
+@pytest.fixture(scope="module")
+def scenes(readers):
+    return {name: reader.scene(reader.frames[0]) for name, reader in readers.items()}
+
+
+@pytest.fixture(scope="module")
+def event_sensors(readers):
+    return {name: reader.event_sensor(reader.frames[0]) for name, reader in readers.items()}
 
 
 def test_there_is_a_case_for_every_parameter() -> None:
@@ -241,8 +257,8 @@ def test_there_is_a_case_for_every_parameter() -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_it_changes_what_it_says_and_nothing_else(scenes, name) -> None:
-    before, after = flat(scenes["nominal"]), flat(scenes[name])
+def test_it_changes_what_it_says_and_nothing_else(scenes, event_sensors, name) -> None:
+    before, after = (flat(scenes[of]) | flat(event_sensors[of], "event_sensor") for of in ("nominal", name))
     changed = {
         path
         for path in set(before) | set(after)

@@ -24,6 +24,7 @@ SCHEMAS = {
         schema.AUTO_EXPOSURE_LEVEL,
         schema.AUTO_EXPOSURE_STOPS,
     },
+    schema.EVENT_SENSOR_API: {*schema.EVENT_SENSOR.values()},
     schema.OPTICS_API: {*schema.OPTICS.values()},
     schema.SHUTTER_API: {schema.SHUTTER_READOUT_TIME},
     schema.LIDAR_API: {*schema.LIDAR.values()},
