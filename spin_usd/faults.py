@@ -88,6 +88,9 @@ ORBIT: Mapping[str, str] = {
 }
 """Those of the extra [orbit] likewise."""
 
+EVENTS: Mapping[str, str] = {"faery": "faery", "h5py": "h5py"}
+"""Those of the extra [events] likewise."""
+
 OF_UNIX = ("fcntl", "resource")
 """Modules that Python has on Linux and macOS alone. Reading a dataset and scoring predictions need none of them."""
 
@@ -109,8 +112,9 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
         missing = f"{package} is not installed, as reading a dataset does not need it"
         return MissingPackageError(missing, do=to_install(package))
-    if isinstance(fault, ModuleNotFoundError) and (package := ORBIT.get((fault.name or "").partition(".")[0])):
-        return MissingPackageError(f"{package} is not installed", do="run pip install 'spin_usd[orbit]'")
+    for extra, packages in (("orbit", ORBIT), ("events", EVENTS)):
+        if isinstance(fault, ModuleNotFoundError) and (package := packages.get((fault.name or "").partition(".")[0])):
+            return MissingPackageError(f"{package} is not installed", do=f"run pip install 'spin_usd[{extra}]'")
     if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
         do = "read datasets and score predictions here, and do all else on Linux"
         return MissingPackageError(f"this system has no {fault.name}", do=do)

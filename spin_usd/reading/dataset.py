@@ -6,23 +6,24 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from numbers import Real
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self, SupportsIndex, TypeAlias, overload
 
 import numpy as np
 
 from spin_usd.errors import InputError
-from spin_usd.files.folder import Folder
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.url import refuse_unless_path
 from spin_usd.pluralise import pluralise
 from spin_usd.reading.description import DescribedPart, DescribedTarget, Targets, read_description
+from spin_usd.reading.events import EventStream
 from spin_usd.reading.measures import values_of
 from spin_usd.reading.picture import Picture, read_picture
 from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
 from spin_usd.reading.window import margin_of, size_of
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.store.names import RECORDS, is_record, picture_of, record_of
+from spin_usd.store.names import EVENTS, RECORDS, events_of, is_record, picture_of, record_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -170,6 +171,20 @@ class Dataset(Sequence[Picture]):
         if not names:
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
         return self._of(names)
+
+    def events(self, variant: str | None = None) -> EventStream:
+        """Return the events of that variant; it need not be named where one alone has events. Raises InputError where
+        there are none, or several and none is named."""
+        folder = Folder(self.root)
+        known = [PurePosixPath(name).stem for name in folder.files(EVENTS) if name.endswith(".h5")]
+        if not known:
+            raise InputError("has no events", where=self.root, do="render it with an event camera")
+        if variant is None and len(known) > 1:
+            raise InputError("has events of several variants", where=self.root, do=f"choose among {', '.join(known)}")
+        if variant is not None and variant not in known:
+            do = f"choose among {', '.join(known)}"
+            raise InputError(f"has no events of variant {variant!r}", where=self.root, do=do)
+        return EventStream(FileIn(folder, events_of(variant or known[0])))
 
     def where(self, condition: str | Callable[[Picture], bool]) -> Self:
         """Return the pictures that meet the condition: a function of a Picture, or a text such as

@@ -5,11 +5,29 @@ STAGE = "stage"
 RECORDS = "records"
 CACHE = "cache"
 SHARDS = "shards.json"
+EVENTS = "events"
+STATE = "state"
+EVENT_CHUNKS = f"{CACHE}/{EVENTS}"
 
 
 def record_of(variant: str, frame: str) -> str:
     """Return the name of a picture's record."""
     return f"{RECORDS}/{variant}/{frame}.json"
+
+
+def events_of(variant: str) -> str:
+    """Return the name of the file with a variant's events."""
+    return f"{EVENTS}/{variant}.h5"
+
+
+def event_record_of(variant: str) -> str:
+    """Return the name of what is said of a variant's events."""
+    return f"{EVENTS}/{variant}.json"
+
+
+def event_chunk(key: str, what: str, chunk: int) -> str:
+    """Return the name of what is kept of a chunk of events until they are whole: `what` is EVENTS or STATE."""
+    return f"{EVENT_CHUNKS}/{key}/{what}-{chunk:06d}.npz"
 
 
 def picture_of(record: str) -> tuple[str, str]:
