@@ -11,6 +11,7 @@ from spin_usd.exchange.colmap import COLMAP, COLMAP_CAMERA, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
 from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
+from spin_usd.exchange.events import EVENT_FORMATS
 from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.export_format import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_CAMERA, NERFSTUDIO_POSES
@@ -48,6 +49,7 @@ _ALL = (
     KITTI,
     TUM,
     VIDEO,
+    *EVENT_FORMATS,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""

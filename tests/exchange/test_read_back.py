@@ -7,20 +7,23 @@ import numpy as np
 import pytest
 
 from spin_usd.commands.author.in_child import author_stage
+from spin_usd.exchange.events import EVENT_FORMATS
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.reading.dataset import Dataset
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.events import make_events, write_events
 from tests.exchange.conftest import PLAIN, clone, write_export
 
 EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
 ONE_SPLIT = {"shirt", "tum", "video"}  # a trajectory is one
-WITHOUT_POSES = {"video", "kitti"}
+WITHOUT_POSES = {"video", "kitti"} | {each.name for each in EVENT_FORMATS}
 """Formats that hold none."""
-SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4"}
+SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4", "evt3": ".raw", "aedat4": ".aedat4"}
+SHARDS |= {"dat": ".dat", "es": ".es", "events_csv": ".csv"}
 """The endings of files of many pictures."""
 NUMBERED = {"bop", "swisscube", "urso"}  # pictures are called after their numbers
 
@@ -35,6 +38,7 @@ def dataset(rendered, tmp_path_factory):
     pictures = [{"frame": f"img{i:06}", "camera": PLAIN, "q": q[i].tolist(), "t": t[i].tolist()} for i in range(FRAMES)]
     folder = clone(rendered, tmp_path_factory.mktemp("back") / "dataset", pictures)
     shutil.copytree(rendered / "stage", folder / "stage")  # some formats have the bodies' models
+    write_events(folder / "events" / "nominal.h5", make_events(1000))
     return folder
 
 
