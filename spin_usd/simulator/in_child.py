@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from spin_usd.commands.render.picture_passes import PicturePasses
 from spin_usd.commands.render.record import CurrentPicture, make_record
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.picture.kinds import RENDERED
@@ -22,6 +21,7 @@ from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_content, stage_provenance
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.records.record import RecordedCamera, RecordedFile, RecordedPose

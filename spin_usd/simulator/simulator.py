@@ -14,13 +14,13 @@ from msgspec import structs, to_builtins
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import frozen
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
 from spin_usd.formats.augmentation_spec import spec_path
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.reading.description import Description, described
 from spin_usd.scene.derived.content_keys import RenderSettings

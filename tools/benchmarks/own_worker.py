@@ -8,12 +8,12 @@ import numpy as np
 from msgspec import to_builtins
 from numpy.typing import NDArray
 
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.array_file import read_array
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import RADIANCE
 from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.child import Child
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.scene import Scene

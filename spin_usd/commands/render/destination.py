@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from msgspec import to_builtins
 
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import is_url
 from spin_usd.picture.versions import library_versions
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.pool import ChildProtocol
 from spin_usd.store.atomic import write_text
 from spin_usd.store.dataset_folder import Lease, Store

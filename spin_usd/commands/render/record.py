@@ -8,13 +8,13 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from spin_usd.arrays import Float
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.picture.kinds import IMAGE, RENDERED
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.shown_bodies import ShownBodies
 from spin_usd.picture.target_facts import TargetFacts
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.records.record import (
     NextFrame,
     PairedCamera,

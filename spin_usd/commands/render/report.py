@@ -5,12 +5,12 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from spin_usd.commands.render.worker_options import MadePicture
 from spin_usd.json_fields import Count, JsonStruct, Size, one_of
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.worker_options import MadePicture
 from spin_usd.pluralise import pluralise
 from spin_usd.progress import Note, Progress
 
@@ -36,6 +36,7 @@ class RenderReport(Struct, kw_only=True, tag_field="schema", tag="render-report-
     labels_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
     renders: Annotated[Count, Meta(description="How many of those made took a render of their own.")] = 0
     renders_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
+    events: Annotated[Count, Meta(description="How many variants have their events, where these were asked for.")] = 0
     failed: list[FailedPicture] = []
     seconds: Annotated[Size, Meta(description="Wall-clock.")] = 0.0
     work: Annotated[dict[str, Size], Meta(description="Seconds by kind of work, over all workers.")] = {}

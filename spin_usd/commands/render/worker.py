@@ -11,13 +11,13 @@ from msgspec import convert
 from spin_usd.commands.render.file_writer import FileWriter
 from spin_usd.commands.render.picture_passes import PicturePasses
 from spin_usd.commands.render.record import CurrentPicture, make_record
-from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.in_child import stage_provenance
+from spin_usd.planning.worker_options import MadePicture, WorkerOptions
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.records.record import Record

@@ -17,12 +17,12 @@ from msgspec import convert, to_builtins
 from spin_usd.commands.render.destination import Destination, StartWorker
 from spin_usd.commands.render.report import RunListener
 from spin_usd.commands.render.task_queue import RenderTask, TaskQueue
-from spin_usd.commands.render.worker_options import MadePicture, WorkerOptions
 from spin_usd.errors import OutputError, RenderError
 from spin_usd.options import MAX_WORKERS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.time_limit import TimeLimits
+from spin_usd.planning.worker_options import MadePicture, WorkerOptions
 from spin_usd.processes.child import Child, in_process
 from spin_usd.processes.child_limits import PATIENCE_S, START_PATIENCE_S, machine_memory, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError, DeathCause, Retries

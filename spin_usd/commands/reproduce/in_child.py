@@ -6,12 +6,12 @@ from pathlib import Path
 from msgspec import to_builtins
 
 from spin_usd.commands.render.worker import Worker
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.commands.reproduce.report import Comparison, Reproduction
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.picture.kinds import RENDERED
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.records.record import RecordedFile
 from spin_usd.store.read_documents import read_record
 

@@ -18,12 +18,12 @@ from msgspec import to_builtins
 
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.commands.render.worker import Worker
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError, RenderError
 from spin_usd.files.folder import Folder
 from spin_usd.options import RunOptions
 from spin_usd.planning.cost import read_measured
 from spin_usd.planning.wall_time import one_core
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort

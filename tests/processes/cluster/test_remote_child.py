@@ -9,9 +9,9 @@ import psutil
 import pytest
 from msgspec import to_builtins
 
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.picture.versions import library_versions
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.cluster.remote_child import LocalConnection, RemoteChild
 from spin_usd.processes.cluster.worker_actor import WorkerOpening
 from spin_usd.processes.cluster.worker_folder import SharedFolder
