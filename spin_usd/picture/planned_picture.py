@@ -1,6 +1,6 @@
 """A picture that a run is to make, as it was planned."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 
@@ -47,3 +47,11 @@ class PlannedPicture:
     @property
     def name(self) -> str:
         return f"{self.variant}/{self.frame}"
+
+
+def places_of(pictures: Iterable[PlannedPicture]) -> dict[str, list[int]]:
+    """Return the places in the stage of the pictures of each variant."""
+    places: dict[str, list[int]] = {}
+    for picture in pictures:
+        places.setdefault(picture.variant, []).append(picture.index)
+    return places

@@ -20,7 +20,20 @@ PADDING_PX = 2  # fine ones around the target
 
 def magnified(scene: Scene, by: int) -> Scene:
     """Return the scene as a camera of `by` times more pixels a side sees it, whose frame holds the target alone."""
-    frame, camera = _fine_frame(scene, by), scene.camera
+    return _in_frame(scene, _fine_frame(scene, by), by)
+
+
+def finer(scene: Scene, by: int) -> tuple[Scene, Region]:
+    """Return the same, of a target of any size, as far as the picture shows it: the scene, and its frame in fine
+    pixels, counted from the picture's corner."""
+    whole = Region.full(scene.camera.width * by, scene.camera.height * by)
+    frame = whole if scene.outline_box is None else _fine_frame(scene, by) & whole
+    frame = frame.padded(PADDING_PX)  # no renderer takes a frame of a few pixels
+    return _in_frame(scene, frame, by), frame
+
+
+def _in_frame(scene: Scene, frame: Region, by: int) -> Scene:
+    camera = scene.camera
     fine = replace(
         camera,
         width=frame.width,

@@ -1,6 +1,7 @@
 """Development of radiance into the image: the background is added, then come optics and detector."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -63,6 +64,14 @@ def developed_without_noise(scene: Scene, radiance: Radiance, sky: NDArray[np.fl
     3), digital numbers."""
     sensor = exposed(scene.sensor, radiance)
     return without_noise(_collected(scene, sensor, radiance, sky, scene.camera.frame), sensor)
+
+
+def light_on_detector(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None) -> NDArray[np.float32]:
+    """Return the light (H, W) that falls on the pixels of a detector of one channel, in the unit range of the camera's
+    own exposure, which is not metered; neither noise nor an end of the range."""
+    sensor = replace(scene.sensor, channels="mono")
+    light = _collected(scene, sensor, radiance, sky, scene.camera.frame)[..., 0]
+    return np.asarray(light * np.float32(sensor.exposure))
 
 
 def _collected(

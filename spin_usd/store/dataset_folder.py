@@ -16,10 +16,10 @@ from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.stop_signals import postponed
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
-from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, is_record
+from spin_usd.store.names import CACHE, DESCRIPTION, EVENTS, RECORDS, SHARDS, STAGE, is_record
 from spin_usd.store.stage_path import ROOT_LAYER
 
-OWN = (DESCRIPTION, STAGE, RECORDS, *FILE_KINDS, CACHE, SHARDS)
+OWN = (DESCRIPTION, STAGE, RECORDS, *FILE_KINDS, EVENTS, CACHE, SHARDS)
 LOCK = ".lock"
 PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
 LOOK_EVERY_S = 0.05
@@ -44,6 +44,7 @@ class Store:
     stage/                               the layers that made it
     records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
     <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+    events/<variant>.h5, .json           the events of a variant, and what they were made by (schema events-1)
     cache/                               renders and labels by content (store.cache)
     shards.json                          of a shard: what all shards make
     .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names

@@ -1,4 +1,4 @@
-"""The doors by which the records of pictures and dataset.json come in."""
+"""The doors by which the records of pictures and of events, and dataset.json, come in."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -11,9 +11,10 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.records.descriptions import DatasetDescription
+from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import Record
 from spin_usd.store.json_schema import read_json, valid
-from spin_usd.store.names import DESCRIPTION
+from spin_usd.store.names import DESCRIPTION, event_record_of, events_of
 
 CHECK = "run spin-usd check on the dataset"
 SCHEMA = "record-1"
@@ -43,6 +44,15 @@ def decoded_record(data: bytes, where: Path) -> Record:
         _refuse_other_schema(data, where)
         valid(data, SCHEMA, where, do=CHECK)
         raise InputError(f"is not a record of a picture ({e})", where=where, do=CHECK) from e
+
+
+def read_event_record(folder: Folder, variant: str) -> EventRecord:
+    """Read what is said of the events of the variant. Raises InputError, which says what is wrong with it."""
+    name = event_record_of(variant)
+    record = convert(read_json(folder, name, "events-1"), EventRecord)
+    if (record.variant, record.file) != (variant, events_of(variant)):
+        raise InputError("its variant and file differ from its own path", where=folder.root / name, do=CHECK)
+    return record
 
 
 def _refuse_other_schema(data: bytes, where: Path) -> None:

@@ -1,12 +1,18 @@
 """Plan a render: list what it would make and what that would cost."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.commands.plan.report import PlanReport, report_of
 from spin_usd.commands.render import request as rendering
 from spin_usd.options import takes
+from spin_usd.picture.planned_picture import places_of
+from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
+from spin_usd.pluralise import duration, pluralise
+from spin_usd.processes.ask_child import ask_child
 from spin_usd.store.dataset_folder import Store
 
 
@@ -20,4 +26,27 @@ def plan(options: PlanOptions) -> PlanReport:
     dataset = None if options.out is None else Path(options.out).absolute()
     had = Store(root=dataset).kinds if dataset else ()
     found = rendering.plan(request, progress=options.progress, explain=options.explain, had=had, timed=True)
-    return report_of(request, found, dataset, explained=options.explain)
+    report = report_of(request, found, dataset, explained=options.explain)
+    if not options.events:
+        return report
+    return replace(report, notes=(*report.notes, *_event_notes(request, found, report, options)))
+
+
+def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, options: PlanOptions) -> Iterator[str]:
+    """Yield a sentence for each variant on what its events take."""
+    counts = ask_child(
+        "count_event_steps",
+        reads=request.stage,
+        stage=str(request.stage),
+        pictures=places_of(found.pictures),
+        progress=lambda *_: None,
+    )
+    total = report.cost.total
+    each = total.seconds / max(total.pictures, 1)
+    for variant, of in counts.items():
+        least, most = (duration(number * each) for number in (of["renders"], of["steps"]))
+        steps = f"{pluralise(of['steps'], 'time step')} in {of['seconds']:g} s"
+        yield (
+            f"the events of {variant} take {steps}; {of['renders']} to {of['steps']} are rendered, as highlights and "
+            f"shadows move: {least} to {most} of one core if each costs as a picture does"
+        )

@@ -35,7 +35,8 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
 def _sentence(report: "RenderReport", options: RenderOptions) -> str:
     """Say in one line what was made and what was there already."""
     removed = f", {report.pruned} removed" if options.prune or report.pruned else ""
-    made = f"{pluralise(report.made, 'picture')} made, {report.reused} already there{removed}"
+    events = f", events of {pluralise(report.events, 'variant')}" if report.events else ""
+    made = f"{pluralise(report.made, 'picture')} made, {report.reused} already there{removed}{events}"
     passes = f"{pluralise(report.label_passes, 'label pass', 'label passes')} made, {report.labels_shared} shared"
     renders = f"{pluralise(report.renders, 'render')} made, {report.renders_shared} shared"
     return f"{options.out}   ({made}, in {report.seconds:.1f} s; {passes}; {renders})"

@@ -15,3 +15,10 @@ class RenderOptions(ListeningToNotes, RunOptions, PictureOptions):
         str | Path,
         Option("The dataset's folder, or a URL: s3://bucket/name. Run again, it resumes.", "PATH", url=True),
     ]
+    events: Annotated[
+        bool,
+        Option(
+            "Also make what an event camera tells between the first and the last picture. See docs/how-to/events.md."
+        ),
+    ] = False
+    event_labels: Annotated[bool, Option("With each event the ids of the target and the part that it is of.")] = False

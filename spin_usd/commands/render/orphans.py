@@ -8,7 +8,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.planning.make_plan import Plan
 from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.names import picture_of
+from spin_usd.store.names import event_record_of, events_of, picture_of
 from spin_usd.store.read_documents import read_record, recorded_files
 
 SHOWN = 3
@@ -37,11 +37,13 @@ def in_words(orphans: Sequence[str]) -> str:
 
 
 def remove(store: Store, orphans: Sequence[str]) -> None:
-    """Remove the pictures of these records: each one's record first, so that none ever describes files that are gone,
-    then the files that it lists, and the folders left empty. Raises InputError where one is not a record, having
-    removed nothing, and OutputError."""
+    """Remove the pictures of these records, and the events of variants that have no other picture: each one's record
+    first, so that none ever describes files that are gone, then the files that it lists, and the folders left empty.
+    Raises InputError where one is not a record, having removed nothing, and OutputError."""
     pictures = [(record, *_files_of(store, record)) for record in orphans]
-    for names in pictures:
+    kept = {variant for _, variant in map(picture_of, set(store.records()).difference(orphans))}
+    emptied = {variant for _, variant in map(picture_of, orphans)} - kept
+    for names in (*pictures, *((event_record_of(variant), events_of(variant)) for variant in sorted(emptied))):
         for name in names:
             remove_file(store.folder, name)
         for name in names:

@@ -10,22 +10,24 @@ from pathlib import Path
 from spin_usd.commands.render.report import RenderReport, RunListener
 from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.task_queue import RenderTask
-from spin_usd.commands.render.worker_options import WorkerOptions
 from spin_usd.commands.render.workers import WorkerProcesses, make_pictures, workers_and_cores
-from spin_usd.options import EffortOptions, PictureOptions, RunOptions, flag_of
+from spin_usd.events.make_events import EventRun
+from spin_usd.files.changes import remove_tree
+from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions, flag_of
 from spin_usd.picture.kinds import IMAGE
-from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.picture.planned_picture import PlannedPicture, places_of
 from spin_usd.planning.cost import read_measured, write_measured
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
+from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.progress import Note, Progress
 from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import postponed
 from spin_usd.store.cache import MEASURED
-from spin_usd.store.names import record_of
+from spin_usd.store.names import EVENT_CHUNKS, record_of
 
 
 class PictureMaking:
@@ -78,6 +80,28 @@ class PictureMaking:
                     listener.stopped()
             if report.made:
                 write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
+
+    def make_events(self, planned: Plan, root: str, report: RenderReport, *, labelled: bool) -> None:
+        """Have the events of each variant made, between the first and the last of its pictures."""
+        workers, _ = workers_and_cores(MAX_WORKERS, self._options.workers, cluster=False)
+        options = self._worker_options(planned, root, renders=True)
+        with postponed() as stop:
+            for variant, places in places_of(planned.pictures).items():
+                run = EventRun(
+                    store=self._store,
+                    lease=self._lease,
+                    options=options,
+                    variant=variant,
+                    pictures=places,
+                    labelled=labelled,
+                    workers=workers,
+                    progress=self._progress,
+                )
+                if not run.make(stop):
+                    self._note(f"the events of {variant} are not all made")
+                    return
+                report.events += 1
+        remove_tree(self._store.folder, EVENT_CHUNKS)  # also those of a stage or settings that there were before
 
     def _first(self, picture: PlannedPicture) -> str:
         """Return the path of the picture's image, or of its record where it has none."""

@@ -110,6 +110,11 @@ def gains_in(unit: UnitLight, scene: Scene) -> tuple[Color, ...] | None:
     return (*gains, WHITE) if groups.emission else tuple(gains)
 
 
+def strengths(scene: Scene) -> dict[str, Color]:
+    """Return the number that the target's light is proportional to, by the path of each light."""
+    return {light.path: _at_target(light) for light in scene.lights}
+
+
 def _is_placed(light: Light) -> bool:
     return not isinstance(light, DomeLight) and any(_at_target(light))
 

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 import spin_usd
+from spin_usd.commands.render import orphans
+from spin_usd.store.dataset_folder import Store
 from tests.stage.read.test_numbering import write
 
 LABELS = {"labels": "segmentation", "labels_only": True}
@@ -20,6 +22,20 @@ def test_a_stage_whose_parts_have_other_ids_is_another(tmp_path: Path) -> None:
         spin_usd.render(stage, out=out, frames="0:1", **LABELS)
     assert {part.path: number for number, part in spin_usd.Dataset(out).parts.items()} == parts
     assert spin_usd.render(stage, out=out, replace=True, **LABELS).made == 2
+
+
+def test_the_events_of_a_variant_go_with_its_last_picture(tmp_path: Path) -> None:
+    stage, out = write(tmp_path), tmp_path / "dataset"
+    spin_usd.render(stage, out=out, **LABELS)
+    events = [out / "events" / name for name in ("nominal.h5", "nominal.json")]
+    events[0].parent.mkdir()
+    for path in events:
+        path.write_text("of these pictures")
+    orphans.remove(Store(root=out), [next(Store(root=out).records())])
+    assert all(path.is_file() for path in events)
+    stage.write_text(stage.read_text().replace('def Cube "C" {}', 'def Cube "Aa" {}\n        def Cube "C" {}'))
+    assert spin_usd.render(stage, out=out, replace=True, **LABELS).made == 2
+    assert not events[0].parent.exists()
 
 
 def test_an_edit_that_renumbers_nothing_is_the_same_stage(tmp_path: Path) -> None:

@@ -1,0 +1,220 @@
+"""The child's part of making events: the light of a chunk of time steps, and then the events in it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec import convert, to_builtins
+from numpy.typing import NDArray
+
+from spin_usd.arrays import digest
+from spin_usd.events.event_stage import EventStage
+from spin_usd.events.light_frames import CHUNK, LightFrame, LightFrames, fine_region, rendered
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.formats.event_file import EventFileWriter
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.picture.pass_maker import PassMaker
+from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
+from spin_usd.picture.versions import library_versions
+from spin_usd.planning.worker_options import WorkerOptions
+from spin_usd.processes.open_renderer import open_renderer
+from spin_usd.processes.processors import hold_to
+from spin_usd.records.event_record import EventRecord
+from spin_usd.records.record import RecordedCamera
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.derived.content_keys import KeyMaker
+from spin_usd.scene.derived.light_groups import UnitLight
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
+from spin_usd.sensor.events import MICROSECONDS, EventMaker
+from spin_usd.sensor.exposure import metered
+from spin_usd.store.atomic import fill_atomically, write_atomically, write_json
+from spin_usd.store.cache import RENDERS, Cache
+from spin_usd.store.dataset_folder import Store
+from spin_usd.store.names import EVENTS, STATE, event_chunk, event_record_of, events_of
+
+VERSION = "events 1"  # of how events are made: its number grows where they may be others
+
+
+class EventWorker:
+    """Makes the events of a variant of a stage that lies in a dataset.
+
+    `options`: as render's workers have them · `pictures`: places in the stage's frames, between the first and the last
+    of which the events are · `labelled`: whether events get the ids of what they show · `times`: those of all steps,
+    None to find them.
+    """
+
+    def __init__(
+        self,
+        *,
+        options: Mapping[str, Any],
+        variant: str,
+        pictures: Sequence[int],
+        labelled: bool,
+        times: Sequence[float] | None = None,
+        cpus: Sequence[int] | None = None,
+        progress: Callable[..., None] = lambda *_: None,
+    ) -> None:
+        if cpus:
+            hold_to(cpus)
+        self._options, self._labelled = convert(options, WorkerOptions), labelled
+        self._store, self._work = Store(root=Path(self._options.root)), Path(self._options.work)
+        self._stage = EventStage(self._store.root / self._options.stage, variant=variant, pictures=pictures)
+        self._reader, self._sensor = self._stage.reader, self._stage.sensor
+        self._keys = KeyMaker(self._options.settings)
+        settings = self._options.settings
+        caster = EmbreeCaster()
+        self._maker = PassMaker(caster, open_renderer(settings.renderer, device=settings.device, caster=caster))
+        assert self._maker.renderer
+        self._versions = library_versions() | self._maker.renderer.versions()
+        self._cache = Cache(folder=self._store.folder, versions=self._versions, work=self._work)
+        self._times = self._stage.times(progress) if times is None else list(times)
+        made_by = [VERSION, self._reader.stage_hash, self._times, labelled, asdict(self._sensor), self._versions]
+        self._key = digest([*made_by, to_builtins(settings)])
+        self._frames: list[LightFrame] = []
+        self._poses: list[NDArray[np.float64]] = []
+        self._renders = 0
+
+    @property
+    def opened(self) -> dict[str, Any]:
+        """The times of all steps, seconds, and the events' key."""
+        return {"times": self._times, "key": self._key, "chunks": -(-(len(self._times) - 1) // CHUNK)}
+
+    def light(self, *, chunk: int, progress: Callable[..., None]) -> None:
+        """Make the light of all steps of a chunk."""
+        start = chunk * CHUNK
+        times = self._times[start : start + CHUNK + 1]
+        at = partial(self._stage.scene, progress)
+        made = LightFrames(
+            at, times, self._maker, self._rendered, self._options.settings, self._sensor, labelled=self._labelled
+        )
+        self._frames = list(made.frames())
+        self._renders = made.rendered
+
+    def events(self, *, chunk: int) -> int:
+        """Make the events of the chunk whose light was made, after those of the chunk before; return how many. What the
+        next one needs to go on lies beside them."""
+        frames, exposure = self._frames, 1.0
+        maker = EventMaker(self._sensor, frames[0].light.shape, seed=self._seed)
+        if chunk:
+            state = self._read(STATE, chunk - 1)
+            exposure = float(state.pop("exposure"))
+            maker.resume(state)
+            frames = frames[1:]
+        else:
+            exposure = self._metered(frames[0].scene)
+        made = [maker.events(frame.light * np.float32(exposure), frame.seconds, frame.labels) for frame in frames]
+        if chunk == self.opened["chunks"] - 1:
+            made.append(maker.rest())
+        events = np.concatenate(made)
+        events["t"] = np.maximum(events["t"], round(self._times[0] * MICROSECONDS))  # jitter may be before all time
+        poses = np.array([[body.T_cam_body.matrix for body in frame.scene.targets] for frame in frames])
+        times = np.array([frame.seconds for frame in frames])
+        made_by = {"poses": poses, "times": times, "renders": np.array(self._renders)}
+        self._write(EVENTS, chunk, {"events": events, **made_by})
+        self._write(STATE, chunk, {**maker.state, "exposure": np.array(exposure)})
+        if chunk:
+            self._remove(STATE, chunk - 1)
+        self._frames = []
+        return len(events)
+
+    def finish(self) -> int:
+        """Put the events of all chunks into the variant's file, and write what is said of them; return how many."""
+        scene, variant = self._stage.scene(lambda: None, self._times[0]), self._reader.variant
+        chunks, start = range(self.opened["chunks"]), round(self._times[0] * MICROSECONDS)
+        name, count, renders = events_of(variant), 0, 0
+
+        def fill(path: Path) -> None:
+            nonlocal count, renders
+            width, height = scene.camera.width, scene.camera.height
+            times, poses = [], []
+            with EventFileWriter(
+                path, width=width, height=height, variant=variant, start_us=start, labelled=self._labelled
+            ) as file:
+                for chunk in chunks:
+                    made = self._read(EVENTS, chunk)
+                    file.append(made["events"])
+                    times.append(made["times"])
+                    poses.append(made["poses"])
+                    count, renders = count + len(made["events"]), renders + int(made["renders"])
+                file.finish(
+                    round(self._times[-1] * MICROSECONDS) - start,
+                    np.rint(np.concatenate(times) * MICROSECONDS).astype(np.int64),
+                    np.concatenate(poses),
+                    [body.target.name for body in scene.targets],
+                )
+
+        fill_atomically(self._store.folder, name, fill, work=self._work)
+        state = self._read(STATE, chunks[-1])
+        record = EventRecord(
+            variant=variant,
+            file=name,
+            sha256=self._store.folder.sha256(name),
+            key=self._key,
+            events=count,
+            start=self._times[0],
+            duration=self._times[-1] - self._times[0],
+            steps=len(self._times),
+            renders=renders,
+            labelled=self._labelled,
+            sensor=asdict(self._sensor),
+            exposure=scene.sensor.exposure * float(state["exposure"]),
+            camera=RecordedCamera.of(scene.camera),
+            stage=self._reader.stage_hash,
+            settings=to_builtins(self._options.settings),
+            versions=self._versions,
+        )
+        write_json(self._store.folder, event_record_of(variant), to_builtins(record), work=self._work)
+        for chunk in chunks:
+            self._remove(EVENTS, chunk)
+        self._remove(STATE, chunks[-1])
+        return count
+
+    @property
+    def _seed(self) -> int:
+        return int(digest([self._options.settings.seed, self._reader.variant, EVENTS])[:8], 16)
+
+    def _rendered(self, light: UnitLight, fine: int) -> Radiance:
+        """Return a render from the dataset's cache, or make it and keep it there."""
+        scene = light.scene
+        key = digest([VERSION, self._keys.keys(scene).radiance, fine])
+        entry = self._cache.find(RENDERS, key)
+        groups = len(light.gains)
+        found = read_render(entry.file, fine_region(scene, fine), groups=groups) if entry else None
+        if found is None:
+            found = rendered(light, fine, self._maker, self._options.settings)
+            self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, found))
+        return found
+
+    def _metered(self, scene: Scene) -> float:
+        """Return the factor of an automatic exposure, which is that of the first step for all."""
+        if scene.sensor.auto_exposure is None:
+            return 1.0
+        light = self._maker.radiance(scene, self._options.settings, Stopwatch())
+        return metered(scene.sensor, light)
+
+    def _read(self, what: str, chunk: int) -> dict[str, NDArray[Any]]:
+        with (
+            self._store.folder.open(event_chunk(self._key, what, chunk), MAX_ARRAY) as file,
+            np.load(file, allow_pickle=False) as arrays,
+        ):
+            return dict(arrays)
+
+    def _write(self, what: str, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+        def encoded() -> bytes:
+            file = BytesIO()
+            np.savez(file, allow_pickle=False, **arrays)
+            return file.getvalue()
+
+        name = event_chunk(self._key, what, chunk)
+        write_atomically(self._store.folder, name, encoded, work=self._work, forced=False)
+
+    def _remove(self, what: str, chunk: int) -> None:
+        name = event_chunk(self._key, what, chunk)
+        remove_file(self._store.folder, name)
+        remove_emptied(self._store.folder, name)

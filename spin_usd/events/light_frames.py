@@ -1,0 +1,237 @@
+"""The light on the pixels at each of a few successive times, from as few renders as show it.
+
+The first and the last of the times are rendered, and the one in the middle. Where that is not what the others make of
+it, both halves are looked at in the same way, until two renders lie next to one another. So highlights and shadows that
+move get as many renders as their change asks for, and what moves as its body does gets three. A render's noise is no
+change: that is told from one by how the pixels around scatter, and by a second render of the first time. Small targets
+are rendered at every time.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.events.reprojection import Between, KeyRender, ShownPixels, between
+from spin_usd.events.time_steps import MOST_PX, SceneAt, sky_moved
+from spin_usd.geometry.region import Region
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.picture.pass_maker import PassMaker
+from spin_usd.picture.render_file import in_order
+from spin_usd.renderers.background.sky import sky
+from spin_usd.renderers.magnify import finer
+from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, render_seed
+from spin_usd.scene.derived.light_groups import UnitLight, in_unit_light
+from spin_usd.scene.derived.magnification import magnification
+from spin_usd.scene.derived.surface import Surface, visible_surface
+from spin_usd.scene.event_sensor import EventSensor
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import Scene
+from spin_usd.sensor.develop import light_on_detector
+
+CHUNK = 32  # steps, between two that are rendered whatever they show
+LEAST_RENDERS = 4  # of a chunk
+FINE = 2  # times finer are the pixels of renders
+LEAST_SAMPLES = 4  # in a fine pixel: with fewer even a denoiser leaves noise that looks like light that moves
+MOST_WRONG = 0.02  # of a body's pixels: more that are off ask for another render ...
+NOISES = 2  # ... beyond so many times those that are off for a render's noise
+WINDOW, AROUND = 5, 9  # pixels over which light is averaged to be compared, and around which
+DEVIATIONS = 3
+PART = 0.5  # of a threshold by which it may be off
+Float32 = NDArray[np.float32]
+Labels = NDArray[np.uint16]
+
+RenderOf = Callable[[UnitLight, int], Radiance]
+"""Returns the render of a scene in unit light by so many times finer pixels, made or found; its region counts these."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LightFrame:
+    """The light (H, W) on the pixels at a time, in the unit range, and what they show.
+
+    seconds: on the stage's clock. labels (2, H, W): the ids of target and part; None where nobody asked.
+    """
+
+    seconds: float
+    scene: Scene
+    light: Float32
+    labels: Labels | None
+
+
+class LightFrames:
+    """Makes the frames of successive `times`, of which no two that follow one another differ much."""
+
+    def __init__(
+        self,
+        scene_at: SceneAt,
+        times: Sequence[float],
+        maker: PassMaker,
+        render_of: RenderOf,
+        settings: RenderSettings,
+        sensor: EventSensor,
+        *,
+        every_step: bool = False,
+        labelled: bool = False,
+    ) -> None:
+        """`every_step`: render all of them, to compare with."""
+        self._times, self._maker, self._render_of = times, maker, render_of
+        self._settings, self._sensor = settings, sensor
+        self._every_step, self._labelled = every_step, labelled
+        self._least = min(sensor.threshold_on, sensor.threshold_off)
+        self._scene = lru_cache(maxsize=None)(lambda i: scene_at(times[i]))
+        self._sky = lru_cache(maxsize=None)(self._sky_of)
+        self._keys: dict[int, KeyRender] = {}
+        self._noisy = 0.0
+        self.rendered = 0
+
+    def frames(self) -> Iterator[LightFrame]:
+        """Make one after the other."""
+        last = len(self._times) - 1
+        small = any(magnification(self._scene(place)) > 1 for place in range(last + 1))
+        if small:  # what its pixels show, their middles do not tell
+            for place in range(last + 1):
+                yield self._small_frame(place)
+            return
+        for place in (0, last):
+            self._keys[place] = self._key(self._scene(place))
+        self._noisy = 0.0 if self._every_step else self._noise(0)
+        self._refine(0, last)
+        for i, seconds in enumerate(self._times):
+            yield self._frame(i, seconds)
+
+    def _refine(self, first: int, last: int) -> None:
+        """Render the middle of two renders, and, where it is not what they make of it, that of both halves."""
+        if last - first < 2:
+            return
+        middle = (first + last) // 2
+        self._keys[middle] = self._key(self._scene(middle))
+        if self._every_step or self._wrong(first, middle, last) > MOST_WRONG + NOISES * self._noisy:
+            self._refine(first, middle)
+            self._refine(middle, last)
+
+    def _wrong(self, first: int, middle: int, last: int) -> float:
+        """Return the share of the pixels in the middle that are not as the renders before and after make them."""
+        own = self._keys[middle]
+        seen = ShownPixels.of_surface(own.surface)
+        return self._off(self._between(seen, first, middle, last), between(seen, own, own, 0))
+
+    def _noise(self, place: int) -> float:
+        """Return that share of two renders of the same, whose noise alone is another: a denoiser leaves some that looks
+        like a change."""
+        scene, own = self._scene(place), self._keys[place]
+        frame = replace(scene.frame, name=f"{scene.frame.name}_again")
+        again = self._key(replace(scene, frame=frame))
+        seen = ShownPixels.of_surface(own.surface)
+        return self._off(*(between(seen, each, each, 0) for each in (again, own)))
+
+    def _off(self, made: Between, real: Between) -> float:
+        """Return the share of a body's pixels that are made otherwise than they are."""
+        surface, region = real.seen.surface, real.seen.region
+        if not len(surface.rows):
+            return 0.0
+        pictures = [each.radiance(surface.scene).rgb[..., 0] for each in (made, real)]
+        points = surface.rows - region.y0, surface.columns - region.x0
+        dark = self._sensor.dark / surface.scene.sensor.exposure
+        off = differ(*pictures, dark=dark, most=PART * self._least)[points]
+        return float(np.mean(off | made.unseen))
+
+    def _between(self, seen: ShownPixels, first: int, at: int, last: int) -> Between:
+        start, end = self._times[first], self._times[last]
+        share = (self._times[at] - start) / (end - start)
+        return between(seen, self._keys[first], self._keys[last], share)
+
+    def _key(self, scene: Scene) -> KeyRender:
+        light, fine = in_unit_light(scene), fineness(scene, self._settings)
+        self.rendered += 1
+        return KeyRender(self._surface(scene), light, self._render_of(light, fine), fine)
+
+    def _surface(self, scene: Scene) -> Surface:
+        caster = self._maker.caster
+        return visible_surface(scene, caster.visibility(scene), caster)
+
+    def _frame(self, place: int, seconds: float) -> LightFrame:
+        scene, key = self._scene(place), self._keys.get(place)
+        surface = key.surface if key else self._surface(scene)
+        seen = ShownPixels.of_surface(surface)
+        if key:
+            made = between(seen, key, key, 0)
+        else:
+            first = max(each for each in self._keys if each < place)
+            last = min(each for each in self._keys if each > place)
+            made = self._between(seen, first, place, last)
+        light = light_on_detector(scene, made.radiance(scene), self._sky_at(place))
+        return LightFrame(seconds=seconds, scene=scene, light=light, labels=self._labels(surface))
+
+    def _small_frame(self, place: int) -> LightFrame:
+        """Render a frame whose target is small."""
+        scene = self._scene(place)
+        unit = in_unit_light(scene)
+        self.rendered += 1
+        radiance = self._render_of(unit, 1).relit(unit.gains)
+        light = light_on_detector(scene, radiance, self._sky_at(place))
+        labels = self._labels(self._surface(scene))
+        return LightFrame(seconds=self._times[place], scene=scene, light=light, labels=labels)
+
+    def _labels(self, surface: Surface) -> Labels | None:
+        if not self._labelled:
+            return None
+        return np.stack([surface.image(each, np.uint16) for each in (surface.target, surface.part)])
+
+    def _sky_at(self, place: int) -> Float32 | None:
+        """Return the sky at a time: between two times that are near enough it changes from one to the other."""
+        first, last = 0, len(self._times) - 1
+        while last - first > 1 and sky_moved(self._scene(first), self._scene(last)) > MOST_PX:
+            middle = (first + last) // 2
+            first, last = (first, middle) if place <= middle else (middle, last)
+        start, end = self._sky(first), self._sky(last)
+        if start is end or start is None or end is None:
+            return start
+        share = (self._times[place] - self._times[first]) / (self._times[last] - self._times[first])
+        return np.asarray(start + np.float32(share) * (end - start), np.float32)
+
+    def _sky_of(self, place: int) -> Float32 | None:
+        scene = self._scene(place)
+        return sky(scene, seed=background_seed(scene, self._settings))
+
+
+def differ(first: Float32, last: Float32, *, dark: float, most: float) -> NDArray[np.bool_]:
+    """Return the pixels (H, W) around which two pictures of the same light differ by more than the share `most` of what
+    there is around them, and of `dark`: on the average of WINDOW x WINDOW pixels, and by more than DEVIATIONS times
+    what that has by chance, to judge by how they scatter."""
+    import cv2  # not above: cv2 is slow to load
+
+    apart = first - last
+    mean, square = (cv2.blur(each, (WINDOW, WINDOW)) for each in (apart, apart * apart))
+    chance = np.sqrt(np.maximum(square - mean * mean, 0)) / WINDOW
+    around = cv2.blur(last, (AROUND, AROUND)) + np.float32(dark)
+    return np.asarray((np.abs(mean) > most * around) & (np.abs(mean) > DEVIATIONS * chance))
+
+
+def fineness(scene: Scene, settings: RenderSettings) -> int:
+    """Return how many times finer the pixels of renders are than the picture's; 1 for targets that are so small that
+    the picture's own render has finer ones, and where nothing is seen."""
+    seen = not (scene.picture_region.empty or finer(scene, FINE)[1].empty)
+    return FINE if seen and settings.effort.reduction == 1 and magnification(scene) == 1 else 1
+
+
+def fine_region(scene: Scene, fine: int) -> Region:
+    """Return the region of a render of the scene by finer pixels, which it counts from the picture's corner."""
+    if fine == 1:
+        return scene.picture_region
+    shown, frame = finer(scene, fine)
+    region = shown.picture_region
+    x0, y0 = region.x0 + frame.x0, region.y0 + frame.y0
+    return Region(x0=x0, y0=y0, x1=x0 + region.width, y1=y0 + region.height)
+
+
+def rendered(light: UnitLight, fine: int, maker: PassMaker, settings: RenderSettings) -> Radiance:
+    """Render a scene in unit light by finer pixels, with as many rays in each of the picture's, 16 at least."""
+    if fine == 1:
+        return maker.render(light, settings, Stopwatch())
+    assert maker.renderer, "events are made of light"
+    shown, _ = finer(light.scene, fine)
+    effort = replace(settings.effort, samples=max(settings.effort.samples // fine**2, LEAST_SAMPLES))
+    found = in_order(maker.renderer.radiance(shown, effort, seed=render_seed(shown, settings)))
+    return replace(found, region=fine_region(light.scene, fine))
