@@ -15,7 +15,7 @@ from spin_usd.store.atomic import write_text
 from spin_usd.store.cache import Purpose, entries, uses
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import has_list, sums, unlisted
-from spin_usd.store.names import CACHE, RECORDS, STAGE
+from spin_usd.store.names import CACHE, EVENTS, RECORDS, STAGE
 from spin_usd.store.stage_layers import STAGE_SUMS
 
 
@@ -37,9 +37,9 @@ def obstacle(name: str, strange: Iterable[Node]) -> Node | None:
 
 def _is_shared(name: str) -> bool:
     """Return whether what has that name serves many pictures: a file of one alone lies below two folders, and in the
-    cache below three."""
+    cache below three; events serve none."""
     first, depth = name.partition("/")[0], name.count("/")
-    return first == STAGE or depth < (3 if first == CACHE else 2)
+    return first == STAGE or (first != EVENTS and depth < (3 if first == CACHE else 2))
 
 
 def _of_file(name: str) -> Iterator[str]:

@@ -3,13 +3,19 @@
 from collections import Counter
 from collections.abc import Iterator, Set
 from contextlib import suppress
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from msgspec import convert
 
 from spin_usd.commands.check.answers import PictureAnswer
-from spin_usd.commands.check.digests import MAKE_AGAIN, RENDER_AGAIN, provenance_findings, special_file_finding
+from spin_usd.commands.check.digests import (
+    EVENTS_AGAIN,
+    MAKE_AGAIN,
+    RENDER_AGAIN,
+    provenance_findings,
+    special_file_finding,
+)
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.commands.check.stage import stage_answer, stage_call
 from spin_usd.commands.check.strays import stray_findings
@@ -26,7 +32,7 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import has_list, unlisted
-from spin_usd.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE
+from spin_usd.store.names import CACHE, DESCRIPTION, EVENTS, RECORDS, SHARDS, STAGE, event_record_of, events_of
 from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
@@ -90,11 +96,14 @@ def _answered(store: Store, stage: str | None, inventory: Inventory, progress: P
     """Yield what children find on the `stage`, a root layer's name where it is looked at, and on the pictures."""
     records = list(store.records())
     stages = [] if stage is None else [stage_call(store.root / stage)]
+    events = [event_call(store, variant) for variant in recorded_events(inventory)]
     pictures = [picture_call(store, record) for record in records]
     children = max(1, min(len(usable_cpus()), len(pictures) // PICTURES_PER_CHILD))
-    results = results_of([*stages, *pictures], children, progress=progress)
+    results = results_of([*stages, *events, *pictures], children, progress=progress)
     if stage is not None:
         yield from _stage_findings(store.root / stage, next(results))
+    for call in events:
+        yield from event_answer(call, next(results))
     if not records:
         yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture; run spin-usd render")
     for done, (picture, result) in enumerate(zip(pictures, results, strict=True)):
@@ -109,6 +118,29 @@ def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
     except SpinError as e:
         message = f"{e.found}; {e.do}" if e.do else e.found
         yield Finding(code="stage", where=str(e.where or root), message=message)
+
+
+def recorded_events(inventory: Inventory) -> list[str]:
+    """Return the variants whose events have a record, in alphabetic order."""
+    stems = ((name, PurePosixPath(name).stem) for name in sorted(inventory.present))
+    return [stem for name, stem in stems if name == event_record_of(stem)]
+
+
+def event_call(store: Store, variant: str) -> Call:
+    """Return what a child is asked about the events of the variant."""
+    return Call("check_events", {"dataset": str(store.root), "variant": variant})
+
+
+def event_answer(call: Call, result: Any) -> Iterator[Finding]:
+    """Yield the findings in the `result` of event_call. Events that kill a child have a finding; another SpinError is
+    raised."""
+    if isinstance(result, ChildDiedError):
+        message = f"cannot be checked: {result.found}; {EVENTS_AGAIN}"
+        yield Finding(code="unreadable", where=events_of(call.arguments["variant"]), message=message)
+    elif isinstance(result, SpinError):
+        raise result
+    else:
+        yield from convert(result, list[Finding])
 
 
 def shard_findings(store: Store) -> Iterator[Finding]:
@@ -152,6 +184,8 @@ def _wrong(entry: CacheEntry, inventory: Inventory, in_use: Set[Purpose]) -> str
 def _foreign(name: str) -> str | None:
     if name == MEASURED:
         return None
+    if name.startswith(f"{CACHE}/{EVENTS}/"):
+        return "is of events that are not whole; run spin-usd render again with --events, or remove it"
     return f"is not of the cache; it holds {', '.join(CACHED)}"
 
 

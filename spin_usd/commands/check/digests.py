@@ -15,32 +15,33 @@ from spin_usd.store.names import STAGE
 
 MAKE_AGAIN = "run spin-usd check --repair"
 LINK, SPECIAL = "link", "special"
+EVENTS_AGAIN = "remove the events' record, and run spin-usd render again with --events"
 RENDER_AGAIN = "run spin-usd render again with the stage that made the pictures"
 
 
-def digest_findings(root: Path, name: str, sha256: str) -> Iterator[Finding]:
+def digest_findings(root: Path, name: str, sha256: str, *, do: str = MAKE_AGAIN) -> Iterator[Finding]:
     """Find whether the file `name` of the dataset in `root` is missing, cannot be read, or has other bytes than its
-    record says. Where a link is in its way, the finding is on that."""
+    record says, and what to `do` then. Where a link is in its way, the finding is on that."""
     folder = Folder(root)
     try:
         found = folder.sha256(name)
     except InputError as e:
-        yield _unread(folder, name, e.found)
+        yield _unread(folder, name, e.found, do)
         return
     if found != sha256:
-        yield Finding(code="sha256", where=name, message=f"differs from its record; {MAKE_AGAIN}")
+        yield Finding(code="sha256", where=name, message=f"differs from its record; {do}")
 
 
-def _unread(folder: Folder, name: str, reason: str) -> Finding:
+def _unread(folder: Folder, name: str, reason: str, do: str) -> Finding:
     if node := folder.in_the_way(name):
         return special_file_finding(node)
     match folder.type_of(name):
         case None:
-            message = f"the file is missing; {MAKE_AGAIN}"
+            message = f"the file is missing; {do}"
         case NodeType.FOLDER:
-            message = f"is a folder; move it elsewhere, and {MAKE_AGAIN}"
+            message = f"is a folder; move it elsewhere, and {do}"
         case _:
-            message = f"{reason}; {MAKE_AGAIN}"
+            message = f"{reason}; {do}"
     return Finding(code="missing", where=name, message=message)
 
 

@@ -21,8 +21,9 @@ from spin_usd.options import RunOptions
 from spin_usd.planning.request import RenderRequest
 from spin_usd.progress import Note, Progress, no_note
 from spin_usd.records.record import Record
+from spin_usd.scene.finding import ERROR
 from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error
-from spin_usd.store.names import DESCRIPTION, STAGE, record_of
+from spin_usd.store.names import DESCRIPTION, EVENTS, STAGE, record_of
 from spin_usd.store.read_documents import read_dataset_json, read_record
 from spin_usd.store.stage_layers import STAGE_SUMS
 
@@ -33,8 +34,8 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckRepo
     """Make again what is missing or damaged in the dataset `root`, and check it then.
 
     Renders each damaged picture as its record says, and where that is lost as most others were. What is not the
-    dataset's own stays as it is, and so do links, with the pictures whose files they stand for. Raises InputError where
-    there is no dataset, or another run is writing it.
+    dataset's own stays as it is, and so do links, with the pictures whose files they stand for, and events, which a
+    render makes together. Raises InputError where there is no dataset, or another run is writing it.
     """
     store = Store(root=root.absolute())
     if not store.is_dataset():
@@ -44,7 +45,8 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckRepo
     repairing = _Repair(store, progress, note)
     repairing.run()
     findings = list(dataset_findings(store.root, progress=progress))
-    made, failed = repairing.repaired, repairing.unrepaired
+    lost = [each for each in findings if each.where.startswith(f"{EVENTS}/") and each.severity == ERROR]
+    made, failed = repairing.repaired, [*repairing.unrepaired, *(f"{each.where}: {each.message}" for each in lost)]
     return CheckReport(kind="dataset", findings=findings, repaired=made, unrepaired=failed)
 
 

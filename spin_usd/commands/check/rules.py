@@ -198,10 +198,12 @@ DATASET = {
     ),
     "missing": Rule(meaning="A file that a record lists is not there."),
     "sha256": Rule(meaning="A file differs from its record."),
-    "stray": Rule(meaning="A file among the pictures is in no record.", remedy="Move it elsewhere, or remove it."),
+    "stray": Rule(meaning="A file of pictures or events is in no record.", remedy="Move it elsewhere, or remove it."),
     "link": Rule(meaning="A link stands in the place of a file; none is followed.", remedy="Put the file there."),
     "special": Rule(meaning="Neither a file nor a folder stands there, such as a pipe.", remedy="Remove it."),
-    "outdated": Rule(meaning="A picture was made from another state of the stage.", remedy="Run `render` again."),
+    "outdated": Rule(
+        meaning="A picture, or events, were made from another state of the stage.", remedy="Run `render` again."
+    ),
     "cache": Rule(
         meaning="A file of the cache is damaged, strange, or of no use; it costs time, no picture.",
         remedy="`check --repair`, or remove it.",
@@ -238,6 +240,15 @@ DATASET = {
     "parts": Rule(meaning="A part of the LiDAR's points is not in dataset.json, or of another target there."),
     "noise": Rule(meaning="Ranges are further off than the LiDAR's noise explains."),
     "limits": Rule(meaning="Ranges are outside the LiDAR's limits."),
+    "events": Rule(
+        meaning="Events are not in order, too late, of parts that are none, or not those of their record.",
+        remedy="Remove their record, and run `render` again with `--events`.",
+    ),
+    "event-rate": Rule(meaning="There is no event, or more than 1e9 a second.", remedy=_SENSE),
+    "hot-pixels": Rule(
+        meaning="Pixels have over 1,000 events a second, 50 times those of 99.9 % of all, and 10 times those around.",
+        remedy="Nothing, if it is meant; else raise thresholds or lower their spread.",
+    ),
 }
 """Rules on datasets."""
 

@@ -1,6 +1,6 @@
-"""Rule: every file among the pictures is in a record.
+"""Rule: every file among the pictures and the events is in a record.
 
-Outside the kinds' own folders all else is the user's.
+Outside these folders all else is the user's.
 """
 
 from collections import defaultdict
@@ -12,7 +12,7 @@ from spin_usd.commands.check.inventory import Inventory
 from spin_usd.files.folder import Folder
 from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.store.names import record_of
+from spin_usd.store.names import EVENTS, event_record_of, events_of, record_of
 
 STRAY = "stray"
 
@@ -30,6 +30,11 @@ def stray_findings(inventory: Inventory) -> Iterator[Finding]:
         elif record not in inventory.unread and not Folder(inventory.root).in_the_way(record):
             do = f"if it is a picture's, {MAKE_AGAIN}; if not, move it elsewhere"
             yield _stray(names[0], do, _others(len(names) - 1))
+    for name in sorted(name for name in inventory.present if name.startswith(f"{EVENTS}/")):
+        record = event_record_of(PurePosixPath(name).stem)
+        known = name in (record, events_of(PurePosixPath(name).stem)) and record in inventory.present
+        if not known and not Folder(inventory.root).in_the_way(record):
+            yield _stray(name, "run spin-usd render again with --events, or remove it")
 
 
 def _record(name: str) -> str | None:

@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from msgspec.structs import replace
 
 from spin_usd.commands.merge.file_transfer import repair_of
 from spin_usd.errors import InputError
 from spin_usd.records.descriptions import DatasetDescription
+from spin_usd.records.event_record import EventRecord
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import same_files
-from spin_usd.store.names import DESCRIPTION
-from spin_usd.store.read_documents import read_dataset_json
+from spin_usd.store.names import DESCRIPTION, EVENTS
+from spin_usd.store.read_documents import read_dataset_json, read_event_record
 from spin_usd.store.stage_layers import refuse_changed_stage
 
 COMMON = {
@@ -70,6 +71,21 @@ def _difference(first: MergedDataset, other: MergedDataset) -> str | None:
     ):
         return "another stage"
     return next((words for name, words in COMMON.items() if getattr(a, name) != getattr(b, name)), None)
+
+
+def collect_events(sources: Sequence[MergedDataset]) -> list[tuple[EventRecord, MergedDataset]]:
+    """Return the records of events, each variant's once, with the first dataset that has it. Raises InputError where
+    one is damaged, or the events of a variant are not the same in two."""
+    found: dict[str, tuple[EventRecord, MergedDataset]] = {}
+    for source in sources:
+        records = [PurePosixPath(name) for name in source.store.folder.files(EVENTS) if name.endswith(".json")]
+        for record in (read_event_record(source.store.folder, each.stem) for each in records):
+            known, first = found.setdefault(record.variant, (record, source))
+            if known.sha256 != record.sha256:
+                contradicted = f"contradicts {first.store.root / record.file}"
+                where, do = source.store.root / record.file, "remove one of them, with its record"
+                raise InputError(contradicted, where=where, do=do)
+    return list(found.values())
 
 
 def merged_description(sources: Sequence[MergedDataset]) -> DatasetDescription:

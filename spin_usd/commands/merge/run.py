@@ -15,7 +15,13 @@ from typing import Any
 from msgspec import to_builtins
 
 from spin_usd.commands.merge.file_transfer import FileTransfer, repair_of
-from spin_usd.commands.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
+from spin_usd.commands.merge.merged_dataset import (
+    MergedDataset,
+    collect_events,
+    merged_description,
+    read_dataset,
+    refuse_different,
+)
 from spin_usd.commands.merge.options import MergeOptions
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
@@ -29,7 +35,7 @@ from spin_usd.records.record import Record
 from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries
 from spin_usd.store.dataset_folder import Lease, Store
-from spin_usd.store.names import DESCRIPTION, STAGE, picture_of, record_of
+from spin_usd.store.names import DESCRIPTION, STAGE, event_record_of, picture_of, record_of
 from spin_usd.store.read_documents import read_record, recorded_files
 from spin_usd.store.tags import SCHEMA, TAGS, joined
 
@@ -122,8 +128,8 @@ class MergeReport:
 def merge(options: MergeOptions) -> MergeReport:
     """Put datasets of one stage, such as the shards of a run, into one. Run again, it goes on.
 
-    The result has the bytes of a single run, and the tags of all. Pictures that are still to come do not raise: the
-    report's `missing` counts them by shard.
+    The result has the bytes of a single run, the events of all variants, and the tags of all. Pictures that are still
+    to come do not raise: the report's `missing` counts them by shard.
 
     Raises InputError for datasets of different stages, rendered otherwise, damaged, or with another picture of the same
     name; and OutputError.
@@ -147,11 +153,15 @@ def merge_datasets(shards: Sequence[Path], out: Path, *, copy: bool = False, pro
         there = [read_dataset(out)] if store.folder.type_of(STAGE) else []
         refuse_different([*there, *sources])
         pictures = collect([*there, *sources], partial(progress, CHECKING))
+        events = [each for each in collect_events([*there, *sources]) if each[1] not in there]
         new = [picture for picture in pictures if picture.source not in there]
         tags = joined([each.store.root / TAGS for each in (*there, *sources) if each.store.folder.type_of(TAGS)])
         _begin(store, [*there, *sources], lease)
         transfer = FileTransfer(out=store.root, work=lease.work, copy=copy)
         _put_pictures(new, transfer, progress)
+        for record, source in events:
+            transfer.put(source.store.root, record.file, record.sha256)
+            transfer.put_record(source.store.root, event_record_of(record.variant))
         _put_cache(sources, transfer, progress)
         if tags:
             write_json(store.folder, TAGS, {"schema": SCHEMA, "dataset": out.name, "tags": tags}, work=lease.work)

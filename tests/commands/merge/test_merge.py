@@ -14,8 +14,9 @@ from spin_usd.files.folder import Folder
 from spin_usd.planning.cost import read_measured
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.names import SHARDS
+from spin_usd.store.names import SHARDS, event_record_of, events_of
 from spin_usd.store.tags import read_tags
+from tests.cases.events import make_events, put_events
 from tests.cases.records import record_files
 from tests.commands.merge.folder import content
 
@@ -164,6 +165,21 @@ def test_variants_that_were_made_apart_are_merged_like_shards(whole, make, tmp_p
     apart = [_made(make, tmp_path / name, None, variants=(name,)) for name in ("nominal", "dim_1")]
     merge_datasets(apart, tmp_path / "merged", progress=quiet)
     assert content(tmp_path / "merged") == whole
+
+
+def test_the_events_of_variants_that_were_made_apart_are_merged(make, tmp_path) -> None:
+    apart = {name: _made(make, tmp_path / name, None, variants=(name,)) for name in ("nominal", "dim_1")}
+    for seed, (variant, folder) in enumerate(apart.items()):
+        put_events(folder, make_events(500, seed=seed), variant=variant)
+    for _ in range(2):
+        merge_datasets(list(apart.values()), tmp_path / "merged", progress=quiet)
+        for variant, folder in apart.items():
+            for name in (events_of(variant), event_record_of(variant)):
+                assert (tmp_path / "merged" / name).read_bytes() == (folder / name).read_bytes()
+    shutil.rmtree(apart["nominal"] / "events")  # whose files are linked
+    put_events(apart["nominal"], make_events(500, seed=2))
+    with pytest.raises(InputError, match=r"nominal.h5: contradicts .*nominal.h5; remove one of them, with its record"):
+        merge_datasets(list(apart.values()), tmp_path / "merged", progress=quiet)
 
 
 def test_a_shard_without_a_frame_is_merged_like_others(whole, make, tmp_path) -> None:
