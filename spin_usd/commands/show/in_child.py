@@ -20,15 +20,17 @@ from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.labels.table import LABELS
 from spin_usd.reading.description import Description, read_description
+from spin_usd.reading.events import EventStream
 from spin_usd.reading.picture import INSTANCE, Picture, read_picture
 from spin_usd.store.atomic import link_atomically, write_atomically
-from spin_usd.store.names import record_of
+from spin_usd.store.names import events_of, record_of
 
 THUMBNAIL_PX, SMALL_PX = 256, 960
 ROOM = 1.25  # of a thumbnail of the targets, to their boxes
 LEAST_PX = 16  # of its sides: fewer show nothing
 QUALITY = 85
 DENSE_POSE = "dense_pose"
+EVENT_WINDOWS, EVENT_WINDOW_S = 8, 1 / 30  # from a picture on: as long as frames of video
 STEP_M = 1e-5
 """What points of the dense pose are rounded to on the page: a hundredth of a millimetre."""
 MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept as it is
@@ -58,7 +60,8 @@ class _PictureWriter:
     def faults(self, keys: PictureKeys, images: str) -> Iterator[tuple[str, str]]:
         """Write all, and yield each key that could not be written, and what is wrong."""
         shown = self._preview if keys.preview else self._image
-        for key, write in ((keys.image, partial(shown, keys, images)), (keys.labels, partial(self._labels, keys))):
+        image, labels, events = partial(shown, keys, images), partial(self._labels, keys), partial(self._events, keys)
+        for key, write in ((keys.image, image), (keys.labels, labels), (keys.events, events)):
             try:
                 with reading(f"{self._picture.frame} of {self._picture.variant}"):
                     if key:
@@ -93,6 +96,13 @@ class _PictureWriter:
         script = label_file(self._picture, labels).script(keys.labels)
         write_atomically(self._out, keys.names["labels"], lambda: script, work=self._work)
 
+    def _events(self, keys: PictureKeys) -> None:
+        picture = self._picture
+        assert picture.time_s is not None
+        stream = EventStream(FileIn(Folder(picture.root), events_of(picture.variant)))
+        data = event_file(stream, picture.time_s)
+        write_atomically(self._out, keys.names["events"], lambda: data.script(keys.events), work=self._work)
+
     def _jpeg(self, name: str, image: NDArray[np.uint8], *, grey: bool) -> None:
         pixels, channels = (image[..., 0], ("Y",)) if grey else (image, ("R", "G", "B"))
         encode = partial(encoded_image, pixels, ".jpg", channels=channels, quality=QUALITY)
@@ -118,6 +128,16 @@ def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile
         arrays[kind] = packed(np.moveaxis(pixels, 2, 0))
     box = [region.x0, region.y0, region.x1, region.y1]
     return DataFile({"box": box, "labels": described}, arrays)
+
+
+def event_file(stream: EventStream, start: float) -> DataFile:
+    """Return the data file of EVENT_WINDOWS windows of time from `start` on: how many more events of a rise than of a
+    fall each pixel has, 128 for none."""
+    starts = [start + EVENT_WINDOW_S * place for place in range(EVENT_WINDOWS)]
+    frames = (stream.frame(at, at + EVENT_WINDOW_S) for at in starts)
+    more = np.stack([np.clip(rises - falls, -127, 127) + 128 for rises, falls in frames]).astype(np.uint8)
+    sizes = {"width": stream.width, "height": stream.height, "windows": EVENT_WINDOWS, "window_s": EVENT_WINDOW_S}
+    return DataFile(sizes, {"more": more})
 
 
 def region_of_targets(boxes: Sequence[Sequence[float]], tall: int, wide: int) -> Region:

@@ -11,6 +11,7 @@ from spin_usd.commands.show.data_file import file_key
 from spin_usd.commands.show.gallery_folder import DATA, IMAGES, OF_TARGET, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
 from spin_usd.reading.picture import Picture
+from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import Record
 
 FILES_VERSION = "picture-files-2"
@@ -31,6 +32,8 @@ class PictureKeys(NamedTuple):
     """The kind of label from which the thumbnail is made where there is no image; "" else."""
     kinds: tuple[str, ...] = ()
     """The labels in the data."""
+    events: str = ""
+    """That of the events that follow the picture; "" where there are none."""
 
     @property
     def names(self) -> dict[str, str]:
@@ -43,17 +46,23 @@ class PictureKeys(NamedTuple):
             found["image"] = file_of(IMAGES, self.image, self.suffix)
         if self.labels:
             found["labels"] = file_of(DATA, self.labels, ".js")
+        if self.events:
+            found["events"] = file_of(DATA, self.events, ".js")
         return found
 
     def without(self, present: Collection[str]) -> "PictureKeys":
         """Return the same without the keys of files that are among those `present`."""
         lacking = {what for what, name in self.names.items() if name not in present}
-        image = self.image if lacking - {"labels"} else ""
-        return self._replace(image=image, labels=self.labels if "labels" in lacking else "")
+        image = self.image if lacking - {"labels", "events"} else ""
+        return self._replace(
+            image=image,
+            labels=self.labels if "labels" in lacking else "",
+            events=self.events if "events" in lacking else "",
+        )
 
 
-def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
-    """Return the keys of the picture's files."""
+def keys_of(picture: Picture, request: ShowOptions, events: EventRecord | None) -> PictureKeys:
+    """Return the keys of the picture's files; `events`: those of its variant."""
     record = picture.recorded
     digests = {kind: file.sha256 for kind, file in record.files.items()}
     kinds = tuple(kind for kind in request.label_names if kind in digests)
@@ -66,7 +75,13 @@ def keys_of(picture: Picture, request: ShowOptions) -> PictureKeys:
         suffix=".png" if original else ".jpg",
         preview=preview,
         kinds=kinds,
+        events=_key("events", events.sha256, picture.time_s) if events and _is_in(picture, events) else "",
     )
+
+
+def _is_in(picture: Picture, events: EventRecord) -> bool:
+    """Return whether events follow the picture."""
+    return picture.time_s is not None and events.start <= picture.time_s < events.start + events.duration
 
 
 def visible_boxes(record: Record) -> list[list[int]]:

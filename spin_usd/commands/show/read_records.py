@@ -1,18 +1,22 @@
 """The records of a dataset read one after the other, the damaged ones too."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from spin_usd.commands.show.columns import leaves
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.measures import measured
 from spin_usd.reading.picture import Picture
+from spin_usd.records.event_record import EventRecord
 from spin_usd.scene.poses import FRAME_NAME
 from spin_usd.store.names import record_of
+from spin_usd.store.read_documents import read_event_record
 
 NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the last two itself
 
@@ -40,23 +44,33 @@ class ReadPicture:
 
     def faults(self, of_files: Mapping[str, str]) -> str:
         """Return all that is wrong with its record and its files; "" for nothing. Faults of files are given by key."""
-        own = (of_files.get(key) for key in dict.fromkeys((self.keys.image, self.keys.labels)) if key)
+        own = (of_files.get(key) for key in dict.fromkeys((self.keys.image, self.keys.labels, self.keys.events)) if key)
         return self.fault or "; ".join(dict.fromkeys(filter(None, own)))
 
 
 def read_records(dataset: Dataset, request: ShowOptions, *, what: str, progress: Progress) -> Iterator[ReadPicture]:
     """Yield every picture of the dataset in order, and report progress as `what`."""
+    events = {variant: _events_of(dataset, variant) for variant in {variant for _, variant in dataset.names}}
     for done, (frame, variant) in enumerate(dataset.names):
         progress(what, done, len(dataset))
         try:
-            read = _read_picture(dataset.picture(frame, variant), frame, variant, request)
+            read = _read_picture(dataset.picture(frame, variant), frame, variant, request, events[variant])
             yield replace(read, dataset=str(dataset.root))
         except InputError as fault:
             yield ReadPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {fault.found}")
     progress(what, len(dataset), len(dataset))
 
 
-def _read_picture(picture: Picture, frame: str, variant: str, request: ShowOptions) -> ReadPicture:
+def _events_of(dataset: Dataset, variant: str) -> EventRecord | None:
+    """Return what is said of the variant's events; None where there are none, or their record is damaged."""
+    with suppress(InputError):
+        return read_event_record(Folder(dataset.root), variant)
+    return None
+
+
+def _read_picture(
+    picture: Picture, frame: str, variant: str, request: ShowOptions, events: EventRecord | None
+) -> ReadPicture:
     """Return what is known of the picture that has this frame and variant by its record's name. Raises
     InputError."""
     if (picture.frame, picture.variant) != (frame, variant):
@@ -68,6 +82,6 @@ def _read_picture(picture: Picture, frame: str, variant: str, request: ShowOptio
         frame=frame,
         variant=variant,
         picture=picture,
-        keys=keys_of(picture, request),
+        keys=keys_of(picture, request, events),
         values={**dict(leaves(filtered)), **measured(picture)},
     )

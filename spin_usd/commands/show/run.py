@@ -125,6 +125,7 @@ def _read_all(
     measures, numbers = measures_of(dataset, held)
     others = {name: column for name, column in held.items() if name not in numbers}
     header |= described_dataset(dataset, list(kinds)) | {"records": shelf.files, "per_file": PER_FILE}
+    header |= {"events": any(picture.keys.events for picture in pictures)}
     header |= {"measures": measures, "columns": list(columns_of(others, folder))}
     return pictures, header, arrays | numbers
 
@@ -187,7 +188,7 @@ def missing_files(pictures: Sequence[ReadPicture], present: set[str]) -> dict[in
     begun, found = set(present), {}
     for place, picture in enumerate(pictures):
         keys = picture.keys.without(begun)
-        if keys.image or keys.labels:
+        if keys.image or keys.labels or keys.events:
             found[place] = keys
         begun |= set(picture.keys.names.values())
     return found
@@ -214,7 +215,8 @@ def write_files(
         progress("showing: picture", done, len(calls))
         if isinstance(result, OutputError):
             raise result
-        faults |= dict.fromkeys((keys.image, keys.labels), str(result)) if isinstance(result, SpinError) else result
+        of_all = (keys.image, keys.labels, keys.events)
+        faults |= dict.fromkeys(of_all, str(result)) if isinstance(result, SpinError) else result
     progress("showing: picture", len(calls), len(calls))
     return faults
 

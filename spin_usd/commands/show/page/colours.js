@@ -52,6 +52,9 @@ function seenExtent(plane, seen) {
 }
 
 const COLOURS = {
+    by_sign([more]) {
+        return (i) => (more[i] === 128 ? null : more[i] > 128 ? [255, 40, 40] : [40, 90, 255]);
+    },
     by_distance([metres]) {
         const seen = (i) => metres[i] > 0;
         const [low, high] = seenExtent(metres, seen);

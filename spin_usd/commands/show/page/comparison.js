@@ -91,7 +91,11 @@ class Comparison {
         if (!other) return;
         other.take(found);
         const labels = await other.labelsOf(found).catch(() => null);
-        if (this.found === found) other.takeLabels(labels);
+        const events = await other.eventsOf(found).catch(() => null);
+        if (this.found === found) {
+            other.takeLabels(labels);
+            other.takeEvents(events);
+        }
         other.stage.follow(this.sheet.stage);
     }
 

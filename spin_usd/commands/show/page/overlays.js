@@ -17,6 +17,14 @@ const AREA_TITLES = {
     normals_body: "Normals (body)",
     lit: "Sunlight",
 };
+const EVENT_WINDOWS = 8;
+const EVENTS = {
+    name: "events",
+    title: "Events",
+    key: "v",
+    meaning: "Red where it became brighter, blue where darker, in 1/30 s from the picture on",
+    area: true,
+};
 const DRAWN = [
     { name: "boxes", title: "Boxes", key: "b" },
     { name: "cuboid", title: "3D box", key: "c" },
@@ -45,7 +53,9 @@ class Overlays extends EventTarget {
                 blend: 0.6,
             };
         });
-        this.all = [...areas, ...DRAWN.map((drawn) => ({ ...drawn, on: false }))];
+        this.eventWindow = 0; // of the events, counted from the picture's time
+        const events = gallery.events ? [{ ...EVENTS, on: false, blend: 0.8 }] : [];
+        this.all = [...areas, ...events, ...DRAWN.map((drawn) => ({ ...drawn, on: false }))];
         this.blends = element("div", { className: "blends" });
         this.controls = element(
             "div",
@@ -79,7 +89,25 @@ class Overlays extends EventTarget {
             this.set(overlay, true);
         });
         overlay.blending = element("label", { hidden: true }, `Blend of ${overlay.title.toLowerCase()} `, blend);
+        if (overlay.name === EVENTS.name) overlay.blending.append(this.eventTime(overlay));
         return overlay.blending;
+    }
+
+    /** Return the means to choose which events are shown, by how long after the picture they are. */
+    eventTime(overlay) {
+        const slider = element("input", {
+            type: "range",
+            min: 0,
+            max: EVENT_WINDOWS - 1,
+            step: 1,
+            value: 0,
+            "aria-label": "Time of events",
+        });
+        slider.addEventListener("input", () => {
+            this.eventWindow = Number(slider.value);
+            this.set(overlay, true);
+        });
+        return element("span", {}, "Time of events ", slider);
     }
 
     set(overlay, on) {

@@ -111,6 +111,12 @@ class PictureView extends EventTarget {
             .catch((fault) => void (faults.length || faults.push(fault.message)));
         if (this.row !== row) return;
         this.takeLabels(labels ?? null, faults);
+        const events = await this.sheet
+            .eventsOf(found)
+            .catch((fault) => void (faults.length || faults.push(fault.message)));
+        if (this.row !== row) return;
+        this.sheet.takeEvents(events ?? null);
+        this.sayFaults(faults);
         this.node.dataset.shown = `${this.gallery.variant(row)}/${this.gallery.frame(row)}`;
     }
 

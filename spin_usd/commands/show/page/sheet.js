@@ -5,7 +5,7 @@ class Sheet extends EventTarget {
     /** gallery: of whose pictures one is shown: targets, parts and labels. */
     constructor(node, gallery, overlays) {
         super();
-        Object.assign(this, { gallery, overlays, shown: null, labels: null, canvases: new Map() });
+        Object.assign(this, { gallery, overlays, shown: null, labels: null, events: null, canvases: new Map() });
         this.stage = new Stage(node);
         this.stage.addEventListener("zoom", () => this.drawLines());
         overlays.addEventListener("change", () => this.draw());
@@ -13,14 +13,14 @@ class Sheet extends EventTarget {
 
     /** Show nothing, so that the next picture does not begin with this one. */
     clear() {
-        this.shown = this.labels = null;
+        this.shown = this.labels = this.events = null;
         this.stage.paper.hidden = true;
     }
 
     /** Show the picture that a record file has, null for a damaged one, without its labels. */
     take(found) {
         this.shown = found;
-        this.labels = null;
+        this.labels = this.events = null;
         if (found) this.takeImage(found);
         this.stage.paper.hidden = !found;
         this.draw();
@@ -44,13 +44,24 @@ class Sheet extends EventTarget {
         this.draw();
     }
 
+    /** Return a promise of the events that follow the picture that is shown, null where it has none. */
+    async eventsOf(found) {
+        return found?.files.events ? loadData(found.files.events) : null;
+    }
+
+    takeEvents(events) {
+        this.events = events;
+        this.draw();
+    }
+
     draw() {
         this.stage.areas.replaceChildren();
         this.stage.scales.replaceChildren();
         for (const overlay of this.overlays.all) {
             const there = overlay.area && this.labels?.has(overlay.name) && this.labels.pixels > 0;
-            if (!overlay.on || !there) continue;
-            const canvas = this.painted(overlay);
+            const events = overlay.name === EVENTS.name && this.events;
+            if (!overlay.on || !(there || events)) continue;
+            const canvas = events ? this.paintedEvents(overlay) : this.painted(overlay);
             canvas.style.opacity = overlay.blend;
             this.stage.areas.append(canvas);
             if (overlay.colours === "by_distance")
@@ -70,6 +81,16 @@ class Sheet extends EventTarget {
             this.canvases.set(overlay, { of: labels, canvas });
         }
         return this.canvases.get(overlay).canvas;
+    }
+
+    /** Return the canvas of the events in the window that is chosen. */
+    paintedEvents(overlay) {
+        const { width, height } = this.events.header;
+        const more = this.events.arrays.get("more").subarray(this.overlays.eventWindow * width * height);
+        const canvas = painted([more], "by_sign", width, height);
+        canvas.style.left = canvas.style.top = "0";
+        canvas.dataset.kind = overlay.name;
+        return canvas;
     }
 
     drawLines() {
