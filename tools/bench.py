@@ -15,7 +15,7 @@ from pathlib import Path
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.processors import machine
 
-COMMANDS = ("frames", "equal_error", "labels", "stages", "device", "simulator")
+COMMANDS = ("frames", "equal_error", "labels", "stages", "device", "simulator", "events")
 
 
 def main() -> None:
