@@ -77,7 +77,6 @@ class EventWorker:
         made_by = [VERSION, self._reader.stage_hash, self._times, labelled, asdict(self._sensor), self._versions]
         self._key = digest([*made_by, to_builtins(settings)])
         self._frames: list[LightFrame] = []
-        self._poses: list[NDArray[np.float64]] = []
         self._renders = 0
 
     @property

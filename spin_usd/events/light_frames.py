@@ -81,7 +81,7 @@ class LightFrames:
         self._every_step, self._labelled = every_step, labelled
         self._least = min(sensor.threshold_on, sensor.threshold_off)
         self._scene = lru_cache(maxsize=None)(lambda i: scene_at(times[i]))
-        self._sky = lru_cache(maxsize=None)(self._sky_of)
+        self._skies: dict[int, Float32 | None] = {}
         self._keys: dict[int, KeyRender] = {}
         self._noisy = 0.0
         self.rendered = 0
@@ -191,9 +191,11 @@ class LightFrames:
         share = (self._times[place] - self._times[first]) / (self._times[last] - self._times[first])
         return np.asarray(start + np.float32(share) * (end - start), np.float32)
 
-    def _sky_of(self, place: int) -> Float32 | None:
-        scene = self._scene(place)
-        return sky(scene, seed=background_seed(scene, self._settings))
+    def _sky(self, place: int) -> Float32 | None:
+        if place not in self._skies:
+            scene = self._scene(place)
+            self._skies[place] = sky(scene, seed=background_seed(scene, self._settings))
+        return self._skies[place]
 
 
 def differ(first: Float32, last: Float32, *, dark: float, most: float) -> NDArray[np.bool_]:

@@ -66,7 +66,8 @@ class EventRun:
             while not self._opened:
                 self._hear(pool)
             steps, chunks = len(self._opened["times"]), int(self._opened["chunks"])
-            while not (self._finished or self._is_whole()):
+            self._finished = self._is_whole()
+            while not self._finished:
                 done = self._done()
                 self.progress(f"events of {self.variant}: step", done * steps // chunks, steps)
                 if stop.number is None:
