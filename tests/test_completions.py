@@ -59,7 +59,7 @@ def completed():
         ("spin-usd re", ["render", "reproduce"]),
         ("spin-usd check --cross-", ["--cross-pictures"]),
         ("spin-usd author --frames 1 --frames 2 --target t", ["tango"]),
-        ("spin-usd author --camera spa", ["spacesense", "spark"]),
+        ("spin-usd author --camera spa", ["spacesense", "spades", "spark"]),
         ("spin-usd render missing/stage --quality ", ["preview", "draft", "standard", "reference"]),
         ("spin-usd show DATASET --images ", ["jpeg", "small", "original"]),
         ("spin-usd render stage --device c", ["cuda", "cpu"]),

@@ -27,7 +27,7 @@ from spin_usd.exchange.bop_scenes import (
     scene_rows,
     visibility_entry,
 )
-from spin_usd.exchange.camera_format import Calibration, CameraFormat, whole
+from spin_usd.exchange.cameras.camera_format import Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.export_format import (
     ExportFile,
     ExportFormat,

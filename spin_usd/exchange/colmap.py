@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
+from spin_usd.exchange.cameras.camera_format import CORNER, Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.export_format import (
     ExportFile,
     ExportFormat,

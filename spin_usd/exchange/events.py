@@ -15,8 +15,8 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.faults import reading
-from spin_usd.formats.event_file import Events
 from spin_usd.reading.events import EventStream
+from spin_usd.scene.event import Events
 
 Size = tuple[int, int]
 CONVENTIONS = (

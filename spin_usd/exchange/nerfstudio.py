@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat, whole
+from spin_usd.exchange.cameras.camera_format import CORNER, Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, own_suffix

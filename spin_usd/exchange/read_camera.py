@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.exchange.camera_format import CENTRE, CORNER, CameraFile
+from spin_usd.exchange.cameras.camera_format import CENTRE, CORNER, CameraFile
 from spin_usd.exchange.table import CAMERA_FORMATS
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.files.user_file import open_file

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.camera_format import CORNER, Calibration, CameraFormat
+from spin_usd.exchange.cameras.camera_format import CORNER, Calibration, CameraFormat
+from spin_usd.exchange.cameras.speed_camera import camera_document, read_camera_file
 from spin_usd.exchange.layout.export_format import (
     ExportFormat,
     FormatOption,
@@ -30,7 +31,6 @@ from spin_usd.exchange.layout.index_file import IndexFile, json_list, write_json
 from spin_usd.exchange.layout.limits import no_fisheye, one_camera, parts_at_most
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, one_pose
-from spin_usd.exchange.speed_camera import camera_document, read_camera_file
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.json_file import read_json_file

@@ -5,7 +5,8 @@ A new one is a file of its own and an entry here.
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES
-from spin_usd.exchange.camera_format import CameraFormat
+from spin_usd.exchange.cameras.camera_format import CameraFormat
+from spin_usd.exchange.cameras.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
 from spin_usd.exchange.coco import COCO, COCO_POSES
 from spin_usd.exchange.colmap import COLMAP, COLMAP_CAMERA, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
@@ -15,11 +16,11 @@ from spin_usd.exchange.events import EVENT_FORMATS
 from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.export_format import ExportFormat
 from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_CAMERA, NERFSTUDIO_POSES
-from spin_usd.exchange.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
 from spin_usd.exchange.pose_format import PoseFormat
 from spin_usd.exchange.record_poses import RECORD
 from spin_usd.exchange.shirt import SHIRT
+from spin_usd.exchange.spades import SPADES, SPADES_POSES
 from spin_usd.exchange.spark import SPARK, SPARK_POSES
 from spin_usd.exchange.speed import SPEED
 from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_CAMERA, SPEEDPLUS_POSES
@@ -49,6 +50,7 @@ _ALL = (
     KITTI,
     TUM,
     VIDEO,
+    SPADES,
     *EVENT_FORMATS,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
@@ -62,6 +64,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     WEBDATASET_POSES,
     CROISSANT_POSES,
     PARQUET_POSES,
+    SPADES_POSES,
     NERFSTUDIO_POSES,
     COLMAP_POSES,
     EUROC_POSES,

@@ -2,12 +2,10 @@
 
 Source: Gehrig and others, "DSEC: A Stereo Event Camera Dataset for Driving Scenarios" (2021), and its loaders, which
 know events/t, x, y and p, ms_to_idx and t_offset. Root attributes, events/target, events/part and the group `poses` are
-ours. Compression is HDF5's own gzip, so that no plugin is needed. Equal events are equal bytes, however they were cut
-into appends: the file has no times, and gets its chunks whole and in order.
+ours. Equal events are equal bytes, however they were cut into appends.
 """
 
 from collections.abc import Sequence
-from io import FileIO
 from pathlib import Path
 from typing import Any, Self
 
@@ -16,44 +14,19 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding, reading
+from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn
+from spin_usd.formats.hdf5 import ColumnFile, fixed_text, open_hdf5, own_dataset
+from spin_usd.scene.event import EVENT, Events
 
-CHUNK = 2**16  # events
 LONGEST = 2**32 - 1  # microseconds
 MILLISECOND = 1000  # microseconds
 SIDE = 2**16  # pixels
+GROUP = "events"
 COLUMNS = {"t": "<u4", "x": "<u2", "y": "<u2", "p": "|u1"}
 """Types of the columns in the file."""
 LABELS = {"target": "<u2", "part": "<u2"}
 """Those that it has where labels were asked for: ids as in the labels `instance` and `segmentation`, 0 for none."""
-READ_AS = {"t": "<i8", "p": "?"}
-Events = NDArray[np.void]
-"""Events (N,): t int64, microseconds on the stage's clock; x and y uint16, column and row; p bool, whether it is
-brighter; and target and part uint16 where the file has them."""
-
-
-class _Bytes(FileIO):
-    """A file that HDF5 writes its bytes to. It keeps the first `fault` and takes what comes after it for written: where
-    HDF5 is told that a disk is full it cannot close its file, and ends the process when that ends."""
-
-    fault: OSError | None = None
-
-    def write(self, data: Any, /) -> int:
-        left = memoryview(data).cast("B")
-        try:
-            while left and not self.fault:
-                left = left[super().write(left) :]
-        except OSError as fault:
-            self.fault = fault
-        return memoryview(data).nbytes
-
-    def truncate(self, size: int | None = None, /) -> int:
-        try:
-            return super().truncate(size) if not self.fault else 0
-        except OSError as fault:
-            self.fault = fault
-            return 0
 
 
 class EventFileWriter:
@@ -65,21 +38,12 @@ class EventFileWriter:
     """
 
     def __init__(self, path: Path, *, width: int, height: int, variant: str, start_us: int, labelled: bool) -> None:
-        with reading():
-            import h5py
         self._path, self._start = path, start_us
-        self._bytes = _Bytes(path, "w+")
-        self._file = h5py.File(self._bytes, "w", libver="earliest")
-        self._file.attrs.update({"width": width, "height": height, "variant": _fixed(variant)})
-        self._file["t_offset"] = np.int64(start_us)
-        self._buffer = {name: np.empty(CHUNK, type) for name, type in (COLUMNS | (LABELS if labelled else {})).items()}
-        self._columns = {
-            name: self._file.create_dataset(
-                f"events/{name}", (0,), column.dtype, maxshape=(None,), chunks=(CHUNK,), compression=1, shuffle=True
-            )
-            for name, column in self._buffer.items()
-        }
-        self._written = self._held = 0
+        columns = COLUMNS | (LABELS if labelled else {})
+        self._columns = ColumnFile(path, {f"{GROUP}/{name}": type for name, type in columns.items()})
+        self._names = tuple(columns)
+        self._columns.file.attrs.update({"width": width, "height": height, "variant": fixed_text(variant)})
+        self._columns.file["t_offset"] = np.int64(start_us)
         self._last = 0
         self._index: list[NDArray[np.uint64]] = []
         self._indexed = 0
@@ -87,62 +51,38 @@ class EventFileWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-        self._bytes.close()
-        self._refuse_fault()
+    def __exit__(self, *error: object) -> None:
+        self._columns.__exit__(*error)
 
     def append(self, events: Events) -> None:
-        """Add events (N,) with the fields of Events, at times from the stream's start on, none before that of an
-        earlier one. Raises InputError where they are not, or are later than 32 bits of microseconds reach."""
+        """Add events (N,) with the fields of EVENT, at times from the stream's start on, none before that of an earlier
+        one. Raises InputError where they are not, or are later than 32 bits of microseconds reach."""
         times = events["t"] - self._start
         if not len(times):
             return
         if times[0] < self._last or (np.diff(times) < 0).any():
             raise InputError("events are not in the order of their times", where=self._path, do="sort them by t")
-        self._refuse_long(int(times[-1]))
         self._last = int(times[-1])
-        done = 0
-        while done < len(times):
-            piece = slice(done, done + CHUNK - self._held)
-            held = slice(self._held, self._held + len(times[piece]))
-            for name, column in self._buffer.items():
-                column[held] = (times if name == "t" else events[name])[piece]
-            done, self._held = piece.stop, held.stop
-            if self._held == CHUNK:
-                self._flush()
+        self._refuse_long(self._last)
+        begun = np.arange(self._indexed, self._last // MILLISECOND + 1) * MILLISECOND
+        self._index.append(np.uint64(len(self._columns)) + np.searchsorted(times, begun).astype(np.uint64))
+        self._indexed += len(begun)
+        self._columns.append({f"{GROUP}/{name}": times if name == "t" else events[name] for name in self._names})
 
     def finish(self, duration_us: int, pose_times: NDArray[np.int64], poses: Float, names: Sequence[str]) -> None:
         """Write what is held, the index and the poses. duration_us: of the stream, microseconds. poses: T_cam_body (M,
         targets, 4, 4) of the targets of these `names` at the pose_times (M,), microseconds on the stage's clock.
         Raises InputError for a stream that is longer than 32 bits of microseconds."""
         self._refuse_long(duration_us)
-        self._flush()
+        self._columns.finish()
         size = -(-max(duration_us, self._last) // MILLISECOND) + 1
-        rest = np.full(max(size - self._indexed, 0), self._written, np.uint64)
-        self._file["ms_to_idx"] = np.concatenate([*self._index, rest]).astype("<u8")
-        self._file.attrs["duration_us"] = duration_us
-        self._file["poses/t"] = np.asarray(pose_times, "<i8")
-        self._file["poses/T_cam_body"] = np.asarray(poses, "<f8")
-        self._file["poses"].attrs["names"] = _fixed(names)
-
-    def _flush(self) -> None:
-        """Write the events that are held, and index the milliseconds that have begun by the last of them."""
-        if not self._held:
-            return
-        for name, column in self._columns.items():
-            column.resize((self._written + self._held,))
-            column[self._written :] = self._buffer[name][: self._held]
-        times = self._buffer["t"][: self._held]
-        begun = np.arange(self._indexed, times[-1] // MILLISECOND + 1, dtype=np.uint32) * np.uint32(MILLISECOND)
-        self._index.append(np.uint64(self._written) + np.searchsorted(times, begun).astype(np.uint64))
-        self._indexed += len(begun)
-        self._written, self._held = self._written + self._held, 0
-        self._refuse_fault()
-
-    def _refuse_fault(self) -> None:
-        if self._bytes.fault:
-            raise self._bytes.fault
+        rest = np.full(max(size - self._indexed, 0), len(self._columns), np.uint64)
+        file = self._columns.file
+        file["ms_to_idx"] = np.concatenate([*self._index, rest]).astype("<u8")
+        file.attrs["duration_us"] = duration_us
+        file["poses/t"] = np.asarray(pose_times, "<i8")
+        file["poses/T_cam_body"] = np.asarray(poses, "<f8")
+        file["poses"].attrs["names"] = fixed_text(names)
 
     def _refuse_long(self, time_us: int) -> None:
         if time_us > LONGEST:
@@ -155,12 +95,9 @@ class EventFile:
     milliseconds. Raises InputError for what is none, or is damaged, and MissingPackageError without h5py."""
 
     def __init__(self, source: FileIn) -> None:
-        with reading():
-            import h5py
         self._path = source.path
-        bytes_ = source.open()
         with decoding(self._path):
-            file = h5py.File(bytes_, "r")
+            file = open_hdf5(source.open())
             self.width, self.height = (int(_attribute(file, name, "i")) for name in ("width", "height"))
             """Pixels."""
             if not (0 < self.width <= SIDE and 0 < self.height <= SIDE):
@@ -169,8 +106,8 @@ class EventFile:
             self.start_us = int(_own(file, "t_offset", "<i8")[()])
             """Of the stream, on the stage's clock."""
             self.duration_us = int(_attribute(file, "duration_us", "i"))
-            labels = LABELS if "target" in file["events"] else {}
-            self._columns = {name: _own(file, f"events/{name}", type) for name, type in (COLUMNS | labels).items()}
+            labels = LABELS if "target" in file[GROUP] else {}
+            self._columns = {name: _own(file, f"{GROUP}/{name}", type) for name, type in (COLUMNS | labels).items()}
             (self._count,) = {len(column) for column in self._columns.values()}
             self._index: NDArray[np.uint64] = _own(file, "ms_to_idx", "<u8")[:]
             if not len(self._index) or self._index[-1] > self._count or (self._index[1:] < self._index[:-1]).any():
@@ -183,7 +120,7 @@ class EventFile:
             """Of the targets."""
             if self.poses.shape != (len(self.pose_times), len(self.names), 4, 4):
                 raise ValueError("its poses are not those of its targets and times")
-        self._type = np.dtype([(name, READ_AS.get(name, type)) for name, type in (COLUMNS | labels).items()])
+        self._type = np.dtype([(name, EVENT[name]) for name in self._columns])
 
     def __len__(self) -> int:
         return self._count
@@ -215,14 +152,6 @@ class EventFile:
             return int(first + np.searchsorted(self._columns["t"][first:last], since))
 
 
-def _fixed(text: str | Sequence[str]) -> NDArray[Any]:
-    """Return the text, or texts, as HDF5's UTF-8 of one length: over a damaged file with others HDF5 may never end."""
-    import h5py
-
-    made = np.char.encode(np.asarray(text, np.str_), "utf-8")
-    return made.astype(h5py.string_dtype("utf-8", max(made.dtype.itemsize, 1)))
-
-
 def _attribute(node: Any, name: str, kind: str) -> Any:
     """Return the attribute of that name and kind of numpy's types: "i", or "S" for texts of one length. Raises KeyError
     and ValueError."""
@@ -232,15 +161,7 @@ def _attribute(node: Any, name: str, kind: str) -> Any:
 
 
 def _own(file: Any, name: str, type: str) -> Any:
-    """Return the h5py.Dataset of that name and type, whose numbers lie in the file itself. Raises KeyError and
-    ValueError."""
-    import h5py
-
-    group, _, _ = name.rpartition("/")
-    links = [file.get(each, getlink=True) for each in (group, name) if each]
-    found = file[name] if all(isinstance(link, h5py.HardLink) for link in links) else None
-    if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external:
-        raise ValueError(f"{name} is not in the file itself")
-    if found.dtype != type:
+    """Return the h5py.Dataset of that name and type. Raises KeyError and ValueError."""
+    if (found := own_dataset(file, name)).dtype != type:
         raise ValueError(f"{name} holds {found.dtype}")
     return found

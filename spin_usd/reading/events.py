@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn
-from spin_usd.formats.event_file import EventFile, Events
+from spin_usd.formats.event_file import EventFile
 from spin_usd.geometry.rotation import turn_between
+from spin_usd.scene.event import Events
 
 SECOND = 1e6  # microseconds
 PACKET = 2**20  # events

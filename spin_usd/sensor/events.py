@@ -17,16 +17,13 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest
 from spin_usd.errors import InputError
+from spin_usd.scene.event import EVENT, Events
 from spin_usd.scene.event_sensor import EventSensor
 
 MICROSECONDS = 1e6
-EVENT = np.dtype([("t", "<i8"), ("x", "<u2"), ("y", "<u2"), ("p", "?"), ("target", "<u2"), ("part", "<u2")])
-"""An event: microseconds, column and row, whether it is brighter, and the ids of what its pixel showed, 0 for nothing
-and where nobody says."""
 LEAST = 0.1  # of a threshold: those that are drawn smaller would tell every photon
 NEARLY = 1e-9  # of a threshold: as near it counts as reached, or a light that goes and comes back would lose an event
 FARTHEST = 6.0  # standard deviations of jitter beyond which none lies
-Events = NDArray[np.void]
 _Found = tuple[NDArray[np.int64], Float, NDArray[np.bool_]]
 """Pixels, times in seconds, and whether they are brighter."""
 

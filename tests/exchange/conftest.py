@@ -19,7 +19,7 @@ PLAIN = {"fx": 640.0, "fy": 640.0, "cx": 120.0, "cy": 75.0, "distortion": [0.0] 
 
 def clone(source: Path, folder: Path, pictures) -> Path:
     """Make a dataset in `folder` of `pictures`: dicts with "frame", and where they differ from a rendered picture
-    "variant", "index", "q", "t", "camera" (members that change) and "kinds" (those that it has)."""
+    "variant", "index", "time", "q", "t", "camera" (members that change) and "kinds" (those that it has)."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(source / "dataset.json", folder)
     records = [json.loads(path.read_text()) for path in sorted((source / "records" / "nominal").iterdir())]
@@ -49,6 +49,8 @@ def rename(source, folder, record, wanted) -> None:
 def place_in_stage(record, wanted, place) -> None:
     """Give the record its index, its pose and its camera."""
     record["index"] = wanted.get("index", place)
+    if "time" in wanted:
+        record["time_s"] = wanted["time"]
     record["camera"] |= wanted.get("camera", {})
     poses = [record["pose"], *(target["pose"] for target in record.get("targets", [])[:1])]
     for pose in poses:

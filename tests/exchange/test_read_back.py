@@ -19,13 +19,13 @@ from tests.exchange.conftest import PLAIN, clone, write_export
 EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
-ONE_SPLIT = {"shirt", "tum", "video"}  # a trajectory is one
+ONE_SPLIT = {"shirt", "tum", "video", "spades"}  # a trajectory is one
 WITHOUT_POSES = {"video", "kitti"} | {each.name for each in EVENT_FORMATS}
 """Formats that hold none."""
 SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4", "evt3": ".raw", "aedat4": ".aedat4"}
 SHARDS |= {"dat": ".dat", "es": ".es", "events_csv": ".csv"}
 """The endings of files of many pictures."""
-NUMBERED = {"bop", "swisscube", "urso"}  # pictures are called after their numbers
+NUMBERED = {"bop", "swisscube", "urso", "spades"}  # pictures are called after their numbers
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,10 @@ def dataset(rendered, tmp_path_factory):
     q[0, 0] = 0
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     t = np.random.default_rng(8).uniform((-0.5, -0.5, 4), (0.5, 0.5, 9), (FRAMES, 3))
-    pictures = [{"frame": f"img{i:06}", "camera": PLAIN, "q": q[i].tolist(), "t": t[i].tolist()} for i in range(FRAMES)]
+    pictures = [
+        {"frame": f"img{i:06}", "time": 5.0 + i, "camera": PLAIN, "q": q[i].tolist(), "t": t[i].tolist()}
+        for i in range(FRAMES)
+    ]
     folder = clone(rendered, tmp_path_factory.mktemp("back") / "dataset", pictures)
     shutil.copytree(rendered / "stage", folder / "stage")  # some formats have the bodies' models
     write_events(folder / "events" / "nominal.h5", make_events(1000))
@@ -55,6 +58,8 @@ def frames_of(export, to, names):
         return names
     with (export / "pictures.csv").open() as file:
         rows = list(csv.DictReader(file))
+    if to == "spades":
+        return [f"img{int(name.removesuffix('_RT000').removeprefix('img')):06}" for name in names]
     if to == "urso":
         return [rows[int(name.removesuffix("_rgb"))]["frame"] for name in names]
     return [f"img{int(name.rpartition('_')[2]):06}" for name in names]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from spin_usd.exchange.cameras.speed_camera import read_camera_file
 from spin_usd.exchange.layout.images import grey
-from spin_usd.exchange.speed_camera import read_camera_file
 from tests.conftest import speedplus_camera
 from tests.exchange.conftest import PLAIN, clone, write_export
 

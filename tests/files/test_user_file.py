@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from spin_usd.errors import InputError
+from spin_usd.exchange.cameras.speed_camera import read_camera_file
 from spin_usd.exchange.read_pose_list import read_pose_list
-from spin_usd.exchange.speed_camera import read_camera_file
 from spin_usd.files.user_file import open_file, path_of, read_bytes, read_text
 from spin_usd.formats.array_file import read_point_cloud
 from spin_usd.formats.augmentation_spec import read_augmentation_spec

@@ -10,7 +10,8 @@ import pytest
 
 from spin_usd.errors import InputError, MissingPackageError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.event_file import CHUNK, LONGEST, EventFile, EventFileWriter
+from spin_usd.formats.event_file import LONGEST, EventFile, EventFileWriter
+from spin_usd.formats.hdf5 import CHUNK
 from tests.cases.events import DURATION_US, POSE_TIMES, START_US, make_events, make_poses, write_events
 
 MANY = 2 * CHUNK + 77

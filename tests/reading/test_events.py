@@ -13,7 +13,8 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.event_file import CHUNK, EventFile
+from spin_usd.formats.event_file import EventFile
+from spin_usd.formats.hdf5 import CHUNK
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.events import EventStream
 from tests.cases.events import DURATION_US, HEIGHT, POSE_TIMES, START_US, WIDTH, make_events, make_poses, write_events

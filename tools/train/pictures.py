@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import spin_usd
 from spin_usd.arrays import Float
+from spin_usd.exchange.cameras.speed_camera import read_camera_file
 from spin_usd.exchange.read_pose_list import read_pose_list
-from spin_usd.exchange.speed_camera import read_camera_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.fisheye import Fisheye

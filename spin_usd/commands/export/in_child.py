@@ -23,7 +23,7 @@ from spin_usd.commands.export.plan import ExportPlan, plan_export
 from spin_usd.commands.export.report import ExportReport
 from spin_usd.commands.export.writer import Counts, Writer
 from spin_usd.errors import InputError, SpinError
-from spin_usd.exchange.camera_format import CENTRE, CORNER
+from spin_usd.exchange.cameras.camera_format import CENTRE, CORNER
 from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.exported_dataset import Entry
 from spin_usd.exchange.layout.index_file import write_text_file

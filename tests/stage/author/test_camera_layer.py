@@ -22,7 +22,7 @@ from spin_usd.stage.author.camera_layer import (
 from spin_usd.stage.read.lens import read_lens
 from spin_usd.stage.read.sensor import read_sensor
 
-RENDERED = ("cubesat_cdt", "posebowl", "spacesense", "spark", "spin", "swisscube", "urso")
+RENDERED = ("cubesat_cdt", "posebowl", "spacesense", "spades", "spark", "spin", "swisscube", "urso")
 FLOAT32_PX = 1e-3  # USD keeps focal length and apertures as float32: 6e-8 of 1e4 pixels
 FLOAT32 = 1e-6  # relative, the product of five float32 numbers
 

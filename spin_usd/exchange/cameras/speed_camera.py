@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.exchange.camera_format import DEFAULT_PITCH, CameraFile
+from spin_usd.exchange.cameras.camera_format import DEFAULT_PITCH, CameraFile
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.lens_models import distortion_of

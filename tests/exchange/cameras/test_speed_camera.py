@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.speed_camera import read_camera_file
+from spin_usd.exchange.cameras.speed_camera import read_camera_file
 
 PITCH = 5.86e-6
 SPEED = {"Nu": 1920, "Nv": 1200, "ppx": PITCH, "ppy": PITCH, "fx": 0.0176, "fy": 0.0176}

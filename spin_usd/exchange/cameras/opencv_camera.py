@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.exchange.camera_format import (
+from spin_usd.exchange.cameras.camera_format import (
     CENTRE,
     Calibration,
     CameraFormat,
