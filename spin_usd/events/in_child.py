@@ -1,8 +1,8 @@
 """The child's part of making events: the light of a chunk of time steps, and then the events in it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import cached_property, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import digest
 from spin_usd.events.event_stage import EventStage
 from spin_usd.events.light_frames import CHUNK, LightFrame, LightFrames, fine_region, rendered
+from spin_usd.events.make_events import VERSION
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.event_file import EventFileWriter
@@ -24,13 +25,13 @@ from spin_usd.picture.versions import library_versions
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
+from spin_usd.progress import Progress, no_progress
 from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import RecordedCamera
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.content_keys import KeyMaker
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.scene import Scene
 from spin_usd.sensor.events import MICROSECONDS, EventMaker
 from spin_usd.sensor.exposure import metered
 from spin_usd.store.atomic import fill_atomically, write_atomically, write_json
@@ -38,15 +39,13 @@ from spin_usd.store.cache import RENDERS, Cache
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import EVENTS, STATE, event_chunk, event_record_of, events_of
 
-VERSION = "events 1"  # of how events are made: its number grows where they may be others
-
 
 class EventWorker:
     """Makes the events of a variant of a stage that lies in a dataset.
 
     `options`: as render's workers have them · `pictures`: places in the stage's frames, between the first and the last
-    of which the events are · `labelled`: whether events get the ids of what they show · `times`: those of all steps,
-    None to find them.
+    of which the events are · `labelled`: whether events get the ids of what they show · `key`: of all that decides
+    them · `times`: those of all steps, None to find them.
     """
 
     def __init__(
@@ -56,13 +55,14 @@ class EventWorker:
         variant: str,
         pictures: Sequence[int],
         labelled: bool,
+        key: str,
         times: Sequence[float] | None = None,
         cpus: Sequence[int] | None = None,
-        progress: Callable[..., None] = lambda *_: None,
+        progress: Progress = no_progress,
     ) -> None:
         if cpus:
             hold_to(cpus)
-        self._options, self._labelled = convert(options, WorkerOptions), labelled
+        self._options, self._labelled, self._key = convert(options, WorkerOptions), labelled, key
         self._store, self._work = Store(root=Path(self._options.root)), Path(self._options.work)
         self._stage = EventStage(self._store.root / self._options.stage, variant=variant, pictures=pictures)
         self._reader, self._sensor = self._stage.reader, self._stage.sensor
@@ -74,23 +74,23 @@ class EventWorker:
         self._versions = library_versions() | self._maker.renderer.versions()
         self._cache = Cache(folder=self._store.folder, versions=self._versions, work=self._work)
         self._times = self._stage.times(progress) if times is None else list(times)
-        made_by = [VERSION, self._reader.stage_hash, self._times, labelled, asdict(self._sensor), self._versions]
-        self._key = digest([*made_by, to_builtins(settings)])
+        self._chunk_key = digest([key, self._versions])  # those of a run that goes on with other software are no parts
         self._frames: list[LightFrame] = []
         self._renders = 0
 
     @property
     def opened(self) -> dict[str, Any]:
-        """The times of all steps, seconds, and the events' key."""
-        return {"times": self._times, "key": self._key, "chunks": -(-(len(self._times) - 1) // CHUNK)}
+        """The times of all steps, seconds, and how many chunks of them there are, under which key."""
+        return {"times": self._times, "chunks": -(-(len(self._times) - 1) // CHUNK), "chunk_key": self._chunk_key}
 
-    def light(self, *, chunk: int, progress: Callable[..., None]) -> None:
+    def light(self, *, chunk: int, progress: Progress) -> None:
         """Make the light of all steps of a chunk."""
         start = chunk * CHUNK
         times = self._times[start : start + CHUNK + 1]
         at = partial(self._stage.scene, progress)
+        sensor = replace(self._sensor, dark=self._sensor.dark / self._exposure)  # of light that is not exposed yet
         made = LightFrames(
-            at, times, self._maker, self._rendered, self._options.settings, self._sensor, labelled=self._labelled
+            at, times, self._maker, self._rendered, self._options.settings, sensor, labelled=self._labelled
         )
         self._frames = list(made.frames())
         self._renders = made.rendered
@@ -98,16 +98,12 @@ class EventWorker:
     def events(self, *, chunk: int) -> int:
         """Make the events of the chunk whose light was made, after those of the chunk before; return how many. What the
         next one needs to go on lies beside them."""
-        frames, exposure = self._frames, 1.0
+        frames, exposure = self._frames, np.float32(self._exposure)
         maker = EventMaker(self._sensor, frames[0].light.shape, seed=self._seed)
         if chunk:
-            state = self._read(STATE, chunk - 1)
-            exposure = float(state.pop("exposure"))
-            maker.resume(state)
+            maker.resume(self._read(STATE, chunk - 1))
             frames = frames[1:]
-        else:
-            exposure = self._metered(frames[0].scene)
-        made = [maker.events(frame.light * np.float32(exposure), frame.seconds, frame.labels) for frame in frames]
+        made = [maker.events(frame.light * exposure, frame.seconds, frame.labels) for frame in frames]
         if chunk == self.opened["chunks"] - 1:
             made.append(maker.rest())
         events = np.concatenate(made)
@@ -116,7 +112,7 @@ class EventWorker:
         times = np.array([frame.seconds for frame in frames])
         made_by = {"poses": poses, "times": times, "renders": np.array(self._renders)}
         self._write(EVENTS, chunk, {"events": events, **made_by})
-        self._write(STATE, chunk, {**maker.state, "exposure": np.array(exposure)})
+        self._write(STATE, chunk, maker.state)
         if chunk:
             self._remove(STATE, chunk - 1)
         self._frames = []
@@ -124,7 +120,7 @@ class EventWorker:
 
     def finish(self) -> int:
         """Put the events of all chunks into the variant's file, and write what is said of them; return how many."""
-        scene, variant = self._stage.scene(lambda: None, self._times[0]), self._reader.variant
+        scene, variant = self._stage.scene(no_progress, self._times[0]), self._reader.variant
         chunks, start = range(self.opened["chunks"]), round(self._times[0] * MICROSECONDS)
         name, count, renders = events_of(variant), 0, 0
 
@@ -149,7 +145,6 @@ class EventWorker:
                 )
 
         fill_atomically(self._store.folder, name, fill, work=self._work)
-        state = self._read(STATE, chunks[-1])
         record = EventRecord(
             variant=variant,
             file=name,
@@ -162,7 +157,7 @@ class EventWorker:
             renders=renders,
             labelled=self._labelled,
             sensor=asdict(self._sensor),
-            exposure=scene.sensor.exposure * float(state["exposure"]),
+            exposure=scene.sensor.exposure * self._exposure,
             camera=RecordedCamera.of(scene.camera),
             stage=self._reader.stage_hash,
             settings=to_builtins(self._options.settings),
@@ -190,8 +185,10 @@ class EventWorker:
             self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, found))
         return found
 
-    def _metered(self, scene: Scene) -> float:
-        """Return the factor of an automatic exposure, which is that of the first step for all."""
+    @cached_property
+    def _exposure(self) -> float:
+        """The factor of an automatic exposure, which is that of the first step for all."""
+        scene = self._stage.scene(no_progress, self._times[0])
         if scene.sensor.auto_exposure is None:
             return 1.0
         light = self._maker.radiance(scene, self._options.settings, Stopwatch())
@@ -199,7 +196,7 @@ class EventWorker:
 
     def _read(self, what: str, chunk: int) -> dict[str, NDArray[Any]]:
         with (
-            self._store.folder.open(event_chunk(self._key, what, chunk), MAX_ARRAY) as file,
+            self._store.folder.open(event_chunk(self._chunk_key, what, chunk), MAX_ARRAY) as file,
             np.load(file, allow_pickle=False) as arrays,
         ):
             return dict(arrays)
@@ -210,10 +207,10 @@ class EventWorker:
             np.savez(file, allow_pickle=False, **arrays)
             return file.getvalue()
 
-        name = event_chunk(self._key, what, chunk)
+        name = event_chunk(self._chunk_key, what, chunk)
         write_atomically(self._store.folder, name, encoded, work=self._work, forced=False)
 
     def _remove(self, what: str, chunk: int) -> None:
-        name = event_chunk(self._key, what, chunk)
+        name = event_chunk(self._chunk_key, what, chunk)
         remove_file(self._store.folder, name)
         remove_emptied(self._store.folder, name)

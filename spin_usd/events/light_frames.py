@@ -3,13 +3,14 @@
 The first and the last of the times are rendered, and the one in the middle. Where that is not what the others make of
 it, both halves are looked at in the same way, until two renders lie next to one another. So highlights and shadows that
 move get as many renders as their change asks for, and what moves as its body does gets three. A render's noise is no
-change: that is told from one by how the pixels around scatter, and by a second render of the first time. Small targets
-are rendered at every time.
+change: that is told from one by how the pixels around scatter, and by a second render of the first time. Times at which
+a target is small, or shows what no render saw, are rendered themselves.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ CHUNK = 32  # steps, between two that are rendered whatever they show
 LEAST_RENDERS = 4  # of a chunk
 FINE = 2  # times finer are the pixels of renders
 LEAST_SAMPLES = 4  # in a fine pixel: with fewer even a denoiser leaves noise that looks like light that moves
+MOST_UNSEEN = 0.005  # of a body's pixels: more that no render saw are rendered
 MOST_WRONG = 0.02  # of a body's pixels: more that are off ask for another render ...
 NOISES = 2  # ... beyond so many times those that are off for a render's noise
 WINDOW, AROUND = 5, 9  # pixels over which light is averaged to be compared, and around which
@@ -88,25 +90,22 @@ class LightFrames:
 
     def frames(self) -> Iterator[LightFrame]:
         """Make one after the other."""
-        last = len(self._times) - 1
-        small = any(magnification(self._scene(place)) > 1 for place in range(last + 1))
-        if small:  # what its pixels show, their middles do not tell
-            for place in range(last + 1):
-                yield self._small_frame(place)
-            return
-        for place in (0, last):
-            self._keys[place] = self._key(self._scene(place))
+        places = range(len(self._times))
+        for place in places:
+            if place in (0, places[-1]) or magnification(self._scene(place)) > 1:
+                self._key(place)
         self._noisy = 0.0 if self._every_step else self._noise(0)
-        self._refine(0, last)
-        for i, seconds in enumerate(self._times):
-            yield self._frame(i, seconds)
+        for first, last in pairwise(sorted(self._keys)):
+            self._refine(first, last)
+        for place in places:
+            yield self._frame(place)
 
     def _refine(self, first: int, last: int) -> None:
         """Render the middle of two renders, and, where it is not what they make of it, that of both halves."""
         if last - first < 2:
             return
         middle = (first + last) // 2
-        self._keys[middle] = self._key(self._scene(middle))
+        self._key(middle)
         if self._every_step or self._wrong(first, middle, last) > MOST_WRONG + NOISES * self._noisy:
             self._refine(first, middle)
             self._refine(middle, last)
@@ -121,8 +120,7 @@ class LightFrames:
         """Return that share of two renders of the same, whose noise alone is another: a denoiser leaves some that looks
         like a change."""
         scene, own = self._scene(place), self._keys[place]
-        frame = replace(scene.frame, name=f"{scene.frame.name}_again")
-        again = self._key(replace(scene, frame=frame))
+        again = self._render(replace(scene, frame=replace(scene.frame, name=f"{scene.frame.name}_again")))
         seen = ShownPixels.of_surface(own.surface)
         return self._off(*(between(seen, each, each, 0) for each in (again, own)))
 
@@ -142,7 +140,11 @@ class LightFrames:
         share = (self._times[at] - start) / (end - start)
         return between(seen, self._keys[first], self._keys[last], share)
 
-    def _key(self, scene: Scene) -> KeyRender:
+    def _key(self, place: int) -> KeyRender:
+        self._keys[place] = self._render(self._scene(place))
+        return self._keys[place]
+
+    def _render(self, scene: Scene) -> KeyRender:
         light, fine = in_unit_light(scene), fineness(scene, self._settings)
         self.rendered += 1
         return KeyRender(self._surface(scene), light, self._render_of(light, fine), fine)
@@ -151,28 +153,24 @@ class LightFrames:
         caster = self._maker.caster
         return visible_surface(scene, caster.visibility(scene), caster)
 
-    def _frame(self, place: int, seconds: float) -> LightFrame:
+    def _frame(self, place: int) -> LightFrame:
         scene, key = self._scene(place), self._keys.get(place)
         surface = key.surface if key else self._surface(scene)
         seen = ShownPixels.of_surface(surface)
-        if key:
+        made = between(seen, key, key, 0) if key else self._around(seen, place)
+        if made.unseen.sum() > MOST_UNSEEN * len(made.unseen):
+            key = self._key(place)
             made = between(seen, key, key, 0)
-        else:
-            first = max(each for each in self._keys if each < place)
-            last = min(each for each in self._keys if each > place)
-            made = self._between(seen, first, place, last)
-        light = light_on_detector(scene, made.radiance(scene), self._sky_at(place))
-        return LightFrame(seconds=seconds, scene=scene, light=light, labels=self._labels(surface))
-
-    def _small_frame(self, place: int) -> LightFrame:
-        """Render a frame whose target is small."""
-        scene = self._scene(place)
-        unit = in_unit_light(scene)
-        self.rendered += 1
-        radiance = self._render_of(unit, 1).relit(unit.gains)
+        small = magnification(scene) > 1  # what its pixels show, their middles do not tell
+        radiance = key.whole if key and small else made.radiance(scene)
         light = light_on_detector(scene, radiance, self._sky_at(place))
-        labels = self._labels(self._surface(scene))
-        return LightFrame(seconds=self._times[place], scene=scene, light=light, labels=labels)
+        return LightFrame(seconds=self._times[place], scene=scene, light=light, labels=self._labels(surface))
+
+    def _around(self, seen: ShownPixels, place: int) -> Between:
+        """Return what the pixels show by the renders before and after."""
+        first = max(each for each in self._keys if each < place)
+        last = min(each for each in self._keys if each > place)
+        return self._between(seen, first, place, last)
 
     def _labels(self, surface: Surface) -> Labels | None:
         if not self._labelled:

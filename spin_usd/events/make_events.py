@@ -5,21 +5,23 @@ other: a worker that has made the light of a chunk keeps it until the events bef
 dataset's cache until it is whole, so that a run that was killed goes on with the next chunk.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import count
 from pathlib import PurePosixPath
 from typing import Any
 
 from msgspec import to_builtins
 
+from spin_usd.arrays import digest
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_calls import modules_of
 from spin_usd.processes.child_limits import RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
 from spin_usd.processes.deaths import ChildDiedError, Retries
-from spin_usd.processes.pool import Answered, Failed, Pool
+from spin_usd.processes.pool import Answered, Failed, Pool, Reported
 from spin_usd.processes.processors import share_of
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import CPU
@@ -28,6 +30,7 @@ from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import STATE, event_chunk, event_record_of, events_of
 
+VERSION = "events 1"  # of how events are made: its number grows where they may be others
 OPEN, LIGHT, MAKE, FINISH = "open_events", "event_light", "make_events", "finish_events"
 
 
@@ -43,13 +46,15 @@ class _Worker:
 @dataclass(kw_only=True)
 class EventRun:
     """The making of the events of a `variant` between the first and the last of its `pictures`, places in the stage.
-    labelled: whether each event gets the ids of what its pixel shows."""
+    provenance: what a record says of the stage, but its place. labelled: whether each event gets the ids of what its
+    pixel shows."""
 
     store: Store
     lease: Lease
     options: WorkerOptions
     variant: str
     pictures: Sequence[int]
+    provenance: Mapping[str, Any]
     labelled: bool
     workers: int
     progress: Progress
@@ -61,12 +66,13 @@ class EventRun:
     def make(self, stop: StopRequest) -> bool:
         """Make what is missing; return whether they are whole: they are not where `stop` was asked for. Raises what
         opening the stage does, ChildDiedError where workers die again and again, OutputError."""
+        if self._is_whole():
+            return True
         with Pool[int]() as pool:
             self._start(pool)
             while not self._opened:
                 self._hear(pool)
             steps, chunks = len(self._opened["times"]), int(self._opened["chunks"])
-            self._finished = self._is_whole()
             while not self._finished:
                 done = self._done()
                 self.progress(f"events of {self.variant}: step", done * steps // chunks, steps)
@@ -76,6 +82,12 @@ class EventRun:
                     return False
                 self._hear(pool)
         return True
+
+    @cached_property
+    def key(self) -> str:
+        """Of all that decides the events."""
+        settings = to_builtins(self.options.settings)
+        return digest([VERSION, self.variant, self.provenance, list(self.pictures), self.labelled, settings])
 
     def _share_out(self, pool: Pool[int], done: int, chunks: int) -> None:
         """Give idle workers what is next, and start workers while there is more."""
@@ -110,6 +122,8 @@ class EventRun:
                     worker.lit = worker.call == LIGHT
                     worker.chunk = worker.chunk if worker.lit else None
                     worker.call = ""
+                case Reported(message=said) if not self._opened:
+                    self.progress(*said)
                 case Failed(key=number, reason=ChildDiedError() as died):
                     del self._at[number]
                     if not self._retries.may_try_again(died):
@@ -121,7 +135,8 @@ class EventRun:
 
     def _done(self) -> int:
         """Return how many chunks of events are made."""
-        names = self.store.folder.files(PurePosixPath(event_chunk(self._opened["key"], STATE, 0)).parent.as_posix())
+        folder = PurePosixPath(event_chunk(self._opened["chunk_key"], STATE, 0)).parent
+        names = self.store.folder.files(folder.as_posix())
         states = [int(PurePosixPath(name).stem.removeprefix(f"{STATE}-")) for name in names if f"/{STATE}-" in name]
         return max(states, default=-1) + 1
 
@@ -130,7 +145,7 @@ class EventRun:
         if folder.type_of(name) is None or folder.type_of(events_of(self.variant)) is None:
             return False
         said = read_json(folder, name, "events-1")
-        return bool(said["key"] == self._opened["key"] and said["sha256"] == folder.sha256(events_of(self.variant)))
+        return bool(said["key"] == self.key and said["sha256"] == folder.sha256(events_of(self.variant)))
 
     def _start(self, pool: Pool[int]) -> None:
         number = next(number for number in count() if number not in pool)
@@ -147,6 +162,7 @@ class EventRun:
                 variant=self.variant,
                 pictures=list(self.pictures),
                 labelled=self.labelled,
+                key=self.key,
                 times=self._opened.get("times"),
                 cpus=share_of(number, self.workers),
             )

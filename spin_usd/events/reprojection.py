@@ -99,6 +99,11 @@ class KeyRender:
         self._index = np.full(self.scene.camera.frame.shape, -1, np.int32)
         self._index[surface.rows, surface.columns] = np.arange(len(surface.rows))
 
+    @property
+    def whole(self) -> Radiance:
+        """All of its radiance, where its pixels are the picture's own."""
+        return self._radiance.relit(self._unit.gains)
+
     def taken(self, seen: ShownPixels) -> tuple[Float32, Float32, NDArray[np.bool_]]:
         """Return the light and the coverage (P,) of the pixels as they were here, and which of their points were seen
         here."""

@@ -179,6 +179,7 @@ def stage_content(reader: StageReader) -> StageContent:
         bodies=len(reader.bodies),
         camera=[scene.camera.width, scene.camera.height],
         lidar=scene.lidar is not None,
+        event_camera=reader.event_sensor(reader.frames[0]) is not None,
         paired=scene.rig is not None,
     )
 

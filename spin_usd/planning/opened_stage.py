@@ -20,6 +20,7 @@ class StageContent(Struct, frozen=True, kw_only=True):
     camera: Annotated[list[int], Meta(min_length=2, max_length=2)]
     """Columns and rows of a picture."""
     lidar: bool
+    event_camera: bool
     paired: bool
     """Whether a further camera sees what this one does."""
 

@@ -21,7 +21,6 @@ CALLS: Mapping[str, str] = {
     "plan_pictures": "spin_usd.planning.in_child:StagePlanner.pictures",
     "open_worker": "spin_usd.commands.render.worker:Worker",
     "picture": "spin_usd.commands.render.worker:Worker.picture",
-    "refuse_without_events": "spin_usd.events.event_stage:refuse_without_events",
     "count_event_steps": "spin_usd.events.event_stage:count_steps",
     "open_events": "spin_usd.events.in_child:EventWorker",
     "event_light": "spin_usd.events.in_child:EventWorker.light",

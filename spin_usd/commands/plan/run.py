@@ -13,6 +13,7 @@ from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
 from spin_usd.pluralise import duration, pluralise
 from spin_usd.processes.ask_child import ask_child
+from spin_usd.progress import Progress
 from spin_usd.store.dataset_folder import Store
 
 
@@ -29,17 +30,17 @@ def plan(options: PlanOptions) -> PlanReport:
     report = report_of(request, found, dataset, explained=options.explain)
     if not options.events:
         return report
-    return replace(report, notes=(*report.notes, *_event_notes(request, found, report, options)))
+    return replace(report, notes=(*report.notes, *_event_notes(request, found, report, options.progress)))
 
 
-def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, options: PlanOptions) -> Iterator[str]:
+def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, progress: Progress) -> Iterator[str]:
     """Yield a sentence for each variant on what its events take."""
     counts = ask_child(
         "count_event_steps",
         reads=request.stage,
         stage=str(request.stage),
         pictures=places_of(found.pictures),
-        progress=lambda *_: None,
+        progress=progress,
     )
     total = report.cost.total
     each = total.seconds / max(total.pictures, 1)

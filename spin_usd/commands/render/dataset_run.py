@@ -1,7 +1,6 @@
 """One run of `render` in a folder that it holds: plan, put the stage there, find what is left, and have it made."""
 
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from dataclasses import replace as changed
 from pathlib import Path
 
@@ -13,12 +12,11 @@ from spin_usd.commands.render.request import foretold, plan, wanted_kinds
 from spin_usd.commands.render.unfinished_tasks import unfinished_tasks, wanted_files
 from spin_usd.commands.render.workers import WorkerProcesses
 from spin_usd.errors import OutputError
+from spin_usd.events.event_span import event_span
 from spin_usd.options import RunOptions
-from spin_usd.picture.planned_picture import places_of
 from spin_usd.planning.effort_choice import doubts
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Shard
-from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.devices import AUTO
 from spin_usd.progress import Note, Progress
 from spin_usd.scene.effort import CPU
@@ -26,16 +24,12 @@ from spin_usd.store.dataset_folder import Lease
 from spin_usd.store.names import DESCRIPTION, STAGE
 
 
-@dataclass(frozen=True, kw_only=True)
-class EventOptions:
-    """The events that are asked for. labelled: whether each has the ids of what its pixel shows."""
-
-    labelled: bool
-
-
 class DatasetRun:
     """A run into the destination, whose folder is held by `lease`, that brings it to what the request asks for; of a
-    `shard` its own pictures alone, and with `only` nothing but the pictures of these names."""
+    `shard` its own pictures alone, and with `only` nothing but the pictures of these names.
+
+    event_labels: whether events have the ids of what they show; None where no events are asked for.
+    """
 
     def __init__(
         self,
@@ -45,12 +39,12 @@ class DatasetRun:
         options: RunOptions,
         shard: Shard | None,
         only: frozenset[str] | None,
-        events: EventOptions | None,
+        event_labels: bool | None,
         progress: Progress,
         note: Note,
     ) -> None:
         self._destination, self._lease, self._options = destination, lease, options
-        self._shard, self._only, self._events = shard, only, events
+        self._shard, self._only, self._event_labels = shard, only, event_labels
         self._store, self._request = destination.store, request
         self._progress, self._note = progress, note
         there = self._store.stage.resolve()
@@ -91,9 +85,9 @@ class DatasetRun:
             self._note("before its first picture on a device a driver may compile for minutes, and keeps what it made")
         if (only := self._only) is not None:
             planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in only))
-        if self._events:
-            places = places_of(planned.pictures)
-            ask_child("refuse_without_events", reads=planned.root, stage=str(planned.root), pictures=places)
+        if self._event_labels is not None:
+            times = [each.stated.get("time_s") for each in planned.pictures if each.variant == planned.variants[0]]
+            event_span(times, event_camera=planned.content.event_camera, where=self._request.stage)
         kinds = wanted_kinds(self._request, planned)
         root = (Path(STAGE) / planned.root.relative_to(self._copied)).as_posix()
         removed = put_stage(self._store, self._lease, planned, root, kinds, self._options, self._shard, copied=copy_to)
@@ -109,6 +103,6 @@ class DatasetRun:
         self._destination.publish()
         if tasks:
             self._making.make(planned, root, tasks, report)
-        if self._events and not report.failed:
-            self._making.make_events(planned, root, report, labelled=self._events.labelled)
+        if self._event_labels is not None and not report.failed:
+            self._making.make_events(planned, root, report, labelled=self._event_labels)
         return report

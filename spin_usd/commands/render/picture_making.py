@@ -93,6 +93,7 @@ class PictureMaking:
                     options=options,
                     variant=variant,
                     pictures=places,
+                    provenance=planned.stages[variant],
                     labelled=labelled,
                     workers=workers,
                     progress=self._progress,

@@ -3,7 +3,7 @@
 import time
 from pathlib import Path
 
-from spin_usd.commands.render.dataset_run import DatasetRun, EventOptions
+from spin_usd.commands.render.dataset_run import DatasetRun
 from spin_usd.commands.render.destination import opened
 from spin_usd.commands.render.options import RenderOptions
 from spin_usd.commands.render.report import RenderReport
@@ -31,8 +31,10 @@ def render(options: RenderOptions) -> RenderReport:
     request = RenderRequest.of(options)
     if options.event_labels and not options.events:
         raise InputError("event_labels is given without events", do="give both")
-    events = EventOptions(labelled=options.event_labels) if options.events else None
-    return render_dataset(request, options.out, options, events=events, progress=options.progress, note=options.note)
+    labelled = options.event_labels if options.events else None
+    return render_dataset(
+        request, options.out, options, event_labels=labelled, progress=options.progress, note=options.note
+    )
 
 
 def render_dataset(
@@ -41,12 +43,12 @@ def render_dataset(
     options: RunOptions,
     *,
     only: frozenset[str] | None = None,
-    events: EventOptions | None = None,
+    event_labels: bool | None = None,
     progress: Progress,
     note: Note = no_note,
 ) -> RenderReport:
     """Make the dataset in the folder or at the URL `out`, or what is missing of it, as the `options` say; and the
-    `events` of each variant where they are asked for.
+    events of each variant, with `event_labels` or without, unless that is None.
 
     Once nothing is missing, the cache loses what no record uses any more; with `no_cache` it loses everything, and
     renders that only one picture needs are not kept in the first place. With `only` nothing but the pictures of these
@@ -58,7 +60,7 @@ def render_dataset(
     if shard and options.cluster is not None:
         do = "give one of them: a cluster shares out all pictures by itself"
         raise InputError("--shard and --cluster are given together", do=do)
-    if events and (shard or options.cluster is not None or is_url(out)):
+    if event_labels is not None and (shard or options.cluster is not None or is_url(out)):
         do = "render events into a folder of this machine, a variant at a time where there are several machines"
         raise InputError("events are asked for of a shard, a cluster or a URL", do=do)
     if options.cluster is not None and request.device != CPU:
@@ -75,7 +77,8 @@ def render_dataset(
         store = destination.store
         store.prepare(special_files_stay=only is not None)  # a repair leaves it where it is
         with store.locked() as lease:
-            report = DatasetRun(destination, lease, request, options, shard, only, events, progress, note).complete()
+            run = DatasetRun(destination, lease, request, options, shard, only, event_labels, progress, note)
+            report = run.complete()
             if not report.failed and not destination.mirror:
                 _tidy(store, report, keep=not options.no_cache)
                 if shard is None and only is None:  # a run of its own now, of which nobody waits for other shards
