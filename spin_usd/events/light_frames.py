@@ -9,7 +9,7 @@ a target is small, or shows what no render saw, are rendered themselves.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -33,7 +33,7 @@ from spin_usd.scene.scene import Scene
 from spin_usd.sensor.develop import light_on_detector
 
 CHUNK = 32  # steps, between two that are rendered whatever they show
-LEAST_RENDERS = 4  # of a chunk
+LEAST_RENDERS = 3  # of a chunk
 FINE = 2  # times finer are the pixels of renders
 LEAST_SAMPLES = 4  # in a fine pixel: with fewer even a denoiser leaves noise that looks like light that moves
 MOST_UNSEEN = 0.005  # of a body's pixels: more that no render saw are rendered
@@ -85,7 +85,6 @@ class LightFrames:
         self._scene = lru_cache(maxsize=None)(lambda i: scene_at(times[i]))
         self._skies: dict[int, Float32 | None] = {}
         self._keys: dict[int, KeyRender] = {}
-        self._noisy = 0.0
         self.rendered = 0
 
     def frames(self) -> Iterator[LightFrame]:
@@ -94,7 +93,6 @@ class LightFrames:
         for place in places:
             if place in (0, places[-1]) or magnification(self._scene(place)) > 1:
                 self._key(place)
-        self._noisy = 0.0 if self._every_step else self._noise(0)
         for first, last in pairwise(sorted(self._keys)):
             self._refine(first, last)
         for place in places:
@@ -106,20 +104,23 @@ class LightFrames:
             return
         middle = (first + last) // 2
         self._key(middle)
-        if self._every_step or self._wrong(first, middle, last) > MOST_WRONG + NOISES * self._noisy:
+        if last - first > 2 and (self._every_step or self._is_wrong(first, middle, last)):
             self._refine(first, middle)
             self._refine(middle, last)
 
-    def _wrong(self, first: int, middle: int, last: int) -> float:
-        """Return the share of the pixels in the middle that are not as the renders before and after make them."""
+    def _is_wrong(self, first: int, middle: int, last: int) -> bool:
+        """Return whether too large a share of the pixels in the middle is not as the renders before and after make
+        them."""
         own = self._keys[middle]
         seen = ShownPixels.of_surface(own.surface)
-        return self._off(self._between(seen, first, middle, last), between(seen, own, own, 0))
+        wrong = self._off(self._between(seen, first, middle, last), between(seen, own, own, 0))
+        return wrong > MOST_WRONG and wrong > MOST_WRONG + NOISES * self._noise
 
-    def _noise(self, place: int) -> float:
-        """Return that share of two renders of the same, whose noise alone is another: a denoiser leaves some that looks
+    @cached_property
+    def _noise(self) -> float:
+        """That share of two renders of the first time, whose noise alone is another: a denoiser leaves some that looks
         like a change."""
-        scene, own = self._scene(place), self._keys[place]
+        scene, own = self._scene(0), self._keys[0]
         again = self._render(replace(scene, frame=replace(scene.frame, name=f"{scene.frame.name}_again")))
         seen = ShownPixels.of_surface(own.surface)
         return self._off(*(between(seen, each, each, 0) for each in (again, own)))

@@ -30,7 +30,7 @@ from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import STATE, event_chunk, event_record_of, events_of
 
-VERSION = "events 1"  # of how events are made: its number grows where they may be others
+VERSION = "events 2"  # of how events are made: its number grows where they may be others
 OPEN, LIGHT, MAKE, FINISH = "open_events", "event_light", "make_events", "finish_events"
 
 

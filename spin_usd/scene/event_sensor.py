@@ -31,7 +31,7 @@ class EventSensor:
     leak: float = 0.0
     """Hz: rate of events of a rise that a pixel in constant light makes."""
     shot_noise: float = 0.0
-    """Hz: rate of events of both signs that noise makes in a dark pixel."""
+    """Hz: rate of events that noise makes in a dark pixel, a half of each sign."""
     shot_noise_in_white: float = 0.25
     """The share of that rate that is left in white light; between it falls linearly with the light."""
     refractory: float = 0.0
@@ -51,8 +51,8 @@ PRESETS: Mapping[str, EventSensor] = {
         threshold_off=math.log(1.25),
         threshold_spread=0.02,
         cutoff=1592,
-        leak=0.1,
-        shot_noise=0.01,
+        leak=0.09,
+        shot_noise=0.02,
         shot_noise_in_white=1,
         refractory=50e-6,
         latency=100e-6,

@@ -58,10 +58,18 @@ def test_a_flickering_lamp_is_damped_as_a_first_order_filter_does() -> None:
 
 
 def test_leak_comes_at_its_rate() -> None:
-    times = np.linspace(0, 49, 491)
-    found = events_of(EventSensor(leak=0.5, dark=DARK), np.full(len(times), 0.3), times)
-    np.testing.assert_allclose(found["t"] / 1e6, np.arange(1, 25) * 2.0, atol=1e-6)
+    """Every two seconds in each pixel, which are as far as chance has it: no window has more than others."""
+    shape, times = (40, 50), np.linspace(0, 40, 41)
+    sensor = EventSensor(leak=0.5, threshold_spread=0.02, dark=DARK)
+    found = events_of(sensor, np.full((41, *shape), 0.3), times, shape=shape)
     assert found["p"].all()
+    place = found["y"].astype(int) * shape[1] + found["x"]
+    order = np.lexsort((found["t"], place))
+    apart = np.diff(found["t"][order])[np.diff(place[order]) == 0]
+    np.testing.assert_allclose(apart, 2e6, atol=2)
+    assert len(found) == 20 * 2000
+    windows = np.bincount(found["t"] // 100_000)[:20]  # 0.1 s, in which a twentieth of all pixels has one
+    assert np.abs(windows - 100).max() < 4 * np.sqrt(100 * 0.95)
 
 
 @pytest.mark.parametrize(("light", "share"), [(0.0, 1.0), (1.0, 0.25)])
