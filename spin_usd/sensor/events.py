@@ -73,9 +73,11 @@ class EventMaker:
 
     def events(self, light: NDArray[np.floating], time: float, labels: NDArray[np.uint16] | None = None) -> Events:
         """Return the events (N,) of EVENT since the frame before, in order of time; of the first frame none, to which
-        all pixels are adapted, each as far from its next event by leak as chance has it. time: seconds. labels (2, H, W): the ids of target and part that the pixels show; an
-        event has those of what leaves its pixel where nothing comes. Raises InputError for a time that is not after the
-        one before."""
+        all pixels are adapted, each as far from its next event by leak as chance has it.
+
+        time: seconds. labels (2, H, W): the ids of target and part that the pixels show; an event has those of what
+        leaves its pixel where nothing comes. Raises InputError for a time that is not after the one before.
+        """
         shown = np.zeros((2, light.size), np.uint16) if labels is None else labels.reshape(2, -1).copy()
         log = np.log(np.maximum(light.reshape(-1).astype(np.float64), 0.0) + self._sensor.dark)
         if self._pixels is None:

@@ -10,8 +10,10 @@ from spin_usd.events.light_frames import MOST_WRONG, NOISES, PART, differ
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.event_sensor import EventSensor
+from spin_usd.sensor.develop import light_on_detector
 from spin_usd.sensor.events import EventMaker
-from tests.events.conftest import SETTINGS
+from tests.cases.moving import author_moving
+from tests.events.conftest import SETTINGS, Moving
 
 DARK = 1e-3
 
@@ -63,6 +65,25 @@ def test_the_first_and_the_last_frame_are_rendered_and_equal_pictures(moving, bo
     first = both[0][0].light
     assert first.sum() == pytest.approx(shown.sum(), rel=0.01)
     assert np.abs(first - shown).mean() < 0.02 * shown.max()
+
+
+def test_what_no_render_saw_is_rendered(tmp_path) -> None:
+    """Half a turn on it shows its back, which neither the ends nor the middle do."""
+    spinning = Moving(author_moving(tmp_path / "spinning", rate=360, speed=0))
+    few, every = spinning.frames(spinning.pictures), spinning.frames(spinning.pictures, every_step=True)
+    for one, other in zip(few.frames(), every.frames(), strict=True):
+        np.testing.assert_array_equal(one.light, other.light)
+    assert few.rendered == len(spinning.pictures) == 5
+
+
+def test_small_targets_are_as_pictures_show_them(tmp_path) -> None:
+    """Their few pixels have edges everywhere, which the rays of their middles do not tell."""
+    far = Moving(author_moving(tmp_path / "far", distance=6, speed=0.2))
+    frames = list(far.frames(far.pictures).frames())
+    for frame in frames:
+        picture = far.maker.radiance(frame.scene, SETTINGS, Stopwatch())
+        np.testing.assert_array_equal(frame.light, light_on_detector(frame.scene, picture, None))
+    assert frames[0].light.any()
 
 
 def test_labels_are_those_of_the_pixels_rays(moving) -> None:
