@@ -194,7 +194,6 @@ PARSERS_OF_OTHERS = {
     "cascadio.to_glb_bytes",
 }  # fmt: skip
 NOT_IN_DECODING = {
-    "events/in_child.py": "reads what our own child process has just written",
     "formats/tar_file.py": "writes",
     "formats/array_file.py": "writes, and reads by a table of readers, which is within one",
     "formats/mesh/mesh_bounds.py": "reads in a function, which is called within one",

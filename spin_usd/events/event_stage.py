@@ -7,7 +7,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-from spin_usd.events.event_span import event_span
+from spin_usd.events.event_limits import refuse_without_events
 from spin_usd.events.light_frames import CHUNK, LEAST_RENDERS
 from spin_usd.events.time_steps import time_steps
 from spin_usd.progress import Progress
@@ -22,7 +22,7 @@ class EventStage:
     are.
 
     reader: the stage's · sensor: the pixels of its camera
-    Raises InputError for a stage that has no events.
+    Raises InputError for a stage that can have no events.
     """
 
     def __init__(self, path: Path, *, variant: str, pictures: Sequence[int]) -> None:
@@ -31,9 +31,12 @@ class EventStage:
         frames = [self.reader.frames[place] for place in sorted(pictures)]
         self._first = frames[0]
         found = self.reader.event_sensor(self._first)
-        self._seconds = event_span([frame.time_s for frame in frames], event_camera=found is not None, where=path)
+        times = [frame.time_s for frame in frames]
+        refuse_without_events(times, event_camera=found is not None, where=path)
         assert found
         self.sensor: EventSensor = found
+        self._seconds = [time for time in times if time is not None]
+        self._detector = self.reader.scene(self._first).sensor
 
     def times(self, progress: Progress) -> list[float]:
         """Return the times of all steps, seconds on the stage's clock."""
@@ -44,9 +47,10 @@ class EventStage:
         start, end = self._seconds[0], self._seconds[-1]
         progress(f"events of {self.reader.variant}: second", int(seconds - start), ceil(end - start))
         code = self.reader.clock.time_code(seconds)
-        # one name, so one seed: where nothing changes, noise does not either
-        frame = replace(self._first, name="events", time_code=code, time_s=seconds, utc="", source_file="")
-        return self._targets.in_place(self.reader.scene(frame, instant=True))
+        # of the first picture's name, so of its seed: where nothing changes, neither noise nor a photograph does
+        frame = replace(self._first, time_code=code, time_s=seconds, utc="", source_file="")
+        scene = replace(self.reader.scene(frame, instant=True), sensor=self._detector)  # no exposure begins anew
+        return self._targets.in_place(scene)
 
 
 def count_steps(*, stage: str, pictures: Mapping[str, Sequence[int]], progress: Progress) -> dict[str, dict[str, Any]]:

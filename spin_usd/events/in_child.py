@@ -12,10 +12,12 @@ from msgspec import convert, to_builtins
 from numpy.typing import NDArray
 
 from spin_usd.arrays import digest
+from spin_usd.errors import InputError
 from spin_usd.events.event_stage import EventStage
 from spin_usd.events.light_frames import CHUNK, LightFrame, LightFrames, fine_region, rendered
 from spin_usd.events.make_events import VERSION
-from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.faults import decoding
+from spin_usd.files.changes import remove_emptied, remove_file, remove_tree
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.event_file import EventFileWriter
 from spin_usd.picture.make_picture import Stopwatch
@@ -37,7 +39,11 @@ from spin_usd.sensor.exposure import metered
 from spin_usd.store.atomic import fill_atomically, write_atomically, write_json
 from spin_usd.store.cache import RENDERS, Cache
 from spin_usd.store.dataset_folder import Store
-from spin_usd.store.names import EVENTS, STATE, event_chunk, event_record_of, events_of
+from spin_usd.store.names import EVENTS, STATE, event_chunk, event_chunks, event_record_of, events_of
+
+
+class _LostChunkError(Exception):
+    """What was kept of a chunk is damaged or gone."""
 
 
 class EventWorker:
@@ -95,13 +101,18 @@ class EventWorker:
         self._frames = list(made.frames())
         self._renders = made.rendered
 
-    def events(self, *, chunk: int) -> int:
+    def events(self, *, chunk: int) -> int | None:
         """Make the events of the chunk whose light was made, after those of the chunk before; return how many. What the
-        next one needs to go on lies beside them."""
+        next one needs to go on lies beside them. Where that of the chunk before is damaged or gone, remove all chunks,
+        and return None."""
         frames, exposure = self._frames, np.float32(self._exposure)
         maker = EventMaker(self._sensor, frames[0].light.shape, seed=self._seed)
         if chunk:
-            maker.resume(self._read(STATE, chunk - 1))
+            try:
+                maker.resume(self._read(STATE, chunk - 1))
+            except _LostChunkError:
+                self._forget()
+                return None
             frames = frames[1:]
         made = [maker.events(frame.light * exposure, frame.seconds, frame.labels) for frame in frames]
         if chunk == self.opened["chunks"] - 1:
@@ -118,8 +129,9 @@ class EventWorker:
         self._frames = []
         return len(events)
 
-    def finish(self) -> int:
-        """Put the events of all chunks into the variant's file, and write what is said of them; return how many."""
+    def finish(self) -> int | None:
+        """Put the events of all chunks into the variant's file, and write what is said of them; return how many. Where
+        a chunk is damaged or gone, remove all of them, and return None."""
         scene, variant = self._stage.scene(no_progress, self._times[0]), self._reader.variant
         chunks, start = range(self.opened["chunks"]), round(self._times[0] * MICROSECONDS)
         name, count, renders = events_of(variant), 0, 0
@@ -144,7 +156,11 @@ class EventWorker:
                     [body.target.name for body in scene.targets],
                 )
 
-        fill_atomically(self._store.folder, name, fill, work=self._work)
+        try:
+            fill_atomically(self._store.folder, name, fill, work=self._work)
+        except _LostChunkError:
+            self._forget()
+            return None
         record = EventRecord(
             variant=variant,
             file=name,
@@ -195,11 +211,16 @@ class EventWorker:
         return metered(scene.sensor, light)
 
     def _read(self, what: str, chunk: int) -> dict[str, NDArray[Any]]:
-        with (
-            self._store.folder.open(event_chunk(self._chunk_key, what, chunk), MAX_ARRAY) as file,
-            np.load(file, allow_pickle=False) as arrays,
-        ):
-            return dict(arrays)
+        name = event_chunk(self._chunk_key, what, chunk)
+        try:
+            with self._store.folder.open(name, MAX_ARRAY) as file, decoding(name):
+                return dict(np.load(file, allow_pickle=False))
+        except InputError as error:
+            raise _LostChunkError from error
+
+    def _forget(self) -> None:
+        remove_tree(self._store.folder, event_chunks(self._chunk_key))
+        self._frames = []
 
     def _write(self, what: str, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         def encoded() -> bytes:

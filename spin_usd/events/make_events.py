@@ -16,6 +16,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from spin_usd.arrays import digest
+from spin_usd.errors import InputError
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_calls import modules_of
@@ -28,7 +29,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import StopRequest
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
-from spin_usd.store.names import STATE, event_chunk, event_record_of, events_of
+from spin_usd.store.names import STATE, event_chunks, event_record_of, events_of
 
 VERSION = "events 2"  # of how events are made: its number grows where they may be others
 OPEN, LIGHT, MAKE, FINISH = "open_events", "event_light", "make_events", "finish_events"
@@ -46,8 +47,10 @@ class _Worker:
 @dataclass(kw_only=True)
 class EventRun:
     """The making of the events of a `variant` between the first and the last of its `pictures`, places in the stage.
-    provenance: what a record says of the stage, but its place. labelled: whether each event gets the ids of what its
-    pixel shows."""
+
+    provenance: the stage's hash, files and variants, as records have them. labelled: whether each event gets the ids of
+    what its pixel shows.
+    """
 
     store: Store
     lease: Lease
@@ -118,7 +121,7 @@ class EventRun:
                     worker = self._at[number]
                     if worker.call == OPEN:
                         self._opened = self._opened or result
-                    self._finished |= worker.call == FINISH
+                    self._finished |= worker.call == FINISH and result is not None
                     worker.lit = worker.call == LIGHT
                     worker.chunk = worker.chunk if worker.lit else None
                     worker.call = ""
@@ -135,8 +138,7 @@ class EventRun:
 
     def _done(self) -> int:
         """Return how many chunks of events are made."""
-        folder = PurePosixPath(event_chunk(self._opened["chunk_key"], STATE, 0)).parent
-        names = self.store.folder.files(folder.as_posix())
+        names = self.store.folder.files(event_chunks(self._opened["chunk_key"]))
         states = [int(PurePosixPath(name).stem.removeprefix(f"{STATE}-")) for name in names if f"/{STATE}-" in name]
         return max(states, default=-1) + 1
 
@@ -144,7 +146,10 @@ class EventRun:
         folder, name = self.store.folder, event_record_of(self.variant)
         if folder.type_of(name) is None or folder.type_of(events_of(self.variant)) is None:
             return False
-        said = read_json(folder, name, "events-1")
+        try:
+            said = read_json(folder, name, "events-1")
+        except InputError:  # damaged, which making it again mends
+            return False
         return bool(said["key"] == self.key and said["sha256"] == folder.sha256(events_of(self.variant)))
 
     def _start(self, pool: Pool[int]) -> None:

@@ -91,17 +91,23 @@ def _from_start(stream: EventStream) -> Iterator[Events]:
         yield packet
 
 
+def streams_of(dataset: ExportedDataset) -> dict[str, EventStream]:
+    """Return the events of each variant. Raises InputError where one has none."""
+    return {variant: dataset.dataset.events(variant) for variant in dataset.variants}
+
+
 def _layout(ending: str, write: Callable[[Iterable[Events], Path, Size], None]) -> Layout:
     """Return the layout of files with that `ending`, each filled by `write`."""
 
     def files(dataset: ExportedDataset) -> Iterator[MadeFile]:
-        streams = {variant: dataset.dataset.events(variant) for variant in dataset.variants}
-        return (MadeFile(path=f"{name}{ending}", write=partial(_write, each, write)) for name, each in streams.items())
+        for name, stream in streams_of(dataset).items():
+            yield MadeFile(path=f"{name}{ending}", write=partial(_write, stream, write))
 
     return Layout(
         needs=(),
         conventions=CONVENTIONS,
         shared=files,
+        refuse=streams_of,
         files=lambda dataset, picture: iter(()),
         file=lambda dataset, picture: f"{picture.variant}{ending}",
         splits={"train": "train"},

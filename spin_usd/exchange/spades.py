@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.exchange.events import streams_of
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
@@ -27,6 +28,7 @@ from spin_usd.formats.hdf5 import ColumnFile, open_hdf5, own_dataset
 
 TICK_US = 100
 TICKS = 10_000  # in a second
+HALF_TICK = 0.5 / TICKS
 EVENTS = {"events/xs": "x", "events/ys": "y", "events/ts": "t", "events/ps": "p"}
 LABELS = "labels/data"
 POSITION, QUATERNION = ("Tx", "Ty", "Tz"), ("Qx", "Qy", "Qz", "Qw")
@@ -36,7 +38,8 @@ HDF5 = "HDF\r\n\x1a\n"  # of a file's head, after its first byte, which is no te
 CONVENTIONS = (
     "h5/RTnnn.h5 is one variant: events/xs, ys, ts, ps are column, row, time and sign, 1 brighter; x and y from the "
     "upper left pixel, which is (0, 0). It has all events of its variant, whichever pictures are exported.",
-    "Times are whole 100 us since the stream's start, as in the set's synthetic half: events lose what is between.",
+    "Times are whole 100 us since the stream's start, as in the set's synthetic half: events lose what is between, "
+    "labels are rounded.",
     "labels/data: p_cam = R(q) p_body + T; Qx, Qy, Qz, Qw is the unit quaternion, scalar last, Hamilton, of the "
     "rotation from the body's axes to the camera's; T is the body's origin in the camera's axes, in metres.",
     "Camera axes are OpenCV's: x right, y down, z forward. camera.json: cameraMatrix in pixels, (0, 0) being the "
@@ -53,12 +56,25 @@ def _filename(dataset: ExportedDataset, picture: ExportedPicture) -> str:
     return f"img{picture.number - dataset.first(picture.variant).number:03}_{_sequence(dataset, picture.variant)}.png"
 
 
+def refuse(dataset: ExportedDataset) -> None:
+    """Raise InputError and UnsupportedError where a picture is not between the first and the last of its events."""
+    streams = streams_of(dataset)
+    for picture in dataset:
+        stream, time, where = streams[picture.variant], picture.picture.time_s, picture.name
+        if time is None:
+            raise UnsupportedError("has no time, which a label has", where=where, do="export to spark")
+        if not -HALF_TICK <= time - stream.start <= stream.duration + HALF_TICK:
+            found = f"is of {time:g} s, and its events from {stream.start:g} to {stream.start + stream.duration:g} s"
+            raise UnsupportedError(found, where=where, do="choose pictures with --frames")
+
+
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     """Yield the image, and the trajectory that the picture is the last of, if it is."""
     sequence = _sequence(dataset, picture.variant)
     yield any_image(picture, f"images/{sequence}/{_filename(dataset, picture)}")
-    numbers = [number for number, entry in enumerate(dataset.entries) if entry.variant == picture.variant]
-    if picture.number == numbers[-1]:
+    following = dataset.entries[picture.number + 1 : picture.number + 2]
+    if not following or following[0].variant != picture.variant:
+        numbers = [number for number, entry in enumerate(dataset.entries) if entry.variant == picture.variant]
         yield MadeFile(path=f"h5/{sequence}.h5", write=partial(_write, dataset, numbers))
 
 
@@ -72,10 +88,8 @@ def _write(dataset: ExportedDataset, numbers: Sequence[int], path: Path) -> None
         columns.finish()
         rows = []
         for picture in pictures:
-            if (seconds := picture.picture.time_s) is None:
-                raise UnsupportedError("has no time, which a label has", where=picture.name, do="export to spark")
             w, *xyz = picture.target.q_cam_body.tolist()
-            time = round((seconds - stream.start) * TICKS)
+            time = round(((picture.picture.time_s or 0.0) - stream.start) * TICKS)
             rows.append((_filename(dataset, picture), *picture.target.t_cam_body.tolist(), *xyz, w, time))
         length = max(len(row[0]) for row in rows)
         types = [("filename", f"S{length}"), *((name, "<f8") for name in NUMBERS[:-1]), (NUMBERS[-1], INTEGER)]
@@ -91,6 +105,7 @@ SPADES = ExportFormat(
         shared=lambda dataset: iter((camera_file(dataset),)),
         files=_files,
         limits=(no_distortion, one_camera),
+        refuse=refuse,
         splits={"train": "train"},
     ),
 )
@@ -101,14 +116,20 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
     with open_file(path, MAX_SHARD) as file, decoding(path):
         hdf5 = open_hdf5(file)
         if LABELS not in hdf5:
-            raise InputError(f"has no {LABELS}, as files of SPADES have", where=path, do="give a pose list")
-        labels = own_dataset(hdf5, LABELS)[:]
-        for name in ("filename", *NUMBERS):
-            if name not in (labels.dtype.names or ()):
-                raise InputError(f"has no {name} in {LABELS}", where=path, do=f"give filename, {', '.join(NUMBERS)}")
-        names = labels["filename"].astype(str).tolist()
-        numbers = np.stack([labels[name].astype(np.float64) for name in NUMBERS], -1).tolist()
-    for name, (*t, x, y, z, w, time) in zip(names, numbers, strict=True):
+            do = "give one of its synthetic half: its real half has no poses"
+            raise InputError(f"has no {LABELS}, as files of SPADES have", where=path, do=do)
+        labels = own_dataset(hdf5, LABELS)[()]
+        kinds = {name: labels.dtype[name].kind for name in labels.dtype.names or ()}
+        if labels.ndim != 1 or any(kinds.get(name, "") not in {*"iuf"} for name in NUMBERS) or "filename" not in kinds:
+            do = f"give filename and the numbers {', '.join(NUMBERS)}"
+            raise InputError(f"has no table of them in {LABELS}", where=path, do=do)
+        names = [name.decode() if isinstance(name, bytes) else str(name) for name in labels["filename"].tolist()]
+        numbers = np.stack([labels[name].astype(np.float64) for name in NUMBERS], -1)
+    if not np.isfinite(numbers).all():
+        row, column = np.argwhere(~np.isfinite(numbers))[0].tolist()
+        found = f"has the {NUMBERS[column]} {numbers[row, column]}"
+        raise InputError(found, where=f"{path}, entry {row} ({names[row]!r})", do="give a number")
+    for name, (*t, x, y, z, w, time) in zip(names, numbers.tolist(), strict=True):
         yield PoseEntry(filename=name, q_cam_body=(w, x, y, z), t_cam_body=t, time=time / TICKS)
 
 

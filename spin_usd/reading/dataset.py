@@ -178,7 +178,7 @@ class Dataset(Sequence[Picture]):
         folder = Folder(self.root)
         known = [PurePosixPath(name).stem for name in folder.files(EVENTS) if name.endswith(".h5")]
         if not known:
-            raise InputError("has no events", where=self.root, do="render it with an event camera")
+            raise InputError("has no events", where=self.root, do="render it with --events")
         if variant is None and len(known) > 1:
             raise InputError("has events of several variants", where=self.root, do=f"choose among {', '.join(known)}")
         if variant is not None and variant not in known:

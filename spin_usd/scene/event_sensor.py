@@ -29,7 +29,7 @@ class EventSensor:
     """Hz: the corner frequency of the photoreceptor in white light; in other light it is proportional to the current. 0
     for one that follows at once."""
     leak: float = 0.0
-    """Hz: rate of events of a rise that a pixel in constant light makes."""
+    """Hz: rate of events of a rise that a pixel in constant light makes, but for those before which noise comes."""
     shot_noise: float = 0.0
     """Hz: rate of events that noise makes in a dark pixel, a half of each sign."""
     shot_noise_in_white: float = 0.25
@@ -51,7 +51,7 @@ PRESETS: Mapping[str, EventSensor] = {
         threshold_off=math.log(1.25),
         threshold_spread=0.02,
         cutoff=1592,
-        leak=0.09,
+        leak=0.1,
         shot_noise=0.02,
         shot_noise_in_white=1,
         refractory=50e-6,

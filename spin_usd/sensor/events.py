@@ -81,11 +81,10 @@ class EventMaker:
         shown = np.zeros((2, light.size), np.uint16) if labels is None else labels.reshape(2, -1).copy()
         log = np.log(np.maximum(light.reshape(-1).astype(np.float64), 0.0) + self._sensor.dark)
         if self._pixels is None:
-            leaked = _chance(self._seed, "leak").random(len(log)) * self._on if self._sensor.leak else 0.0
             self._pixels = _Pixels(
                 log=log,
                 filtered=log.copy(),
-                level=log - leaked,
+                level=log - self._leaked(log) * self._on,
                 blind_until=np.full(log.shape, float(time)),
                 target=shown[0],
                 part=shown[1],
@@ -106,6 +105,19 @@ class EventMaker:
         events = self._stamped(found, time, target, part)
         self._time, self._steps = time, self._steps + 1
         return events
+
+    def _leaked(self, log: Float) -> Float:
+        """Return by what share of a threshold the levels have sunk by chance since the last event: evenly, but that
+        noise, where it comes before the leak, begins anew."""
+        if not self._sensor.leak:
+            return np.zeros(len(log))
+        noise = np.maximum(self._noise_rate(log) / self._sensor.leak, NEARLY)
+        return np.asarray(-np.log1p(_chance(self._seed, "leak").random(len(log)) * np.expm1(-noise)) / noise)
+
+    def _noise_rate(self, log: Float) -> Float:
+        """Return the rate of noise of pixels of that logarithm of the current, Hz."""
+        share = 1 - (1 - self._sensor.shot_noise_in_white) * np.minimum(np.exp(log), 1)
+        return np.asarray(self._sensor.shot_noise * share)
 
     def _filtered(self, log: Float, time: float) -> Float:
         """Return the filter's output at the new time: exactly, for a logarithm that changes at a steady rate."""
@@ -176,7 +188,7 @@ class EventMaker:
         sensor, chance = self._sensor, _chance(self._seed, "noise", str(self._steps))
         count = chance.poisson(sensor.shot_noise * (time - self._time) * len(log))
         where, at = chance.integers(len(log), size=count), np.sort(chance.uniform(self._time, time, count))
-        kept = chance.random(count) < 1 - (1 - sensor.shot_noise_in_white) * np.minimum(np.exp(log[where]), 1)
+        kept = chance.random(count) * sensor.shot_noise < self._noise_rate(log[where])
         where, at, brighter = where[kept], at[kept], chance.random(count)[kept] < 0.5
         while len(where):
             _, first = np.unique(where, return_index=True)

@@ -25,9 +25,14 @@ def event_record_of(variant: str) -> str:
     return f"{EVENTS}/{variant}.json"
 
 
+def event_chunks(key: str) -> str:
+    """Return the folder of what is kept of events until they are whole."""
+    return f"{EVENT_CHUNKS}/{key}"
+
+
 def event_chunk(key: str, what: str, chunk: int) -> str:
     """Return the name of what is kept of a chunk of events until they are whole: `what` is EVENTS or STATE."""
-    return f"{EVENT_CHUNKS}/{key}/{what}-{chunk:06d}.npz"
+    return f"{event_chunks(key)}/{what}-{chunk:06d}.npz"
 
 
 def picture_of(record: str) -> tuple[str, str]:

@@ -69,8 +69,9 @@ def test_every_variant_is_a_file_of_its_events(with_events, tmp_path, to) -> Non
 
 
 def test_a_dataset_without_events_is_refused(rendered, tmp_path) -> None:
-    with pytest.raises(InputError, match="has no events; render it with an event camera"):
+    with pytest.raises(InputError, match="has no events; render it with --events"):
         write_export(rendered, "evt3", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("cuts", [[], [1], [2, 2, 3]])

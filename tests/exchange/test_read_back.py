@@ -36,7 +36,7 @@ def dataset(rendered, tmp_path_factory):
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     t = np.random.default_rng(8).uniform((-0.5, -0.5, 4), (0.5, 0.5, 9), (FRAMES, 3))
     pictures = [
-        {"frame": f"img{i:06}", "time": 5.0 + i, "camera": PLAIN, "q": q[i].tolist(), "t": t[i].tolist()}
+        {"frame": f"img{i:06}", "time": 5.0 + 0.5 * i, "camera": PLAIN, "q": q[i].tolist(), "t": t[i].tolist()}
         for i in range(FRAMES)
     ]
     folder = clone(rendered, tmp_path_factory.mktemp("back") / "dataset", pictures)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.read_pose_list import read_pose_list
+from spin_usd.exchange.spades import POSITION, QUATERNION
 from spin_usd.reading.dataset import Dataset
 from tests.cases.events import START_US, make_events, write_events
 from tests.exchange.conftest import PLAIN, clone, write_export
@@ -75,6 +76,17 @@ def test_a_picture_without_a_time_is_refused(rendered, tmp_path) -> None:
     write_events(dataset / "events" / "nominal.h5", make_events(10))
     with pytest.raises(UnsupportedError, match="a: has no time, which a label has; export to spark"):
         write_export(dataset, "spades", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_picture_that_is_not_in_the_time_of_its_events_is_refused(rendered, tmp_path) -> None:
+    pictures = [{"frame": f"f{i}", "camera": PLAIN, "time": time} for i, time in enumerate((5.0, 7.001))]
+    dataset = clone(rendered, tmp_path / "dataset", pictures)
+    write_events(dataset / "events" / "nominal.h5", make_events(10))
+    with pytest.raises(UnsupportedError, match=r"f1: is of 7\.001 s, and its events from 5 to 7 s; choose pictures"):
+        write_export(dataset, "spades", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    write_export(dataset, "spades", tmp_path / "out", frames="0:1")
 
 
 @pytest.mark.parametrize("count", [0, 600, 5000])
@@ -91,8 +103,46 @@ def test_files_without_labels_and_damaged_ones_are_refused(exported, tmp_path, c
         read_pose_list(path)
 
 
-def test_labels_that_lack_a_column_are_refused(tmp_path) -> None:
+COLUMNS = [("filename", "S9"), *((name, "<f8") for name in (*POSITION, *QUATERNION)), ("timestamp", "<i4")]
+
+
+def table(**types):
+    """Two labels, of the names a and b, with columns of other types."""
+    made = np.zeros(2, [(name, types.get(name, type)) for name, type in COLUMNS])
+    made["filename"], made["Qw"], made["timestamp"] = ["a", "b"], 1, [0, 10]
+    return made
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        (table()[["filename", "Tx"]], "has no table of them in labels/data; give filename and the numbers Tx, Ty"),
+        (np.stack([table(), table()]), "has no table of them in labels/data"),
+        (table()[0], "has no table of them in labels/data"),
+        (table(Tx="<c16"), "has no table of them in labels/data"),
+        (np.zeros((2, 9)), "has no table of them in labels/data"),
+    ],
+)
+def test_labels_that_are_no_table_of_poses_are_refused(tmp_path, labels, words) -> None:
     with h5py.File(tmp_path / "RT000.h5", "w") as file:
-        file["labels/data"] = np.zeros(2, [("filename", "S9"), ("Tx", "<f8")])
-    with pytest.raises(InputError, match="has no Ty in labels/data; give filename, Tx"):
+        file["labels/data"] = labels
+    with pytest.raises(InputError, match=words):
         read_pose_list(tmp_path / "RT000.h5")
+
+
+def test_a_label_that_is_no_number_is_refused(tmp_path) -> None:
+    labels = table(timestamp="<f4")
+    labels["timestamp"][1] = np.nan
+    with h5py.File(tmp_path / "RT000.h5", "w") as file:
+        file["labels/data"] = labels
+    with pytest.raises(InputError, match=r"RT000\.h5, entry 1 \('b'\): has the timestamp nan; give a number"):
+        read_pose_list(tmp_path / "RT000.h5")
+
+
+@pytest.mark.parametrize("type", ["S9", h5py.string_dtype()])
+def test_names_are_utf_8_of_any_length(tmp_path, type) -> None:
+    labels = table(filename=type)
+    labels["filename"] = ["bé.png".encode(), b"b.png"]
+    with h5py.File(tmp_path / "RT000.h5", "w") as file:
+        file["labels/data"] = labels
+    assert read_pose_list(tmp_path / "RT000.h5").files == ("bé.png", "b.png")

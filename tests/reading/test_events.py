@@ -175,7 +175,7 @@ def test_a_stream_goes_to_other_processes_open_or_not(tmp_path) -> None:
 
 def test_a_dataset_finds_its_events(rendered, tmp_path) -> None:
     folder = shutil.copytree(rendered, tmp_path / "dataset")
-    with pytest.raises(InputError, match="dataset: has no events; render it with an event camera"):
+    with pytest.raises(InputError, match="dataset: has no events; render it with --events"):
         Dataset(folder).events()
     write_events(folder / "events" / "nominal.h5", make_events(7))
     assert len(Dataset(folder).events()) == len(Dataset(folder).events("nominal")) == 7

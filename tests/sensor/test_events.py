@@ -72,6 +72,17 @@ def test_leak_comes_at_its_rate() -> None:
     assert np.abs(windows - 100).max() < 4 * np.sqrt(100 * 0.95)
 
 
+@pytest.mark.parametrize("noise", [0.02, 0.2, 2.0])
+def test_noise_comes_before_leak_as_often_as_chance_has_it(noise) -> None:
+    """A leak of period T is told where none of the noise, which begins it anew, comes in T: renewals say how often."""
+    shape, times, leak = (40, 50), np.linspace(0, 20, 21), 0.1
+    sensor = EventSensor(leak=leak, shot_noise=noise, shot_noise_in_white=1, dark=DARK)
+    found = events_of(sensor, np.full((21, *shape), 0.3), times, shape=shape)
+    for half in (found[found["t"] < 10_000_000], found[found["t"] >= 10_000_000]):
+        brighter = (noise / np.expm1(noise / leak) + noise / 2) * 10 * 2000
+        assert abs(half["p"].sum() - brighter) < 4 * np.sqrt(brighter)
+
+
 @pytest.mark.parametrize(("light", "share"), [(0.0, 1.0), (1.0, 0.25)])
 def test_noise_comes_at_its_rate_in_both_signs(light, share) -> None:
     shape, times = (40, 50), np.linspace(0, 20, 41)

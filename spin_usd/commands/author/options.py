@@ -23,9 +23,9 @@ class AuthorOptions(Listening):
     poses: Annotated[
         str | Path | None,
         Option(
-            "A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, CubeSat-CDT, BOP, SwissCube, "
-            "URSO, COCO, YOLO, WebDataset, Croissant, Parquet, nerfstudio, COLMAP or spin_usd's own; or your own CSV "
-            "with the columns name,qw,qx,qy,qz,x,y,z.",
+            "A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, SPADES, CubeSat-CDT, BOP, "
+            "SwissCube, URSO, COCO, YOLO, WebDataset, Croissant, Parquet, nerfstudio, COLMAP or spin_usd's own; or "
+            "your own CSV with the columns name,qw,qx,qy,qz,x,y,z.",
             "PATH",
             also="Then `target` and `camera` are needed too.",
         ),

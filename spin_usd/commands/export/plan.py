@@ -87,10 +87,12 @@ def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:
         "pictures": len(kept),
         "spin_usd": __version__,
     }
+    exported = replace(chosen, entries=kept, cameras=tuple(survey.cameras), farthest=survey.farthest[0])
+    layout.refuse(exported)
     return ExportPlan(
         format=to,
         layout=layout,
-        exported=replace(chosen, entries=kept, cameras=tuple(survey.cameras), farthest=survey.farthest[0]),
+        exported=exported,
         survey=survey,
         left_out=len(chosen) - len(kept),
         described=described,

@@ -12,7 +12,7 @@ from spin_usd.commands.render.request import foretold, plan, wanted_kinds
 from spin_usd.commands.render.unfinished_tasks import unfinished_tasks, wanted_files
 from spin_usd.commands.render.workers import WorkerProcesses
 from spin_usd.errors import OutputError
-from spin_usd.events.event_span import event_span
+from spin_usd.events.event_limits import refuse_without_events
 from spin_usd.options import RunOptions
 from spin_usd.planning.effort_choice import doubts
 from spin_usd.planning.request import RenderRequest
@@ -86,8 +86,10 @@ class DatasetRun:
         if (only := self._only) is not None:
             planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in only))
         if self._event_labels is not None:
-            times = [each.stated.get("time_s") for each in planned.pictures if each.variant == planned.variants[0]]
-            event_span(times, event_camera=planned.content.event_camera, where=self._request.stage)
+            for variant in planned.variants:
+                times = [each.stated.get("time_s") for each in planned.pictures if each.variant == variant]
+                camera, where = planned.content.event_camera, self._request.stage
+                refuse_without_events(times, event_camera=camera, where=where)
         kinds = wanted_kinds(self._request, planned)
         root = (Path(STAGE) / planned.root.relative_to(self._copied)).as_posix()
         removed = put_stage(self._store, self._lease, planned, root, kinds, self._options, self._shard, copied=copy_to)

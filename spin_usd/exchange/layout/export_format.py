@@ -79,6 +79,10 @@ def _no_indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
     return {}
 
 
+def _nothing_refused(dataset: ExportedDataset) -> None:
+    """Take all pictures."""
+
+
 def _no_head(dataset: ExportedDataset) -> str:
     return ""
 
@@ -87,8 +91,8 @@ def _no_head(dataset: ExportedDataset) -> str:
 class Layout:
     """The layout that a format gives a dataset: it yields outputs, and writes nothing itself.
 
-    What a format cannot hold is refused before anything is written: by `needs`, `splits` and `limits`. What only a file
-    tells, such as how far away an occluder is, its `write` refuses.
+    What a format cannot hold is refused before anything is written: by `needs`, `splits`, `limits` and `refuse`. What
+    only a file tells, such as how far away an occluder is, its `write` refuses.
     """
 
     needs: tuple[str, ...]
@@ -109,6 +113,8 @@ class Layout:
     """Outputs that need the finished indexes, which lie in the folder given."""
     limits: tuple[Limit, ...] = ()
     """What is refused (limits.py) after a survey (survey.py) has read every record."""
+    refuse: Callable[[ExportedDataset], object] = _nothing_refused
+    """Raises InputError or UnsupportedError for what a survey does not tell, before anything is written."""
     splits: Mapping[str, str] | None = None
     """The names that the format gives the splits "train", "validation" and "test"; None where any name will do."""
     file: Callable[[ExportedDataset, ExportedPicture], str] | None = None

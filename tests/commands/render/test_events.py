@@ -15,10 +15,16 @@ import pytest
 from spin_usd import Dataset, plan, render
 from spin_usd.errors import InputError
 from spin_usd.processes.child import IN_PROCESS
-from spin_usd.store.names import EVENTS
+from spin_usd.store.names import EVENTS, STATE
 from tests.cases.moving import author_moving
 
 OPTIONS = {"renderer": "raycast", "samples": 4, "labels": "none", "events": True}
+EXPOSED = """schema = "augment-1"
+[[augmentation]]
+name = "exposed"
+[augmentation.sample]
+"exposure.stops" = { distribution = "uniform", low = -1.5, high = 1.5, unit = "stops", per = "frame" }
+"""
 COMMAND = (sys.executable, "-m", "spin_usd.command_line", "render")
 
 
@@ -96,6 +102,43 @@ def test_a_run_that_is_killed_goes_on_and_makes_the_same_bytes(made, stage, tmp_
         time.sleep(0.02)
     assert again.wait() == 0, again.stderr.read()
     assert (out / "events/nominal.h5").read_bytes() == (made / "events/nominal.h5").read_bytes()
+
+
+@pytest.mark.children
+@pytest.mark.parametrize("what", [EVENTS, STATE])
+def test_a_chunk_that_is_damaged_is_made_again(made, stage, tmp_path, what) -> None:
+    """As a power cut in the middle of a run leaves it."""
+    out = tmp_path / "set"
+    options = ("--renderer", "raycast", "--samples", "4", "--labels", "none", "--events", "--event-labels")
+    command = [*COMMAND, str(stage), "--out", str(out), *options, "--workers", "1"]
+    environment = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+    while process.poll() is None and not list(out.glob(f"cache/{EVENTS}/*/{STATE}-000001.npz")):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    (first, *_) = sorted(out.glob(f"cache/{EVENTS}/*/{what}-*"))
+    os.truncate(first, 50)
+    assert subprocess.run(command, capture_output=True, env=environment, check=False).returncode == 0
+    assert (out / "events/nominal.h5").read_bytes() == (made / "events/nominal.h5").read_bytes()
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"schema": "events-1"}'])
+def test_a_damaged_record_is_made_again(made, stage, tmp_path, text) -> None:
+    shutil.copytree(made, tmp_path / "set")
+    (tmp_path / "set/events/nominal.json").write_text(text)
+    render(stage, out=tmp_path / "set", event_labels=True, **OPTIONS)
+    for name in ("nominal.h5", "nominal.json"):
+        assert (tmp_path / "set/events" / name).read_bytes() == (made / "events" / name).read_bytes()
+
+
+def test_exposures_of_pictures_make_no_events(tmp_path) -> None:
+    spec = tmp_path / "exposed.toml"
+    spec.write_text(EXPOSED)
+    still = author_moving(tmp_path / "still", rate=0, speed=0, resolution="64", augment=spec)
+    render(still, out=tmp_path / "set", variants=("exposed",), **OPTIONS)
+    assert len({picture.record["appearance"]["exposure"] for picture in Dataset(tmp_path / "set")}) > 1
+    assert not len(Dataset(tmp_path / "set").events())
 
 
 @pytest.mark.parametrize(
