@@ -53,7 +53,7 @@ def _sequence(dataset: ExportedDataset, variant: str) -> str:
 
 
 def _filename(dataset: ExportedDataset, picture: ExportedPicture) -> str:
-    return f"img{picture.number - dataset.first(picture.variant).number:03}_{_sequence(dataset, picture.variant)}.png"
+    return f"img{picture.number - dataset.firsts[picture.variant]:03}_{_sequence(dataset, picture.variant)}.png"
 
 
 def refuse(dataset: ExportedDataset) -> None:
@@ -122,7 +122,7 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
         kinds = {name: labels.dtype[name].kind for name in labels.dtype.names or ()}
         if labels.ndim != 1 or any(kinds.get(name, "") not in {*"iuf"} for name in NUMBERS) or "filename" not in kinds:
             do = f"give filename and the numbers {', '.join(NUMBERS)}"
-            raise InputError(f"has no table of them in {LABELS}", where=path, do=do)
+            raise InputError(f"has no table of poses in {LABELS}", where=path, do=do)
         names = [name.decode() if isinstance(name, bytes) else str(name) for name in labels["filename"].tolist()]
         numbers = np.stack([labels[name].astype(np.float64) for name in NUMBERS], -1)
     if not np.isfinite(numbers).all():

@@ -2,10 +2,11 @@
 
 A pixel's photocurrent is the light and the dark current. Its logarithm passes a first-order low-pass whose corner
 frequency is proportional to the current, and is compared with the level of the last event: a rise by threshold_on, or a
-fall by threshold_off, is an event, and the level moves by as much. Between two times the logarithm of the light changes
-at a steady rate, so the filter's output is known exactly at both; between them it is taken for linear, and an event's
-time is where that line crosses. Leak lets the level sink at a steady rate. After an event the pixel is reset for the
-refractory time, and follows the light. Noise adds events at random times, which reset the pixel to the light too.
+fall by threshold_off, is an event, and the level moves by as much. For the filter the logarithm of the light changes at
+a steady rate between two times, so its output is known exactly at both. Between them its exponential changes at a
+steady rate, as the light of a pixel does through which an edge moves: an event's time is where that crosses. Leak lets
+the level sink. After an event the pixel is reset for the refractory time, and follows the light. Noise adds events at
+random times, which reset the pixel to the light too.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,6 +24,7 @@ from spin_usd.scene.event_sensor import EventSensor
 MICROSECONDS = 1e6
 LEAST = 0.1  # of a threshold: those that are drawn smaller would tell every photon
 NEARLY = 1e-9  # of a threshold: as near it counts as reached, or a light that goes and comes back would lose an event
+STRAIGHT = 1e-9  # of a logarithm's change: smaller ones are lines
 FARTHEST = 6.0  # standard deviations of jitter beyond which none lies
 _Found = tuple[NDArray[np.int64], Float, NDArray[np.bool_]]
 """Pixels, times in seconds, and whether they are brighter."""
@@ -44,15 +46,29 @@ class _Pixels:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Step:
-    """The time between two frames, over which the filter's output less the leaking level is a line for each pixel."""
+    """The time between two frames, and in it the filter's output above the leaking level: from `begin` (N,) it changes
+    by `change` (N,), as a logarithm does whose argument grows by the factor exp(bend) at a steady rate."""
 
     begin: Float
-    slope: Float
+    change: Float
+    bend: Float
     start: float
+    spent: float
 
     def at(self, pixels: NDArray[np.intp], times: Float) -> Float:
         """Return it for some pixels, each at its own time."""
-        return np.asarray(self.begin[pixels] + self.slope[pixels] * (times - self.start))
+        share, bend = (times - self.start) / self.spent, self._bend(pixels)
+        done = np.where(share < 1, np.log1p(np.expm1(bend) * np.minimum(share, 1)) / bend, 1)
+        return np.asarray(self.begin[pixels] + self.change[pixels] * done)
+
+    def when(self, pixels: NDArray[np.intp], values: Float) -> Float:
+        """Return the times at which some pixels have these values."""
+        done, bend = (values - self.begin[pixels]) / self.change[pixels], self._bend(pixels)
+        return np.asarray(self.start + self.spent * np.expm1(done * bend) / np.expm1(bend))
+
+    def _bend(self, pixels: NDArray[np.intp]) -> Float:
+        bend = self.bend[pixels]
+        return np.where(np.abs(bend) < STRAIGHT, STRAIGHT, bend)
 
 
 class EventMaker:
@@ -136,7 +152,8 @@ class EventMaker:
         pixels, spent, blind = self._pixels, time - self._time, self._sensor.refractory
         assert pixels is not None
         leak = self._sensor.leak * self._on  # of the level, per second
-        step = _Step(begin=pixels.filtered, slope=(end - pixels.filtered) / spent + leak, start=self._time)
+        bend = end - pixels.filtered
+        step = _Step(begin=pixels.filtered, change=bend + leak * spent, bend=bend, start=self._time, spent=spent)
         found: list[_Found] = [(np.empty(0, np.int64), np.empty(0), np.empty(0, bool))]
         for where, at, brighter in self._noise(log, time) if self._sensor.shot_noise else ():
             found += self._crossings(step, where, at)
@@ -162,16 +179,15 @@ class EventMaker:
             held = blind > step.start
             if self._sensor.refractory and held.any():  # it follows the light until then
                 pixels.level[left[held]] = step.at(left[held], np.minimum(blind, until)[held])
-            slope = step.slope[left]
+            change = step.change[left]
             on, off = pixels.level[left] + self._on[left], pixels.level[left] - self._off[left]
-            rises = slope > 0
+            rises = change > 0
             least = NEARLY * np.where(rises, self._on[left], self._off[left])
             wanted = np.where(rises, on, off)
             reached = step.at(left, until)
-            crossed = (slope != 0) & np.where(rises, reached >= wanted - least, reached <= wanted + least)
+            crossed = (change != 0) & np.where(rises, reached >= wanted - least, reached <= wanted + least)
             left, until, rises, wanted = left[crossed], until[crossed], rises[crossed], wanted[crossed]
-            at = step.start + (wanted - step.begin[left]) / step.slope[left]
-            at = np.clip(at, np.maximum(step.start, blind[crossed]), until)
+            at = np.clip(step.when(left, wanted), np.maximum(step.start, blind[crossed]), until)
             found.append((left, at, rises))
             pixels.level[left] = wanted
             if self._sensor.refractory:

@@ -116,11 +116,11 @@ def table(**types):
 @pytest.mark.parametrize(
     ("labels", "words"),
     [
-        (table()[["filename", "Tx"]], "has no table of them in labels/data; give filename and the numbers Tx, Ty"),
-        (np.stack([table(), table()]), "has no table of them in labels/data"),
-        (table()[0], "has no table of them in labels/data"),
-        (table(Tx="<c16"), "has no table of them in labels/data"),
-        (np.zeros((2, 9)), "has no table of them in labels/data"),
+        (table()[["filename", "Tx"]], "has no table of poses in labels/data; give filename and the numbers Tx, Ty"),
+        (np.stack([table(), table()]), "has no table of poses in labels/data"),
+        (table()[0], "has no table of poses in labels/data"),
+        (table(Tx="<c16"), "has no table of poses in labels/data"),
+        (np.zeros((2, 9)), "has no table of poses in labels/data"),
     ],
 )
 def test_labels_that_are_no_table_of_poses_are_refused(tmp_path, labels, words) -> None:

@@ -147,10 +147,10 @@ class ExportedDataset:
 
     def first(self, variant: str) -> ExportedPicture:
         """Read the first picture of the variant."""
-        return self.picture(self._firsts[variant])
+        return self.picture(self.firsts[variant])
 
     @cached_property
-    def _firsts(self) -> dict[str, int]:
+    def firsts(self) -> dict[str, int]:
         """The place of each variant's first picture."""
         return {entry.variant: number for number, entry in reversed(list(enumerate(self.entries)))}
 

@@ -6,15 +6,16 @@ from spin_usd.scene.event_sensor import EventSensor
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import SHARE, Range, refuse_unapplied, value_in
 
-THRESHOLDS, RATES, SECONDS = Range(0.005, 10), Range(0, 1e6), Range(0, 1)
+THRESHOLDS, SECONDS = Range(0.005, 10), Range(0, 1)
+CUTOFFS, NOISES = Range(0, 1e6), Range(0, 1e4)  # Hz
 RANGES = {
     "threshold_on": THRESHOLDS,
     "threshold_off": THRESHOLDS,
     "threshold_spread": Range(0, 10),
     "dark": Range(1e-9, 1),  # below, the logarithm of what a render leaves dark would tell rounding
-    "cutoff": RATES,
-    "leak": RATES,
-    "shot_noise": RATES,
+    "cutoff": CUTOFFS,
+    "leak": NOISES,
+    "shot_noise": NOISES,
     "shot_noise_in_white": SHARE,
     "refractory": SECONDS,
     "latency": SECONDS,
