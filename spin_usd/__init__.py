@@ -67,7 +67,7 @@ def __getattr__(name: str) -> object:
     """Load the name when it is first used (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from spin_usd.faults import reading
+    from spin_usd.basics.faults import reading
 
     with reading():
         found = globals()[name] = getattr(import_module(_MODULES.get(name, f"spin_usd.commands.{name}.run")), name)

@@ -3,7 +3,7 @@
 import sys
 from typing import NoReturn
 
-from spin_usd.faults import expected
+from spin_usd.basics.faults import expected
 
 
 def run() -> NoReturn:

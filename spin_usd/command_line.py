@@ -10,6 +10,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import spin_usd
+from spin_usd.basics.faults import expected
+from spin_usd.basics.stop_signals import Stopped, let_signals_stop
 from spin_usd.commands.augment.command import augment
 from spin_usd.commands.author.command import author
 from spin_usd.commands.check.command import check
@@ -30,8 +32,6 @@ from spin_usd.commands.serve.command import serve
 from spin_usd.commands.show.command import show as show_dataset
 from spin_usd.commands.watch.command import watch
 from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
-from spin_usd.faults import expected
-from spin_usd.stop_signals import Stopped, let_signals_stop
 from spin_usd.terminal.command import Command, Group
 from spin_usd.terminal.help_text import examples_of, width
 from spin_usd.terminal.lines import BAD, LastingStream, Painted, lasting_streams, print_err, print_out, show_warnings

@@ -12,10 +12,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypedDict
 
+from spin_usd.basics.resources import bundled_names
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.resources import bundled_names
 
 PLAIN = re.compile(r"[\w.-]+", re.ASCII)
 
@@ -65,7 +65,7 @@ class _Described(TypedDict):
 
 def variants_of_dataset(ctx: Any, incomplete: str) -> list[str]:
     """Return the variants of the dataset on the command line."""
-    from spin_usd.nesting import typed_json  # not above: it loads numpy
+    from spin_usd.basics.nesting import typed_json  # not above: it loads numpy
 
     with suppress(SpinError, ValueError):
         return _plain(typed_json(_dataset(ctx).read("dataset.json", MAX_DOCUMENT), _Described)["variants"])

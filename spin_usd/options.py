@@ -17,11 +17,11 @@ from textwrap import wrap
 from types import UnionType
 from typing import Annotated, Any, ParamSpec, Protocol, Self, TypeVar, cast, get_args, get_origin, get_type_hints
 
+from spin_usd.basics.faults import reading
+from spin_usd.basics.progress import Note, Progress, no_note, no_progress
 from spin_usd.completions import listed_in
 from spin_usd.errors import InputError
-from spin_usd.faults import reading
 from spin_usd.files.url import is_url, refuse_unless_path
-from spin_usd.progress import Note, Progress, no_note, no_progress
 from spin_usd.scene.effort import CPU
 
 P = ParamSpec("P")

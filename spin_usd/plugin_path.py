@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from spin_usd.resources import schemas
+from spin_usd.basics.resources import schemas
 
 
 def plugin_path() -> Path:

@@ -14,11 +14,11 @@ from typing import Any
 import hypothesis
 import pytest
 
+from spin_usd.basics.stop_signals import STOP_SIGNALS
 from spin_usd.command_line import run as run_console_script
 from spin_usd.planning.machine_speed import TRIAL_S, keep_trial
 from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.processors import hold_to, share_of
-from spin_usd.stop_signals import STOP_SIGNALS
 from spin_usd.store.json_schema import valid
 from tests.library import library_of
 

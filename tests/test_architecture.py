@@ -83,9 +83,8 @@ FILES_IN = (
     "terminal",
     "completions.py",
     "options.py",
-    "resources.py",
+    "basics/resources.py",
     "plugin_path.py",
-    "sha256.py",
     "renderers/blender",
 )
 # fmt: off
@@ -111,7 +110,7 @@ MADE = "fills the file or folder that it is given, which is new and nobody else'
 WORK = "keeps what is not yet whole in a folder that this run made under a random name"
 PROC = "asks the kernel"
 MAY_OPEN = {
-    "resources.py": OWN,
+    "basics/resources.py": OWN,
     "formats/checked_document.py": OWN,
     "store/json_schema.py": OWN,
     "commands/author/command.py": OWN,
@@ -206,7 +205,7 @@ JSON_OF_GLTF = Path("formats/mesh/gltf_json.py")
 # Formulas read no clock and no hidden chance: times and generators are arguments.
 PURE = (
     "errors.py",
-    "arrays.py",
+    "basics/arrays.py",
     "geometry",
     "scene",
     "sensor",
@@ -408,7 +407,7 @@ def test_json_and_toml_are_parsed_where_their_nesting_is_bounded() -> None:
         if isinstance(node, ast.Call)
         and dotted(node.func) in ("json.load", "json.loads", "tomllib.load", "tomllib.loads")
     }
-    assert found == {"nesting.py", *PARSED_FROM_US}
+    assert found == {"basics/nesting.py", *PARSED_FROM_US}
 
 
 def test_text_of_others_is_split_into_lines_in_one_place() -> None:
@@ -441,7 +440,7 @@ def test_bytes_of_others_are_parsed_within_decoding_alone() -> None:
 def test_nobody_but_its_typed_look_ups_sees_the_json_of_a_gltf_file() -> None:
     """They alone parse it, and what they hold has no look-ups of a dict's; another's private values nobody touches."""
     readers = [module for module in MODULES if is_below(module, ("formats/mesh",))]
-    parsing = {"spin_usd.nesting", "spin_usd.nesting.parsed_json", "json"}
+    parsing = {"spin_usd.basics.nesting", "spin_usd.basics.nesting.parsed_json", "json"}
     assert [m.name for m in readers if parsing & set(imports(m))] == ["gltf_json.py"]
     methods = {node.name for node in ast.walk(tree(JSON_OF_GLTF)) if isinstance(node, ast.FunctionDef)}
     assert not methods & {"__getitem__", "get", "items", "values"}

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import SpinError
 from spin_usd.options import RunOptions
 from spin_usd.planning.in_child import open_plan, plan_pictures
-from spin_usd.progress import no_progress
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from tests.cases.png import png

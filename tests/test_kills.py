@@ -33,10 +33,10 @@ import psutil
 import pytest
 
 import spin_usd
-from spin_usd import resources
+from spin_usd.basics import resources
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.deaths import TRIES, DeathCause
-from spin_usd.sha256 import sha256_of
 
 pytestmark = [pytest.mark.children, pytest.mark.campaign, pytest.mark.timeout(900)]
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root mounts disks")

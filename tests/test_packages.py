@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.basics.faults import RENDER
 from spin_usd.commands.doctor.run import examine
 from spin_usd.errors import MissingPackageError
-from spin_usd.faults import RENDER
 from spin_usd.options import Options, takes
 from tests.conftest import REPOSITORY
 

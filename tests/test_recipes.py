@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.reading.dataset import Dataset
-from spin_usd.sha256 import sha256_of
 from tests.conftest import REPOSITORY
 
 COPIED = (

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from spin_usd import Dataset
-from spin_usd.faults import RENDER
+from spin_usd.basics.faults import RENDER
 from tests.conftest import REPOSITORY
 
 MODULES = ("fcntl", "resource", "pwd", "grp", "termios", "pty")

@@ -30,7 +30,7 @@ def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path) -> None:
     code = (
         "import sys, pathlib; sys.path.insert(0, sys.argv[1]); import spin_usd\n"
         "assert pathlib.Path(spin_usd.__file__).is_relative_to(sys.argv[1])\n"
-        "from spin_usd import resources; from spin_usd.commands.author.in_child import author_stage\n"
+        "from spin_usd.basics import resources; from spin_usd.commands.author.in_child import author_stage\n"
         "assert resources.stages().is_relative_to(sys.argv[1]) and resources.schemas().is_relative_to(sys.argv[1])\n"
         "poses = resources.stages() / 'examples' / 'tango_speedplus_poses.json'\n"
         "print(author_stage(poses=poses, target='tango', camera='speedplus', out='stage').frames)"

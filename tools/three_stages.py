@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from spin_usd import resources
+from spin_usd.basics import resources
 
 POSES = resources.stages() / "examples" / "tango_speedplus_poses.json"
 PRESETS = resources.stages() / "presets"

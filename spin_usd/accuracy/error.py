@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.accuracy.measurement import LabelFigures
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform

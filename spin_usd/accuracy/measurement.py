@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal
 
 from msgspec import Meta
 
-from spin_usd.json_fields import Count, FrameName, Name, Positive, Sha256, Share, Size, VariantName
+from spin_usd.basics.json_fields import Count, FrameName, Name, Positive, Sha256, Share, Size, VariantName
 from spin_usd.scene.effort import Effort
 
 FORMULAS: Final = 3  # raise it, here and in Measurement, when what a figure means changes

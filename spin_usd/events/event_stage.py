@@ -7,10 +7,10 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.progress import Progress
 from spin_usd.events.event_limits import refuse_without_events
 from spin_usd.events.light_frames import CHUNK, LEAST_RENDERS
 from spin_usd.events.time_steps import time_steps
-from spin_usd.progress import Progress
 from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.event_sensor import EventSensor
 from spin_usd.scene.scene import Scene

@@ -11,12 +11,13 @@ import numpy as np
 from msgspec import convert, to_builtins
 from numpy.typing import NDArray
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.faults import decoding
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.errors import InputError
 from spin_usd.events.event_stage import EventStage
 from spin_usd.events.light_frames import CHUNK, LightFrame, LightFrames, fine_region, rendered
 from spin_usd.events.make_events import VERSION
-from spin_usd.faults import decoding
 from spin_usd.files.changes import remove_emptied, remove_file, remove_tree
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.event_file import EventFileWriter
@@ -27,7 +28,6 @@ from spin_usd.picture.versions import library_versions
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
-from spin_usd.progress import Progress, no_progress
 from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import RecordedCamera
 from spin_usd.renderers.embree.caster import EmbreeCaster

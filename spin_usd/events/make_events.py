@@ -15,7 +15,9 @@ from typing import Any
 
 from msgspec import to_builtins
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.progress import Progress
+from spin_usd.basics.stop_signals import StopRequest
 from spin_usd.errors import InputError
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.child import Child
@@ -24,9 +26,7 @@ from spin_usd.processes.child_limits import RENDER_PATIENCE_S, START_PATIENCE_S,
 from spin_usd.processes.deaths import ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
 from spin_usd.processes.processors import share_of
-from spin_usd.progress import Progress
 from spin_usd.scene.effort import CPU
-from spin_usd.stop_signals import StopRequest
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import STATE, event_chunks, event_record_of, events_of

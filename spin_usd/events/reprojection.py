@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.scene.derived.light_groups import UnitLight, gains_in
 from spin_usd.scene.derived.surface import Surface

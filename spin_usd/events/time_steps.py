@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.light_groups import strengths
 from spin_usd.scene.scene import Scene

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.bop_scenes import (
     POSES_TO_CAMERA,
@@ -49,7 +50,6 @@ from spin_usd.files.size_limits import MAX_POSE_LIST, MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.bounds import in_front
 from spin_usd.geometry.rotation import matrix_from_quaternion
-from spin_usd.pluralise import pluralise
 from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.scene import augmentation_and_camera

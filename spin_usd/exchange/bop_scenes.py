@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.export_format import IndexRow, LinkedFile, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import VISIBLE, any_image, depth_image, own_suffix

@@ -14,7 +14,7 @@ from spin_usd.exchange.layout.index_file import IndexFile, csv_table, write_json
 from spin_usd.exchange.layout.limits import no_fisheye, same_files
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import cells, csv_rows
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 
 TABLE, METADATA = "records.csv", "croissant.json"
 IMAGE = "image"

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import reading
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
-from spin_usd.faults import reading
 from spin_usd.reading.events import EventStream
 from spin_usd.scene.event import Events
 

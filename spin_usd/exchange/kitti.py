@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
@@ -24,7 +25,6 @@ from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, s
 from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.image_file import encoded_image

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.unique_names import UniqueNames
+from spin_usd.basics.utc import utc_text
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
 from spin_usd.exchange.table import POSE_FORMATS
@@ -18,8 +20,6 @@ from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
-from spin_usd.unique_names import UniqueNames
-from spin_usd.utc import utc_text
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096

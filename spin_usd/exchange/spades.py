@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.events import streams_of
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile, Output
@@ -21,7 +22,6 @@ from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.limits import no_distortion, one_camera
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.speedplus import camera_file
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.hdf5 import ColumnFile, open_hdf5, own_dataset

@@ -11,7 +11,7 @@ forward; se3lib.py: the quaternions; utils.plot_axes: the body's y axis is mirro
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture

@@ -16,7 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
+from spin_usd.basics.nesting import parsed_json
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.export_format import ExportFormat, IndexRow, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
@@ -25,12 +27,10 @@ from spin_usd.exchange.layout.limits import no_fisheye
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.record_poses import pose_of_record
-from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD, MAX_SHARD
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.tar_file import Member, write_tar
-from spin_usd.nesting import parsed_json
 from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.store.names import record_of
 

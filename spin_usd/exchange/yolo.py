@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.export_format import (
     ExportFile,
     ExportFormat,

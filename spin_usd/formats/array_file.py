@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import open_file

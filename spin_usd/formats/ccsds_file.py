@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.formats.text_file import read_any_text
 

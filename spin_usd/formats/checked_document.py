@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 from jsonschema.validators import extend
 
+from spin_usd.basics.resources import schemas
 from spin_usd.errors import InputError
-from spin_usd.resources import schemas
 
 T = TypeVar("T")
 FEW = 8  # names that a sentence can list

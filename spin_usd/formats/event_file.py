@@ -12,9 +12,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.folder import FileIn
 from spin_usd.formats.hdf5 import ColumnFile, fixed_text, open_hdf5, own_dataset
 from spin_usd.scene.event import EVENT, Events

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.faults import reading
+from spin_usd.basics.faults import reading
 
 if TYPE_CHECKING:
     import h5py

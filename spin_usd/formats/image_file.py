@@ -17,8 +17,8 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError, OutputError, SpinError, UnsupportedError
-from spin_usd.faults import decoding
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import open_file, path_of

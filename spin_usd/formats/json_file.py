@@ -5,9 +5,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.nesting import NestingError, parsed_json
 from spin_usd.errors import InputError
 from spin_usd.files.user_file import read_text
-from spin_usd.nesting import NestingError, parsed_json
 
 
 def read_json_file(path: Path, max_bytes: int) -> Any:

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.resources import bundled
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.checked_document import check_document
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.transform import Transform
-from spin_usd.resources import bundled
 from spin_usd.scene.lidar import Lidar
 
 SCHEMA = "lidar-1"

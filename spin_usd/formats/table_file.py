@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from spin_usd.basics.resources import bundled_names
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import delimiter_of, headings_once, lines_in, read_toml_file
-from spin_usd.resources import bundled_names
 from spin_usd.scene.derived.srgb import decode
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.name_rule import KEEP, Color, MaterialRule, PartRule

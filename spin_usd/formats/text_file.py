@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.nesting import parsed_toml
 from spin_usd.errors import InputError
 from spin_usd.files.user_file import decoded, read_bytes
-from spin_usd.nesting import parsed_toml
 
 MAX_LINE = 2**24  # characters: a face of a million corners
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

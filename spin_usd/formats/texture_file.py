@@ -11,8 +11,8 @@ from pathlib import Path
 
 from PIL import Image, ImageChops
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_TEXTURE
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.referenced_file import file_within

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.nesting import MAX_DEPTH
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import lines_of
-from spin_usd.nesting import MAX_DEPTH
 
 Lines = deque[tuple[int, str]]
 """What is left of a file: the indent of each line, and its text."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform

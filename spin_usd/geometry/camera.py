@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spin_usd.arrays import Float, digest, frozen
+from spin_usd.basics.arrays import Float, digest, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry import lens
 from spin_usd.geometry.fisheye import Fisheye

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 

@@ -6,7 +6,7 @@ height over it that counts.
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 NEWTON_STEPS = 200  # at most; from far away each step comes 1.5 times nearer, in the end it doubles the digits
 CONE_STEPS = 33  # places along a cone's axis that are looked at at once

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.triangles import areas, normals, unit_normals, unit_vectors
 
 FLAT = 1e-6  # of the mesh's size, by which a corner may stand out of the plane: float32 rounds to a tenth of it

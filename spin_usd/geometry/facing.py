@@ -6,7 +6,7 @@ corners go around. Occlusion is ignored: every face counts by the area that it t
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 STEPS = 4  # on each side of a cube, from its middle to its rim: faces within some 14 degrees count together
 CHUNK = 1 << 20  # directions of faces worked on at once

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 RIGHT_ANGLE = np.pi / 2
 GRAZING = RIGHT_ANGLE - 1e-6  # radians

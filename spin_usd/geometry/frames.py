@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.transform import Transform
 
 T_CAM_USDCAM = Transform(to="cam", of="usdcam", rotation=np.diag([1.0, -1.0, -1.0]), translation=np.zeros(3))

@@ -10,7 +10,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.bounds import (
     NEAR,
     clip,

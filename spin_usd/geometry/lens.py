@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.geometry import fisheye
 from spin_usd.geometry.fisheye import Fisheye

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 SMALL = 1e-4  # radians, below which a power series is exact in double precision
 FEWEST = 5  # states, of which every other one can be held against the rest

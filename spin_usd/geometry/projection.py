@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.triangles import cross, dot, lengths
 
 SHARP, FLAT, MAX_TILT, MAX_TILT_OF_SIDE = np.cos(np.radians((35.0, 1.0, 50.0, 55.0)))

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spin_usd.arrays import Float, finite
+from spin_usd.basics.arrays import Float, finite
 from spin_usd.errors import GeometryError
 
 Real = TypeVar("Real", np.float32, np.float64)

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.facet import Facet
 from spin_usd.geometry.triangles import normals
 

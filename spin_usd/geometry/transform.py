@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float, finite, frozen
+from spin_usd.basics.arrays import Float, finite, frozen
 from spin_usd.errors import FrameError
 from spin_usd.geometry.rotation import check_rotation, matrix_from_quaternion, product, quaternion_from_matrix
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 FACES_AT_ONCE = 2**15
 RESTART = -1  # ends one strip and begins the next, in the PLY files of the Stanford repository

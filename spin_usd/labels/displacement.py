@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.triangles import unit_normals
 from spin_usd.labels.labelled_picture import LabelledPicture, OtherView
 from spin_usd.scene.derived.content_keys import placed

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.content import content

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.labels.label import CloudLabel
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import as_the_lidar_sees

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_direction

@@ -8,13 +8,13 @@ import numpy as np
 from msgspec import Meta, Struct
 from msgspec import field as named
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.json_fields import one_of
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.ccsds_file import EphemerisSegment, read_aem
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
-from spin_usd.json_fields import one_of
 from spin_usd.orbits.moments import Moments, frame_named
 from spin_usd.orbits.orbits import At, Flight, ordered, pieced
 from spin_usd.orbits.propagation import rtn_axes

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_bytes

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from msgspec import field as named
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SPECIFICATION
 from spin_usd.files.user_file import open_file

@@ -5,7 +5,7 @@ Source: D. Vallado, "Fundamentals of Astrodynamics and Applications"; constants 
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 
 GM = 3.986004415e14  # m3/s2

@@ -9,18 +9,18 @@ import numpy as np
 from msgspec import Meta, Struct, to_builtins
 from msgspec import field as named
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.json_fields import Positive
+from spin_usd.basics.progress import Progress, no_progress
+from spin_usd.basics.utc import parsed_utc, utc_text
 from spin_usd.errors import InputError
 from spin_usd.geometry.motion import Motion, between
 from spin_usd.geometry.motion import log as rotation_vector
 from spin_usd.geometry.rotation import quaternion_from_matrix
-from spin_usd.json_fields import Positive
 from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
 from spin_usd.orbits.moments import Moments
 from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, Flight
-from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.distribution import Vector
-from spin_usd.utc import parsed_utc, utc_text
 
 DERIVATIVE_S = 0.01  # between states whose difference is a rate: rounding leaves 1e-7 m/s of it
 MAX_MOMENTS = 100_000

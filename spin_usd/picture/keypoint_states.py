@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.bounds import NEAR
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import surface_points

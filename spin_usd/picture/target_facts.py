@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.picture.keypoint_states import keypoint_states
 from spin_usd.picture.shown_bodies import NOTHING, ShownBodies, shown_by_rays

@@ -10,12 +10,12 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from spin_usd.basics.json_fields import Size
+from spin_usd.basics.nesting import typed_json
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
-from spin_usd.json_fields import Size
 from spin_usd.labels.table import LABELS
-from spin_usd.nesting import typed_json
 from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.planning.work import CommonWork, Task, work_units
 from spin_usd.processes.open_renderer import renderer_entry

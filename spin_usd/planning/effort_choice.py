@@ -11,13 +11,13 @@ from msgspec import UNSET, Meta
 from spin_usd.accuracy.choice import choose, expectation, outcome_of
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Configuration, Measurement
+from spin_usd.basics.json_fields import Size
 from spin_usd.errors import InputError
-from spin_usd.json_fields import Size
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.options import EffortOptions, refuse_together
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, default_effort, renderer_entry
 from spin_usd.records.record import EffortChoice
 from spin_usd.scene.effort import QUALITIES, Effort, parse_effort
-from spin_usd.sha256 import sha256_of
 from spin_usd.store.measurement_file import measurement_file, read_measurement
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import convert, to_builtins
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.planning.columns import PLANNING
@@ -19,7 +20,6 @@ from spin_usd.planning.opened_stage import OpenedStage, StageContent, described_
 from spin_usd.planning.picture_columns import PicturePlanner
 from spin_usd.planning.skipped_counts import SkippedWorkCounter
 from spin_usd.planning.speed_trial import trial_seconds
-from spin_usd.progress import Progress
 from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import ViewCollector

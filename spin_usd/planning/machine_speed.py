@@ -12,10 +12,10 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, to_builtins
 
+from spin_usd.basics.nesting import typed_json
 from spin_usd.errors import SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
-from spin_usd.nesting import typed_json
 from spin_usd.picture.versions import library_versions
 from spin_usd.processes.processors import processor_model
 from spin_usd.store.atomic import write_json

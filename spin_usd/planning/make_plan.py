@@ -8,6 +8,7 @@ from typing import Any
 
 from msgspec import convert
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.columns import COLUMNS, PLANNING
@@ -20,7 +21,6 @@ from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
-from spin_usd.progress import Progress
 from spin_usd.records.descriptions import StageOrigin
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import Views, merged

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from spin_usd.basics.identity_memo import IdentityMemo
 from spin_usd.errors import UnsupportedError
-from spin_usd.identity_memo import IdentityMemo
 from spin_usd.labels.table import other_views, own_keys
 from spin_usd.planning.columns import COLUMNS
 from spin_usd.planning.skipped_counts import SkippedWorkCounter

@@ -15,11 +15,11 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from spin_usd.basics.nesting import typed_json
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.nesting import typed_json
-from spin_usd.pluralise import pluralise
 from spin_usd.store.atomic import write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import SHARDS, picture_of

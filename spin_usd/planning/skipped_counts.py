@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from spin_usd.json_fields import Count, one_of
+from spin_usd.basics.json_fields import Count, one_of
 from spin_usd.planning.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.renderers.skipped import BITS, Facts, SkippedWork, skipped_work

@@ -11,7 +11,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import unit_normals, unit_vectors
 from spin_usd.renderers.embree.caster import mesh_scene

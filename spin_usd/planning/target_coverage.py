@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform

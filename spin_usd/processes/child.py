@@ -21,8 +21,8 @@ import psutil
 from msgspec import to_builtins
 
 from spin_usd import errors
+from spin_usd.basics.faults import expected
 from spin_usd.errors import SpinError
-from spin_usd.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
 from spin_usd.processes.child_main import said_of

@@ -13,7 +13,7 @@ from typing import IO, Any
 
 from msgspec import to_builtins
 
-from spin_usd.faults import expected
+from spin_usd.basics.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h

@@ -4,13 +4,13 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import SpinError
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.pool import Answered, Failed, Pool, Reported
-from spin_usd.progress import Progress
 
 AHEAD = 64  # calls for each child that may be done before the first that is not
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Self, SupportsIndex, TypeAlias, overload
 
 import numpy as np
 
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.url import refuse_unless_path
-from spin_usd.pluralise import pluralise
 from spin_usd.reading.description import DescribedPart, DescribedTarget, Targets, read_description
 from spin_usd.reading.events import EventStream
 from spin_usd.reading.measures import values_of

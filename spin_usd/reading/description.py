@@ -8,7 +8,7 @@ from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
 import numpy as np
 
-from spin_usd.arrays import Float, finite
+from spin_usd.basics.arrays import Float, finite
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.records.descriptions import PartEntry, TargetEntry

@@ -12,7 +12,7 @@ from msgspec import UNSET
 from msgspec.json import decode
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD

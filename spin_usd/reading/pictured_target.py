@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from msgspec import UNSET
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.reading.window import Window
 from spin_usd.records.record import RecordedTarget
 

@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import resampled
 from spin_usd.geometry.camera import Camera

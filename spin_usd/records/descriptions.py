@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, Meta, UnsetType, field
 
-from spin_usd.json_fields import FileName, Id, JsonStruct, Number, PictureName, Sha256, TagName, Vector
+from spin_usd.basics.json_fields import FileName, Id, JsonStruct, Number, PictureName, Sha256, TagName, Vector
 
 AtLeastOne = Annotated[int, Meta(ge=1)]
 

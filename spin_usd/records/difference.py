@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from spin_usd.json_fields import Count, JsonStruct, one_of
+from spin_usd.basics.json_fields import Count, JsonStruct, one_of
 
 FILE, PRIM, ACTIVE, SELECTION, SCHEMAS, METADATA = "file", "prim", "active", "selection", "schemas", "metadata"
 ATTRIBUTE, CONNECTION, RELATIONSHIP = "attribute", "connection", "relationship"

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from spin_usd.json_fields import Count, FileName, JsonStruct, Sha256, Size
+from spin_usd.basics.json_fields import Count, FileName, JsonStruct, Sha256, Size
 from spin_usd.records.record import RecordedCamera
 
 

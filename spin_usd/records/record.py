@@ -7,10 +7,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 from msgspec import UNSET, Meta, UnsetType
 from msgspec.structs import asdict
 
-from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.fisheye import Fisheye
-from spin_usd.geometry.transform import Transform
-from spin_usd.json_fields import (
+from spin_usd.basics.json_fields import (
     UTC_PATTERN,
     Count,
     FileName,
@@ -29,6 +26,9 @@ from spin_usd.json_fields import (
     Vector,
     one_of,
 )
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.fisheye import Fisheye
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.keypoints import KeypointState

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry import fisheye, lens
 from spin_usd.geometry.camera import Camera

@@ -6,7 +6,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.bands import tight_bands
 from spin_usd.geometry.blur import magnification
 from spin_usd.geometry.region import Region

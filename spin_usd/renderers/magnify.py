@@ -10,7 +10,7 @@ from math import ceil, floor
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, Shutter

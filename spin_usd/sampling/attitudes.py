@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
 from spin_usd.sampling.distribution import DIGITS, Degrees, Directions, Distribution, Vector, rounded

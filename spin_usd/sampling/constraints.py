@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.environment import Sky
 
 SUN = ("sun.direction", "sun.from_target")

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framed_shares, framings

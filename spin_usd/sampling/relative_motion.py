@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Meta, Struct, field
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.sampling.distribution import Vector
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import ValidationError, convert, structs
 from msgspec.structs import FieldInfo
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.errors import InputError
 from spin_usd.sampling.attitudes import Attitudes, AttitudesAround, Facing
 from spin_usd.sampling.distribution import (

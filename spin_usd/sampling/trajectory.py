@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion, quaternion_from_matrix

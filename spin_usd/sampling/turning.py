@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Meta, Struct, field
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
 from spin_usd.sampling.distribution import Distribution, Vector

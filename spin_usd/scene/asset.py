@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, finite, frozen, shaped
+from spin_usd.basics.arrays import Float, finite, frozen, shaped
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import cross, parts
 from spin_usd.scene.material import Material

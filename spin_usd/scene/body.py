@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from spin_usd.arrays import Float, digest, finite
+from spin_usd.basics.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 
 NAME = {"name": True}
 """Metadata of a dataclass field that no picture depends on."""

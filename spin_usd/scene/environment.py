@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float, digest, finite
+from spin_usd.basics.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from spin_usd.json_fields import one_of
+from spin_usd.basics.json_fields import one_of
 
 ERROR, WARNING = "error", "warning"
 MAX_SENTENCES = 3  # sentences by one rule

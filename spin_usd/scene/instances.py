@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest, finite, frozen
+from spin_usd.basics.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import affine, unit_vectors
 from spin_usd.scene.shape import Shape

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

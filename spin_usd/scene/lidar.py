@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.transform import Transform

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
 from spin_usd.scene.texture import Color, Image

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.scene.content import NAME, content
 from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture
 

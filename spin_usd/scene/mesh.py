@@ -8,7 +8,7 @@ from itertools import accumulate, product
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest
+from spin_usd.basics.arrays import Float, digest
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.facing import few_axes
 from spin_usd.geometry.triangles import normals_of

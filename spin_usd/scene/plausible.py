@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 SIZES = (
     0.02,

@@ -8,10 +8,10 @@ from typing import Self
 
 import numpy as np
 
-from spin_usd.arrays import Float, finite, frozen
+from spin_usd.basics.arrays import Float, finite, frozen
+from spin_usd.basics.json_fields import FRAME_PATTERN
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
-from spin_usd.json_fields import FRAME_PATTERN
 
 FRAME_NAME = re.compile(FRAME_PATTERN)
 RATES = ("velocities", "angular_velocities")

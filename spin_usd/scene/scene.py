@@ -11,7 +11,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_blur_radius
 from spin_usd.geometry.bounds import beside, outline_of, polygon_area, region_around, region_of_interest

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest, finite, frozen
+from spin_usd.basics.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import parts, unit_normals
 

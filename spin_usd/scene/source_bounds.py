@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 ROUNDING = 1e-5  # of the largest coordinate: points and transforms in float32, a hundred times over
 LOOSENESS = 6.0

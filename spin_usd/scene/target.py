@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest, finite
+from spin_usd.basics.arrays import Float, digest, finite
 from spin_usd.errors import GeometryError
 from spin_usd.scene.content import content
 from spin_usd.scene.material import Material

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import digest, frozen
+from spin_usd.basics.arrays import digest, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.scene.content import NAME
 

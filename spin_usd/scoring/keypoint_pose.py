@@ -5,7 +5,7 @@ Sources: Lepetit et al. 2009 (EPnP), Fischler and Bolles 1981 (RANSAC), as OpenC
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import quaternion_from_matrix
 

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 POSITION_THRESHOLD = 2.173e-3  # of the distance
 ATTITUDE_THRESHOLD = np.deg2rad(0.169)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.region import Region
 from spin_usd.scene.sensor import Sensor

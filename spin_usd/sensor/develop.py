@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.scene.derived.vignetting import polynomial_gain

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest
+from spin_usd.basics.arrays import Float, digest
 from spin_usd.errors import InputError
 from spin_usd.scene.event import EVENT, Events
 from spin_usd.scene.event_sensor import EventSensor

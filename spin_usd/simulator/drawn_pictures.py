@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.sample_pictures import SampledPictures, draw_values, samples_on
 from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec, open_spec

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import convert
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
-from spin_usd.faults import reading
 from spin_usd.formats.augmentation_spec import read_augmentation_spec, spec_path
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.child import Child

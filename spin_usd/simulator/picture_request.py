@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.geometry.transform import Transform
 from spin_usd.records.descriptions import PartEntry, TargetEntry

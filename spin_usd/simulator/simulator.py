@@ -13,9 +13,9 @@ import numpy as np
 from msgspec import structs, to_builtins
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import frozen
+from spin_usd.basics.arrays import frozen
+from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
-from spin_usd.faults import reading
 from spin_usd.formats.augmentation_spec import spec_path
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import IMAGE

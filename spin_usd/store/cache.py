@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder

@@ -8,12 +8,12 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from spin_usd.basics.stop_signals import postponed
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import Node, NodeType
 from spin_usd.picture.kinds import FILE_KINDS
-from spin_usd.stop_signals import postponed
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
 from spin_usd.store.names import CACHE, DESCRIPTION, EVENTS, RECORDS, SHARDS, STAGE, is_record

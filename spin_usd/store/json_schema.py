@@ -5,11 +5,11 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spin_usd import resources
+from spin_usd.basics import resources
+from spin_usd.basics.nesting import finite_json
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.nesting import finite_json
 
 if TYPE_CHECKING:
     from jsonschema.exceptions import ValidationError

@@ -10,10 +10,10 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from spin_usd.basics.nesting import finite_json
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import NEEDS
-from spin_usd.nesting import finite_json
 from spin_usd.picture.kinds import FILE_KINDS, IMAGE, LAYOUTS, RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.records.record import Record, StageProvenance

@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, T
 from rich.progress import Progress as RichProgress
 from rich.text import Text
 
-from spin_usd.progress import Progress
+from spin_usd.basics.progress import Progress
 
 NARROW = 60  # columns of a terminal that has no room for the bar and the rate
 RATE_OVER_S = 600.0  # a picture may take minutes

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from spin_usd.progress import Progress, no_progress
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.terminal.lines import is_terminal, print_err
 
 LINE_EVERY_S = 10.0

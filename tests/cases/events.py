@@ -6,12 +6,12 @@ import numpy as np
 from msgspec import to_builtins
 
 from spin_usd.files.folder import Folder
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.formats.event_file import EventFileWriter
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import RecordedCamera
 from spin_usd.scene.event_sensor import EventSensor
-from spin_usd.sha256 import sha256_of
 from spin_usd.store.names import event_record_of, events_of
 from spin_usd.store.read_documents import read_dataset_json
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.export.in_child import export_dataset
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.progress import no_progress
 
 PLAIN = {"fx": 640.0, "fy": 640.0, "cx": 120.0, "cy": 75.0, "distortion": [0.0] * 5}
 """A camera without distortion, of the rendered pictures' size."""

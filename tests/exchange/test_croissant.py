@@ -6,9 +6,9 @@ import json
 import pytest
 
 from spin_usd.exchange.croissant import MEDIA_TYPES
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.formats.image_file import ENDINGS
 from spin_usd.labels.table import LABELS
-from spin_usd.sha256 import sha256_of
 from tests.exchange.conftest import write_export
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.basics.resources import schemas
 from spin_usd.errors import InputError
 from spin_usd.files.changes import link, put, remove_emptied, remove_file, remove_tree, write_bytes
 from spin_usd.files.folder import MAX_DEPTH, FileIn, Folder
 from spin_usd.files.name import PATTERN
 from spin_usd.files.node import Node, NodeType
-from spin_usd.resources import schemas
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from spin_usd.basics.resources import bundled, bundled_names
 from spin_usd.errors import InputError
 from spin_usd.formats.lidar_file import read_lidar_file
-from spin_usd.resources import bundled, bundled_names
 
 PLAIN = {
     "schema": "lidar-1",

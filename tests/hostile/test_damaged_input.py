@@ -10,7 +10,7 @@ from contextlib import suppress
 import pytest
 
 from spin_usd.errors import SpinError
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 from tests.hostile.conftest import CAMERA, RECORD, slow
 from tests.hostile.test_outside import HEAD
 from tests.test_bad_inputs import CAMERA as CAMERA_PRIM

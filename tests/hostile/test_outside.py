@@ -142,7 +142,7 @@ def test_a_frame_or_variant_is_a_name_and_no_path(place, spin_usd, frame) -> Non
 @pytest.mark.slow
 def test_a_digest_does_not_tell_what_an_outside_file_holds(place, spin_usd) -> None:
     """The same answer whether or not the guess is right."""
-    from spin_usd.sha256 import sha256_of
+    from spin_usd.files.sha256 import sha256_of
 
     said = []
     for guess in ("0" * 64, sha256_of(place.users / "img9.png")):

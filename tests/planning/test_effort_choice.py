@@ -12,11 +12,11 @@ from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
 from spin_usd.commands.plan.report import planned_choice
 from spin_usd.errors import InputError
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.options import EffortOptions
 from spin_usd.planning.effort_choice import doubts, setting_of
 from spin_usd.records.record import EffortChoice
 from spin_usd.scene.effort import QUALITIES, Effort
-from spin_usd.sha256 import sha256_of
 from spin_usd.store.measurement_file import FILE, folder_of, read_measurement
 from tests.cases.measurements import figures, measurement, setting, usual
 from tests.cases.records import record_at, record_files

@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.store.atomic import fill_atomically, link_atomically, write_atomically, write_json
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.lock import TEXT

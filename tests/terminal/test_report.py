@@ -5,7 +5,7 @@ import json
 import pytest
 from jsonschema import Draft202012Validator
 
-from spin_usd.resources import schemas
+from spin_usd.basics.resources import schemas
 
 REPORTS = sorted(schemas().glob("*-report-1.schema.json"))
 

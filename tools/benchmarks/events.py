@@ -18,12 +18,12 @@ from benchmarks.frames import own_camera
 from numpy.typing import NDArray
 
 import spin_usd
+from spin_usd.basics.progress import no_progress
 from spin_usd.events.event_stage import EventStage
 from spin_usd.events.light_frames import LightFrames, rendered
 from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to, usable_cpus
-from spin_usd.progress import no_progress
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort

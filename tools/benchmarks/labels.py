@@ -17,7 +17,7 @@ from benchmarks.command import asked
 from benchmarks.spread import shown, spread
 
 import spin_usd
-from spin_usd import resources
+from spin_usd.basics import resources
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.processes.processors import hold_to, usable_cpus
 from spin_usd.renderers.embree.caster import EmbreeCaster

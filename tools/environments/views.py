@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 import spin_usd
 from environments.noise import Array
 from environments.textures import write_image
+from spin_usd.basics.resources import stages
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.sky import sky
-from spin_usd.resources import stages
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.scene import Scene

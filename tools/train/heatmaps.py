@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.reading.picture import heatmaps_of
 from spin_usd.scoring.keypoint_pose import pose_from_keypoints
 from train.pictures import PosedPicture, crop_of, keypoint_pixels

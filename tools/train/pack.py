@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from train.heatmaps import SHIFT, ZOOM
 from train.pictures import PACK, PictureSet, PosedPicture, crop_of, keypoint_pixels, read_set
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import spin_usd
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.cameras.speed_camera import read_camera_file
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.formats.chosen_frames import slice_of

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import spin_usd
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.processes.processors import machine

@@ -8,10 +8,10 @@ import typer
 from msgspec import to_builtins
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.augment.options import AugmentOptions
 from spin_usd.errors import InputError
 from spin_usd.options import run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown

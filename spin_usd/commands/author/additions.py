@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from spin_usd.basics.pluralise import pluralise
+from spin_usd.basics.resources import bundled
 from spin_usd.commands.author.cameras import mounting
 from spin_usd.commands.author.model import USD_SUFFIXES
 from spin_usd.commands.author.options import AUTO, AuthorOptions
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.table_file import PARTS, read_keypoints_file, read_materials_file, read_parts_file
-from spin_usd.pluralise import pluralise
-from spin_usd.resources import bundled
 from spin_usd.scene.event_sensor import PRESETS
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.lidar import Lidar, RangeFinder

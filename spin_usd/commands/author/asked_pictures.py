@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.faults import reading
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
 from spin_usd.commands.author.sampling_spec import open_spec
@@ -12,10 +14,8 @@ from spin_usd.commands.author.scenario_pictures import ENVIRONMENT, ScenarioPict
 from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
-from spin_usd.faults import reading
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.geometry.camera import Camera
-from spin_usd.progress import Progress
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.background_choice import background_choice
 from spin_usd.commands.author.reports import AugmentReport
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
@@ -12,7 +13,6 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec, spec_path
 from spin_usd.formats.sample_table import SampleEntry
-from spin_usd.progress import Progress
 from spin_usd.sampling.constraints import CONSTRAINTS
 from spin_usd.sampling.sample import stream
 from spin_usd.scene.environment import BACKGROUND

@@ -3,12 +3,12 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.asked_pictures import AskedPictures
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.commands.author.sources import Sources
 from spin_usd.commands.author.views import ComposedTarget
-from spin_usd.progress import Progress
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.target_asset import TargetAsset
 

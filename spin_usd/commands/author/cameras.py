@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from spin_usd.basics.faults import reading
+from spin_usd.basics.resources import bundled
 from spin_usd.commands.author.model import USD_SUFFIXES
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.read_camera import lens_in_words, read_camera
 from spin_usd.exchange.read_pose_list import read_pose_list
-from spin_usd.faults import reading
 from spin_usd.geometry.transform import Transform
-from spin_usd.resources import bundled
 from spin_usd.stage.author.camera_layer import (
     FurtherCamera,
     camera_layer_of,

@@ -8,10 +8,10 @@ import typer
 from msgspec import to_builtins
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.errors import InputError
 from spin_usd.options import flag_of, run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
@@ -61,7 +61,7 @@ def write_minimal(out: Path) -> Path:
     there and not empty, OutputError."""
     import shutil
 
-    from spin_usd.resources import stages
+    from spin_usd.basics.resources import stages
     from spin_usd.store.new_folder import new_folder
 
     with new_folder(out) as folder:

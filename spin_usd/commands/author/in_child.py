@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.commands.author.asked_pictures import asked_pictures
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.authoring import Authoring
@@ -17,7 +18,6 @@ from spin_usd.commands.author.sources import open_sources
 from spin_usd.commands.author.written_target import colour_notes, read_written_target
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
-from spin_usd.progress import Progress, no_progress
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.stage.author.poses_layer import author_clock
 from spin_usd.stage.author.source_bounds import box_corners, target_notes

@@ -6,12 +6,12 @@ import io
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.options import AUTO
 from spin_usd.errors import InputError
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.table_file import MATERIALS
-from spin_usd.pluralise import pluralise
 from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
 from spin_usd.scene.name_rule import KEEP, WILD, Color, MaterialRule, Rules
 from spin_usd.stage.author.looks import Finish, surfaces_of, takes_looks, write_looks

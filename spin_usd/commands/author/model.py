@@ -8,10 +8,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import reading
+from spin_usd.basics.resources import bundled, stages
 from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
-from spin_usd.faults import reading
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import open_file
@@ -32,7 +33,6 @@ from spin_usd.formats.mesh.mesh_file import (
 from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import rendering_memory
-from spin_usd.resources import bundled, stages
 from spin_usd.scene.asset import AT_REST, MeshAsset, MeshPart
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import reading
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
 from spin_usd.commands.author.part_pictures import DECIMALS
@@ -19,7 +21,6 @@ from spin_usd.commands.author.sampling_tables import BodyPoses, inside_law
 from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
-from spin_usd.faults import reading
 from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import chosen_frames
 from spin_usd.formats.mesh.mesh_file import MESHES, says_unit
@@ -34,7 +35,6 @@ from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners
 from spin_usd.stage.author.target_asset import TargetAsset
 from spin_usd.stage.author.write_stage import ROOT
-from spin_usd.unique_names import UniqueNames
 
 CAMERA_ITSELF = (np.zeros(3), 0.0)
 

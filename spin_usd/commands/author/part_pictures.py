@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures
 from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.progress import Progress, no_progress
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.sample import stream

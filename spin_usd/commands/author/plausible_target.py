@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera

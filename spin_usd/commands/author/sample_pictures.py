@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from msgspec import structs
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
+from spin_usd.basics.json_fields import Positive, Share
 from spin_usd.errors import InputError
-from spin_usd.json_fields import Positive, Share
 from spin_usd.sampling.distribution import Uniform, Vector
 from spin_usd.sampling.poses import Inside, OffsetLaw, PlaceLaw, PoseLaw, PositionLaw, ShareLaw
 from spin_usd.sampling.relative_motion import Approach, FreeFall, RelativeOrbit

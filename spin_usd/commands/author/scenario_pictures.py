@@ -5,7 +5,9 @@ from typing import Any, get_args
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress
+from spin_usd.basics.resources import bundled
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.checked_document import read_as
@@ -16,8 +18,6 @@ from spin_usd.orbits.attitudes import AnyAttitude
 from spin_usd.orbits.moments import CREDIT, stars
 from spin_usd.orbits.orbits import AnyOrbit
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
-from spin_usd.progress import Progress
-from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.augment.placed_sky import PlacedSky
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.motion import fitted_rates
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.scene.poses import PoseList

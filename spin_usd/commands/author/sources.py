@@ -4,19 +4,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.resources import bundled
 from spin_usd.commands.author.additions import Additions, read_additions
 from spin_usd.commands.author.cameras import open_cameras
 from spin_usd.commands.author.model import USD_SUFFIXES, OtherBody, model_file, other_body
 from spin_usd.commands.author.options import AUTO, AuthorOptions, listed
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.sampling_text import is_sampling_text
 from spin_usd.geometry.camera import Camera
-from spin_usd.resources import bundled
-from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.lights_and_environment import (
     PICTURES,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.model import is_users

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.errors import FINDINGS
 from spin_usd.options import run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.scene.finding import ERROR, Finding
 from spin_usd.terminal.lines import (
     BAD,

@@ -8,6 +8,7 @@ from typing import Any
 
 from msgspec import convert
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.answers import PictureAnswer
 from spin_usd.commands.check.digests import (
     EVENTS_AGAIN,
@@ -26,7 +27,6 @@ from spin_usd.planning.shard import missing_in_words, missing_pictures
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import Progress
 from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+from spin_usd.basics.progress import Note, Progress, no_note
 from spin_usd.commands.check.damage import altered_layer, damaged_pictures, listed_again, obstacle
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.recorded_requests import of_variants, requests, valid_records
@@ -19,7 +20,6 @@ from spin_usd.files.node import Node, NodeType
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.options import RunOptions
 from spin_usd.planning.request import RenderRequest
-from spin_usd.progress import Note, Progress, no_note
 from spin_usd.records.record import Record
 from spin_usd.scene.finding import ERROR
 from spin_usd.store.dataset_folder import LOCK, OWN, Store, special_file_error

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from spin_usd.json_fields import Count, JsonStruct
+from spin_usd.basics.json_fields import Count, JsonStruct
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import ERROR, Finding
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from msgspec import convert, structs
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.answers import CrossAnswer
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.options import CheckOptions
@@ -21,7 +22,6 @@ from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
 from spin_usd.processes.open_renderer import CHECKING, require_renderer
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import Progress
 from spin_usd.scene.finding import Finding
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.stage_path import root_layer

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import spin_usd
+from spin_usd.basics.progress import Progress
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.planning.in_child import stage_provenance
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, open_renderer, open_scene_writer
-from spin_usd.progress import Progress
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.renderers.embree.caster import EmbreeCaster

@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.debug.options import DebugOptions
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
@@ -12,7 +13,6 @@ from spin_usd.planning.effort_choice import setting_of
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, require_renderer
-from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 from spin_usd.store.atomic import fill_atomically
 from spin_usd.store.hidden_folder import hidden_folder

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.basics.progress import no_note
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.options import Quality, Workers
-from spin_usd.progress import no_note
 from spin_usd.terminal.lines import print_out, show_note
 from spin_usd.terminal.progress import shown
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from spin_usd import resources
+from spin_usd.basics import resources
+from spin_usd.basics.progress import Note, Progress, no_note
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
@@ -14,7 +15,6 @@ from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child_ahead import hand_on, next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError
-from spin_usd.progress import Note, Progress, no_note
 from spin_usd.reading.contact_sheet import write_contact_sheet
 from spin_usd.reading.dataset import Dataset
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.options import Frames, Stage
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import BAD, GOOD, NAME, QUIET, Line, Painted, print_out, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown

@@ -5,9 +5,9 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
-from spin_usd.progress import Progress
 from spin_usd.records.difference import ComparedPictures, DiffReport
 from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from msgspec import convert
 
+from spin_usd.basics.progress import Progress
 from spin_usd.processes.ask_child import ask_child
-from spin_usd.progress import Progress
 from spin_usd.records.difference import DiffReport
 
 

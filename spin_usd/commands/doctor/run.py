@@ -14,10 +14,10 @@ import psutil
 from msgspec import Meta
 
 import spin_usd
+from spin_usd.basics.faults import RENDER, to_install
+from spin_usd.basics.json_fields import JsonStruct
 from spin_usd.commands.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import MissingPackageError, SpinError
-from spin_usd.faults import RENDER, to_install
-from spin_usd.json_fields import JsonStruct
 from spin_usd.picture.versions import LIBRARIES
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import rendering_memory

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from msgspec import to_builtins
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.pictures import LIST, all_indexes, made_by_children, made_here
 from spin_usd.commands.export.plan import ExportPlan, plan_export
@@ -30,7 +31,6 @@ from spin_usd.exchange.layout.index_file import write_text_file
 from spin_usd.exchange.layout.rectified_picture import as_rectified
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera
-from spin_usd.progress import Progress
 from spin_usd.reading.contact_sheet import draw_contact_sheet, spread
 from spin_usd.records.descriptions import ExportDescription
 from spin_usd.store.atomic import write_json

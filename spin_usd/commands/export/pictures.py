@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 from msgspec import Struct, to_builtins
 
+from spin_usd.basics.nesting import typed_json
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.run import PATIENCE_S
 from spin_usd.commands.export.writer import Counts, RowText, Writer
@@ -19,12 +21,10 @@ from spin_usd.exchange.table import format_named
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text
-from spin_usd.nesting import typed_json
 from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import no_progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spin_usd import __version__
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout
@@ -23,7 +24,6 @@ from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.table import format_named
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.options import names_in
-from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name

@@ -1,7 +1,7 @@
 """`spin-usd keypoints`: picks the keypoints of a target in the browser."""
 
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.keypoints.options import KeypointsOptions
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_err, print_out
 
 

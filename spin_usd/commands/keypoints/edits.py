@@ -6,7 +6,7 @@ from io import StringIO
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.scene.keypoints import Keypoints
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.model import axes_note, model_file, model_unit, write_model
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.errors import InputError

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from viser import CameraHandle, GuiEvent
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.keypoints.edits import next_name
 from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.pictures import Pictures, Tile
@@ -18,7 +19,6 @@ from spin_usd.commands.keypoints.target_view import DIRECTIONS, TargetView
 from spin_usd.errors import SpinError
 from spin_usd.geometry.frames import SYMMETRIES
 from spin_usd.geometry.snapping import Snap
-from spin_usd.pluralise import pluralise
 from spin_usd.scene.keypoints import Keypoints, KeypointState
 
 NOTHING = "(none)"  # in the list of keypoints, where there is none

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError
 from spin_usd.geometry.region import Region

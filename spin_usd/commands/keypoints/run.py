@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from spin_usd.basics.pluralise import pluralise
+from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.keypoints.edits import table_lines
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.pictures import Pictures
@@ -16,10 +18,8 @@ from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError, SpinError, UnsupportedError
 from spin_usd.files.folder import Folder
-from spin_usd.pluralise import pluralise
 from spin_usd.processes.lasting_child import LastingChild
 from spin_usd.scene.keypoints import Keypoints
-from spin_usd.stop_signals import Stopped
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
 

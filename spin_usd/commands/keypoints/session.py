@@ -8,14 +8,14 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.keypoints.edits import added, deleted, free_name, moved, next_name, renamed
 from spin_usd.commands.keypoints.shown_target import Pick, ShownTarget
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod, suggest
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.frames import symmetric
 from spin_usd.geometry.snapping import Snap
-from spin_usd.pluralise import pluralise
 from spin_usd.scene.keypoints import Keypoints
 
 NEAR = 0.009  # radians beside a marker that a click still means: some six pixels

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.facet import Facet
 from spin_usd.geometry.snapping import Snap, met_at, snap_places
 from spin_usd.geometry.triangles import unit_vectors

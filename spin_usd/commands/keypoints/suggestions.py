@@ -5,7 +5,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 
 VIEWS = 64  # from which points are looked at: the share of views that show one is good to a sixteenth

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from viser import CameraHandle, ClientHandle
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.keypoints.guarded_server import GuardedServer
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import Pick, ShownTarget

@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.basics.resources import BUNDLED, bundled, bundled_names
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
-from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.terminal.help_text import width
 from spin_usd.terminal.lines import GOOD, Painted, print_out
 from spin_usd.terminal.parameters import Json

@@ -5,12 +5,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from spin_usd.accuracy.measurement import FORMULAS, Measurement
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.commands.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.picture.planned_picture import PlannedPicture
-from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
 BLENDER, RAYCAST = ProcessKind(renderer="blender"), ProcessKind(renderer="raycast")

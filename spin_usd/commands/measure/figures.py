@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spin_usd.accuracy.error import RADIUS_PX, LinearError, Reference, linear_error, ssim, standard_error
 from spin_usd.accuracy.measurement import Configuration, Figures, Saving
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.errors import InputError
 from spin_usd.renderers.background.sky import sky

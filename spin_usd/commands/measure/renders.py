@@ -10,12 +10,12 @@ from typing import Any
 
 from msgspec import Struct, to_builtins
 
+from spin_usd.basics.nesting import typed_json
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
-from spin_usd.nesting import typed_json
 from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
 from spin_usd.scene.passes import Radiance
 from spin_usd.store.atomic import write_atomically, write_json

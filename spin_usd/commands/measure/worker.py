@@ -15,7 +15,7 @@ import psutil
 
 from spin_usd.accuracy.error import LabelImages, Viewpoint, agreement
 from spin_usd.accuracy.measurement import Configuration
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.commands.measure.figures import PictureFigures
 from spin_usd.commands.measure.renders import RenderCost, RenderStore
 from spin_usd.picture.make_picture import Stopwatch, make_labels

@@ -6,10 +6,10 @@ from dataclasses import asdict
 import typer
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.merge.options import MergeOptions
 from spin_usd.errors import FINDINGS
 from spin_usd.options import run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_err, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown

@@ -14,6 +14,7 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.merge.file_transfer import FileTransfer, repair_of
 from spin_usd.commands.merge.merged_dataset import (
     MergedDataset,
@@ -30,7 +31,6 @@ from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.options import takes
 from spin_usd.planning.cost import Timings, read_measured, write_measured
 from spin_usd.planning.shard import Shard, missing_pictures, read_manifest, remove_manifest, write_manifest
-from spin_usd.progress import Progress
 from spin_usd.records.record import Record
 from spin_usd.store.atomic import link_atomically, write_json
 from spin_usd.store.cache import MEASURED, entries

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import typer
 
 import spin_usd
+from spin_usd.basics.pluralise import duration
 from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.options import run_with
-from spin_usd.pluralise import duration
 from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from spin_usd.basics.pluralise import duration, pluralise
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.commands.plan.report import PlanReport, report_of
 from spin_usd.commands.render import request as rendering
@@ -11,9 +13,7 @@ from spin_usd.options import takes
 from spin_usd.picture.planned_picture import places_of
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
-from spin_usd.pluralise import duration, pluralise
 from spin_usd.processes.ask_child import ask_child
-from spin_usd.progress import Progress
 from spin_usd.store.dataset_folder import Store
 
 

@@ -4,6 +4,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace as changed
 from pathlib import Path
 
+from spin_usd.basics.progress import Note, Progress
 from spin_usd.commands.render.destination import Destination
 from spin_usd.commands.render.picture_making import PictureMaking
 from spin_usd.commands.render.put_stage import put_stage
@@ -18,7 +19,6 @@ from spin_usd.planning.effort_choice import doubts
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Shard
 from spin_usd.processes.devices import AUTO
-from spin_usd.progress import Note, Progress
 from spin_usd.scene.effort import CPU
 from spin_usd.store.dataset_folder import Lease
 from spin_usd.store.names import DESCRIPTION, STAGE

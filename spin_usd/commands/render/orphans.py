@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from contextlib import suppress
 
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.planning.make_plan import Plan
-from spin_usd.pluralise import pluralise
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import event_record_of, events_of, picture_of
 from spin_usd.store.read_documents import read_record, recorded_files

@@ -7,6 +7,8 @@ from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
+from spin_usd.basics.progress import Note, Progress
+from spin_usd.basics.stop_signals import postponed
 from spin_usd.commands.render.report import RenderReport, RunListener
 from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.task_queue import RenderTask
@@ -23,9 +25,7 @@ from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
-from spin_usd.progress import Note, Progress
 from spin_usd.scene.effort import CPU
-from spin_usd.stop_signals import postponed
 from spin_usd.store.cache import MEASURED
 from spin_usd.store.names import EVENT_CHUNKS, record_of
 

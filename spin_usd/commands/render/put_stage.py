@@ -7,6 +7,7 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from spin_usd.basics.stop_signals import postponed
 from spin_usd.commands.render import orphans, same_stage
 from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
@@ -18,7 +19,6 @@ from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.shard import Manifest, Shard, write_manifest
 from spin_usd.records.descriptions import DatasetDescription, StageEntry
 from spin_usd.scene.derived.part_classes import class_ids
-from spin_usd.stop_signals import postponed
 from spin_usd.store.atomic import force_folder, write_json
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums

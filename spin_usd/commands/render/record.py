@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.picture.kinds import IMAGE, RENDERED

@@ -5,14 +5,14 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from spin_usd.json_fields import Count, JsonStruct, Size, one_of
+from spin_usd.basics.json_fields import Count, JsonStruct, Size, one_of
+from spin_usd.basics.pluralise import pluralise
+from spin_usd.basics.progress import Note, Progress
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.work import CommonWork, Task
 from spin_usd.planning.worker_options import MadePicture
-from spin_usd.pluralise import pluralise
-from spin_usd.progress import Note, Progress
 
 
 class FailedPicture(JsonStruct, frozen=True, kw_only=True):

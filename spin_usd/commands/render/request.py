@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from spin_usd.basics.pluralise import duration, pluralise
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError
 from spin_usd.labels.table import LABELS, LABELS_OF_SEVERAL, NEEDS, PIXEL_LABELS
 from spin_usd.picture.kinds import FILE_KINDS
@@ -13,9 +15,7 @@ from spin_usd.planning.request import PlanRequest, RenderRequest
 from spin_usd.planning.shard import Shard
 from spin_usd.planning.variant_table import variant_table
 from spin_usd.planning.work import CommonWork
-from spin_usd.pluralise import duration, pluralise
 from spin_usd.processes.processors import usable_cpus
-from spin_usd.progress import Progress
 from spin_usd.store.pictures_left import WantedFiles
 
 LACKING = {

@@ -3,6 +3,7 @@
 import time
 from pathlib import Path
 
+from spin_usd.basics.progress import Note, Progress, no_note
 from spin_usd.commands.render.dataset_run import DatasetRun
 from spin_usd.commands.render.destination import opened
 from spin_usd.commands.render.options import RenderOptions
@@ -13,7 +14,6 @@ from spin_usd.options import RunOptions, takes
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.shard import Shard, remove_manifest
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
-from spin_usd.progress import Note, Progress, no_note
 from spin_usd.scene.effort import CPU
 from spin_usd.store.cache import remove_entries, used
 from spin_usd.store.dataset_folder import Store

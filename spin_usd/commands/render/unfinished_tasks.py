@@ -4,6 +4,8 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
+from spin_usd.basics.pluralise import pluralise
+from spin_usd.basics.progress import Note
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.commands.render.task_queue import RenderTask
 from spin_usd.options import RunOptions
@@ -11,8 +13,6 @@ from spin_usd.picture.brightness import faults
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
-from spin_usd.pluralise import pluralise
-from spin_usd.progress import Note
 from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.store.dataset_folder import Store

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import psutil
 from msgspec import convert, to_builtins
 
+from spin_usd.basics.stop_signals import StopRequest
 from spin_usd.commands.render.destination import Destination, StartWorker
 from spin_usd.commands.render.report import RunListener
 from spin_usd.commands.render.task_queue import RenderTask, TaskQueue
@@ -30,7 +31,6 @@ from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.processes.pool import Answered, ChildProtocol, Failed, Pool, Reported
 from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.scene.effort import CPU
-from spin_usd.stop_signals import StopRequest
 from spin_usd.store.dataset_folder import Lease
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at most; 300-400 MB is usual

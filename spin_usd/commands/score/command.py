@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import typer
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.score.options import ScoreOptions
 from spin_usd.options import run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_out, show_notes, show_report
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.score.predictions import Prediction
 from spin_usd.commands.score.truth import Truth
 from spin_usd.errors import InputError
-from spin_usd.pluralise import pluralise
 from spin_usd.scoring.keypoint_pose import pose_from_keypoints
 from spin_usd.scoring.pose_errors import angles_between
 

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.score.matching import Matched
 from spin_usd.commands.score.report import ScoredErrors, ScoreReport
 from spin_usd.commands.score.truth import Truth

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file

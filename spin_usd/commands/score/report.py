@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import UNSET, Meta, UnsetType
 
-from spin_usd.json_fields import Count, JsonStruct, Share, Size
+from spin_usd.basics.json_fields import Count, JsonStruct, Share, Size
 
 
 class ScoredErrors(JsonStruct, frozen=True, kw_only=True):

@@ -9,14 +9,14 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import expected
 from spin_usd.commands.score.matching import Matched, matched
 from spin_usd.commands.score.options import ScoreOptions
 from spin_usd.commands.score.predictions import read_predictions
 from spin_usd.commands.score.report import ScoredErrors, ScoredGroup, ScoredModel, ScoredPicture, ScoreReport
 from spin_usd.commands.score.truth import Truth, read_truth
 from spin_usd.exchange.layout.models import diameter, read_models
-from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.options import names_in, takes

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from msgspec import UNSET
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
 from spin_usd.store.names import DESCRIPTION

@@ -15,6 +15,7 @@ from msgspec import UNSET, MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
 
 import spin_usd
+from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.serve.messages import (
     MAX_MESSAGE,
     Asked,
@@ -34,7 +35,6 @@ from spin_usd.scene.environment import BACKGROUND
 from spin_usd.simulator.picture_workers import MadePictureArrays
 from spin_usd.simulator.shared_arrays import numpy_type
 from spin_usd.simulator.simulator import Simulator
-from spin_usd.stop_signals import Stopped
 
 KEYS = "a map with the keys of docs/how-to/simulator.md"
 ASKED = tuple(each for each in Asked.__struct_fields__ if each not in ("ask", "arrays", "record"))

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import typer
 
 import spin_usd
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.errors import FINDINGS
 from spin_usd.options import run_with
-from spin_usd.pluralise import pluralise
 from spin_usd.terminal.lines import print_err
 from spin_usd.terminal.lines import print_out as print_lines
 from spin_usd.terminal.progress import shown

@@ -7,13 +7,13 @@ from pathlib import Path
 from msgspec import to_builtins
 
 from spin_usd import __version__
+from spin_usd.basics.resources import PACKAGE
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.records.descriptions import GalleryDescription
-from spin_usd.resources import PACKAGE
 from spin_usd.store.atomic import write_atomically, write_json
 from spin_usd.store.dataset_folder import Store, refuse_special_files
 from spin_usd.store.json_schema import read_json

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import reading
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.options import ORIGINAL, SMALL
 from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys, visible_boxes
 from spin_usd.errors import InputError
-from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.image_file import encoded_image
 from spin_usd.geometry.region import Region

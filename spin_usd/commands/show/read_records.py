@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.show.columns import leaves
 from spin_usd.commands.show.options import ShowOptions
 from spin_usd.commands.show.picture_keys import PictureKeys, keys_of
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.measures import measured
 from spin_usd.reading.picture import Picture

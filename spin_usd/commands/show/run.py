@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd import __version__
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.show.columns import Column, Columns
 from spin_usd.commands.show.data_file import KEY_LENGTH, DataFile
 from spin_usd.commands.show.gallery_folder import PAGE, GalleryFolder, refuse_other
@@ -23,7 +24,6 @@ from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.options import takes
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import Progress
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.measures import described
 from spin_usd.reading.picture import Picture

@@ -10,9 +10,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import expected
 from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, states_of
 from spin_usd.errors import SpinError, UnknownPictureError
-from spin_usd.faults import expected
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import read_bytes

@@ -9,11 +9,11 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.nesting import typed_json
 from spin_usd.browser.own_page import LOCAL, cannot_listen, is_own
 from spin_usd.commands.watch.request import WatchedPicture
 from spin_usd.commands.watch.state import SharedState
 from spin_usd.files.folder import Folder
-from spin_usd.nesting import typed_json
 
 PAGE = Folder(Path(__file__).parent / "page")
 MAX_PAGE_BYTES = 1 << 20

@@ -14,6 +14,7 @@ from typing import Self
 
 import numpy as np
 
+from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.watch.page_server import page_server
 from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, WatchedPicture, WatchRequest, states_of
 from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
@@ -27,7 +28,6 @@ from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.scene.effort import Effort
-from spin_usd.stop_signals import Stopped
 
 PREVIEW = "raycast"
 LOOK_S, SETTLE_S, MAX_SETTLE_S = 0.1, 0.03, 0.5

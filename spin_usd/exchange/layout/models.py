@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.files.folder import Folder
 from spin_usd.scene.mesh import Mesh

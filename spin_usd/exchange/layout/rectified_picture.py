@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.exchange.layout.export_format import FormatOption
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.geometry.camera import Camera

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.models import Model
-from spin_usd.progress import Progress
 from spin_usd.scene.scene import FrameId
 from spin_usd.scene.target import Target
 from spin_usd.stage.read.stage_reader import StageReader

@@ -2,8 +2,8 @@
 
 from datetime import UTC, datetime, timedelta
 
+from spin_usd.basics.utc import parsed_utc
 from spin_usd.reading.picture import Picture
-from spin_usd.utc import parsed_utc
 
 STEP_S = 0.1  # between two pictures without times, as KITTI's 10 Hz
 START = datetime(2000, 1, 1, tzinfo=UTC)  # of pictures whose times have none

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import eight_bits

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from msgspec import UNSET
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion

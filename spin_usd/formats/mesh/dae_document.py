@@ -14,12 +14,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
+from spin_usd.basics.nesting import MAX_DEPTH, NestingError
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_ELEMENTS_OF_XML, MAX_MODEL
 from spin_usd.files.user_file import read_bytes
-from spin_usd.nesting import MAX_DEPTH, NestingError
 
 MEND = "export the model again"
 

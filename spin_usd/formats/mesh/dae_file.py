@@ -12,17 +12,17 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.nesting import MAX_DEPTH
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.formats.mesh.dae_document import DaeDocument, inputs, metres_per_unit, read_dae_document, unit_notes
 from spin_usd.formats.mesh.dae_materials import bindings, read_dae_material
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.triangles import strip_triangles
-from spin_usd.nesting import MAX_DEPTH
 from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.shape import MAX_FACES
-from spin_usd.unique_names import UniqueNames
 
 GROUPS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 SKIPPED = ("lines", "linestrips")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
 

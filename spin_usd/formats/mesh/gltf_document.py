@@ -16,8 +16,8 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import GLTF_ENTRIES, MAX_MODEL, MAX_UNSTORED
 from spin_usd.files.user_file import read_bytes

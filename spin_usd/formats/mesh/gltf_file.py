@@ -13,9 +13,10 @@ import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.faults import decoding
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.formats.mesh.gltf_materials import (
@@ -34,7 +35,6 @@ from spin_usd.scene.asset import AT_REST, MAX_PARTS, MeshAsset, MeshPart, ModelM
 from spin_usd.scene.material import Material
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.texture import Primvar
-from spin_usd.unique_names import UniqueNames
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"

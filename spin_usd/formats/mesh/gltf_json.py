@@ -8,8 +8,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from spin_usd.basics.nesting import parsed_json
 from spin_usd.errors import InputError
-from spin_usd.nesting import parsed_json
 
 MEND = "export the model again"
 SHOWN = 40  # characters of a value that is no good

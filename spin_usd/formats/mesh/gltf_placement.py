@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.files.size_limits import MAX_PLACEMENTS
 from spin_usd.formats.mesh.gltf_document import Document

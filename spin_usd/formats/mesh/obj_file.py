@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL, MAX_TABLE

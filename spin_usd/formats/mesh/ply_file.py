@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes

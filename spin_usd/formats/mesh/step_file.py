@@ -6,8 +6,8 @@ Open CASCADE is a large library in C++, so a child process alone calls it.
 
 from pathlib import Path
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
-from spin_usd.faults import decoding
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.text_file import refuse_long_lines

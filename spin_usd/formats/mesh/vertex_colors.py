@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.material import Material

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.elementary import Float32, rotated
 from spin_usd.renderers.background.enlarge import bilinear, repeated
 from spin_usd.renderers.background.globe import Rays

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 
 Float32 = NDArray[np.float32]
 _EXP2 = (1.0, 0.693147207, 0.240226515, 0.0555032722, 0.00961799458, 0.00134004317, 0.000154780047)  # to 2e-9

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.lens import distortion_jacobian
 from spin_usd.renderers.background.elementary import Float32, exp, length, rotated

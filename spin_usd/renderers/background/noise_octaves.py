@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.elementary import TURN, Float32, arctan, cosines
 from spin_usd.renderers.background.enlarge import blended, enlarged
 

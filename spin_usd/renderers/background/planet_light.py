@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.planet_points import Points
 from spin_usd.renderers.background.planet_radiance import mean_radiance

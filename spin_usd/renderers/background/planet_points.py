@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.globe import Globe, Meeting, Rays
 from spin_usd.renderers.background.noise_octaves import Face, faces_of, present

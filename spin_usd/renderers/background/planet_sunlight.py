@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.elementary import Float32, exp, rotated
 from spin_usd.renderers.background.globe import Air, Globe, Meeting, Rays, rayleigh
 from spin_usd.scene.environment import Planet

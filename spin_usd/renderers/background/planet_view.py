@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.renderers.background.elementary import Float32

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region

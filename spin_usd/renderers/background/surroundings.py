@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest
+from spin_usd.basics.arrays import Float, digest
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.elementary import Float32, rotated
 from spin_usd.renderers.background.globe import Globe, Rays

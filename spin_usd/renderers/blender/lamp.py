@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.renderers.blender.light_links import EMISSION

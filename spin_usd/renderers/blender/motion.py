@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.rotation import quaternion_from_matrix, turn_between
 from spin_usd.renderers.blender.nodes import assign
 from spin_usd.scene.scene import OneBody, Shutter

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.renderers.blender.nodes import Nodes, Value
 from spin_usd.scene.derived.lookup import look_up, placed
 from spin_usd.scene.material import Material

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.blender.light_links import SURROUNDINGS

@@ -13,7 +13,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.rotation import product
 from spin_usd.geometry.triangles import unit_normals, unit_vectors
 from spin_usd.scene.derived.faces import groups_of

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import areas, unit_normals
 from spin_usd.renderers.embree.caster import EmbreeCaster

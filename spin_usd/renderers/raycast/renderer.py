@@ -14,7 +14,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.region import BAND_PIXELS, Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import dot, lengths

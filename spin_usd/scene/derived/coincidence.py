@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.triangles import cross, dot
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.mesh import Mesh

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.basics.identity_memo import IdentityMemo
 from spin_usd.geometry.transform import Transform
-from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light

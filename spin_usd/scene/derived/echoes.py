@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import unit_normals

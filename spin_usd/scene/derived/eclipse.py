@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.scene.environment import Planet

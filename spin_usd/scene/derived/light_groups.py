@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.content import key_of
 from spin_usd.scene.light import DistantLight, DomeLight, Light
 from spin_usd.scene.scene import Scene

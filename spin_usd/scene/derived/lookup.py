@@ -6,7 +6,7 @@ The shading of both renderers must agree with them.
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.derived.faces import materials_of, primvar_of
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh

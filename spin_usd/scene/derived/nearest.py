@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.derived.surface import surface_points
 from spin_usd.scene.passes import Visibility
 from spin_usd.scene.scene import Scene

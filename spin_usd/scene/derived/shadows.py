@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.light import Links
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.scene import OneBody, Scene

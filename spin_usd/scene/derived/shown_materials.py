@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.shape import Shape

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DistantLight, Light
 from spin_usd.scene.sensor import LUMINANCE

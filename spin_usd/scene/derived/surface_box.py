@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.bounds import NEAR
 from spin_usd.geometry.camera import MAX_PIXELS_PER_SIDE, Camera
 from spin_usd.geometry.lens import invertible_radius

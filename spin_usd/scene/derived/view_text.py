@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.scene.derived.views import FEW_PX, PicturesOfKind, Span, ViewKind, Views
 
 FEW_NAMES = 3  # of pictures in a sentence

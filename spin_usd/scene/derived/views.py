@@ -9,12 +9,12 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.identity_memo import IdentityMemo
+from spin_usd.basics.json_fields import Count
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.facing import facing_share
 from spin_usd.geometry.framing import Framing, framings
-from spin_usd.identity_memo import IdentityMemo
-from spin_usd.json_fields import Count
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.mesh import Mesh

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 
 STEPS = 4096  # of the radius, at which the least gain is sought

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from pxr import Sdf, Usd
 
+from spin_usd.basics.resources import bundled
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled
 from spin_usd.scene.environment import BackPlate
 from spin_usd.stage.author.lights_and_environment import PICTURES, open_surroundings, set_back_plate
 from spin_usd.stage.author.paths import ENVIRONMENT

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform

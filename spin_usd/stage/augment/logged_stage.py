@@ -15,8 +15,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd import __version__
 from spin_usd.errors import InputError
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.scene.scene import FrameId, Scene, augmentation_and_camera
-from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.augment.edited_stage import PART, Editor, Edits
 from spin_usd.stage.augment.lights import find_sun, sun_directions

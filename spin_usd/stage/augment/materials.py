@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdShade
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.read.bodies.find_bodies import find_targets

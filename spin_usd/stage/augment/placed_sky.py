@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, Vt
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
 from spin_usd.stage.augment.lights import find_sun, order

@@ -3,7 +3,7 @@
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.scene.environment import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage, moves_in_time

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.scene.asset import ImageFile, ImageMap, ImageTransform, MeshAsset, MeshPart, ModelMaterial
@@ -20,7 +21,6 @@ from spin_usd.stage.read.bodies.part_labels import MAX_LABEL
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
-from spin_usd.unique_names import UniqueNames
 
 NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
 CLASS_OF_A_MODEL = "spacecraft"

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from pxr import Sdf, Usd, UsdUtils
 
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target_asset import TargetAsset, describe, open_source, select_variants
 from spin_usd.stage.author.target_root import notes_on_root, outside, target_root
@@ -20,7 +21,6 @@ from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
 from spin_usd.stage.usd.layer_file import export, layer_at, writing
 from spin_usd.stage.usd.parser_faults import parser_faults
-from spin_usd.unique_names import UniqueNames
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 GATHERED = "Roots"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import InputError
 from spin_usd.scene.name_rule import Color
 from spin_usd.stage.author.diffuse_materials import DISPLAYED, author_diffuse_materials, find_diffuse_overrides
@@ -25,7 +26,6 @@ from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
 from spin_usd.stage.usd.layer_file import author_metadata, export
 from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.stage.usd.values import array
-from spin_usd.unique_names import UniqueNames
 
 LOOK, MATT, REFLECTIVE = "look", "matt", "reflective"
 MATERIALS, SURFACE = "Materials", "Surface"

@@ -4,7 +4,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from spin_usd.resources import bundled, bundled_names
+from spin_usd.basics.resources import bundled, bundled_names
 from spin_usd.scene.derived.recognised_material import Vocabulary
 from spin_usd.stage.author.lights_and_environment import composed
 from spin_usd.stage.composition.copy_stage import copy_assets

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Kind, Sdf, Usd, UsdGeom
 
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.rotation import matrices_from_quaternions, quaternion_from_matrix
 from spin_usd.scene.poses import PoseList
@@ -16,7 +17,6 @@ from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
-from spin_usd.unique_names import UniqueNames
 
 FOLDER = "layers"
 VARIANT_SETS = f"./{FOLDER}/{VARIANT_SETS_LAYER}"

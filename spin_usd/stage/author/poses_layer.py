@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.paths import TARGET, WORLD

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.triangles import newell
 from spin_usd.scene.scene import NOMINAL

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.projection import Polygons, projected, stretch
 from spin_usd.stage.read.shapes.primitives import SHAPES, read_gprim

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pxr import Sdf
 
+from spin_usd.basics.resources import stages
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
 from spin_usd.stage.author.diffuse_materials import DISPLAYED, DiffuseOverrides, author_diffuse_materials
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD
 from spin_usd.stage.author.presets import Preset, open_preset

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
+from spin_usd.basics.resources import bundled
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM, T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.resources import bundled
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.camera_layer import FurtherCamera, layer_name
 from spin_usd.stage.author.diffuse_materials import find_diffuse_overrides

@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from pxr import Ar, Sdf, Usd, UsdValidation
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError, SpinError, StageError
-from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.cameras import camera_findings
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import SpinError
 from spin_usd.geometry.blur import rotation_angle
-from spin_usd.progress import Progress
 from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, size_text
 from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from pxr import Sdf, UsdUtils
 
+from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import InputError, OutputError, StageError
 from spin_usd.stage.composition.files import Files, Missing, files_of
 from spin_usd.stage.composition.missing_images import dispensable_images
 from spin_usd.stage.composition.open_stage import open_as_it_is
-from spin_usd.unique_names import UniqueNames
 
 
 def copy_stage(path: str | Path, folder: str | Path) -> Path:

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from pxr import Ar, Sdf, UsdUtils
 
+from spin_usd.basics.resources import stages
 from spin_usd.errors import StageError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.user_file import open_file, read_bytes
-from spin_usd.resources import stages
 from spin_usd.stage.usd.image_tiles import UDIM
 from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults

@@ -19,13 +19,13 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.errors import InputError, SpinError, StageError, UnsupportedError
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.files.size_limits import UNBOUNDED
 from spin_usd.files.user_file import open_file
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.texture import FileImage, Image, Tiles
-from spin_usd.sha256 import sha256_of
 from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")

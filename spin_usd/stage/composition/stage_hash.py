@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pxr import Ar, Sdf, Usd, UsdUtils
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.scene.scene import NOMINAL
-from spin_usd.sha256 import sha256_of
 from spin_usd.stage.composition.files import udim_files
 
 AUGMENTATION = "augmentation"

@@ -7,7 +7,7 @@ or times 1 for an angle of 0. Source: UsdLux's schema text on LightAPI's normali
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DistantLight

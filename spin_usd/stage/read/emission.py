@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.light import Shaping
 from spin_usd.scene.texture import Color

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float, frozen
+from spin_usd.basics.arrays import Float, frozen
+from spin_usd.basics.identity_memo import IdentityMemo
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
-from spin_usd.identity_memo import IdentityMemo
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.emission import EMISSIONS

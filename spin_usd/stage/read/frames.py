@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd
 
+from spin_usd.basics.utc import is_utc, utc_after
 from spin_usd.errors import StageError, UnknownPictureError
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.scene.scene import FrameId
@@ -12,7 +13,6 @@ from spin_usd.stage.read.clock import Clock
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.values import DEFAULT_TIME, TEXT, WHOLE, read, read_samples
-from spin_usd.utc import is_utc, utc_after
 
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 

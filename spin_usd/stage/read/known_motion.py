@@ -5,7 +5,7 @@ from typing import Self
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.motion import Motion, between, log
 from spin_usd.geometry.transform import Transform

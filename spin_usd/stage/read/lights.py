@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import (

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from pxr import Sdf, Usd
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.ellipsoid import meets_cone
 from spin_usd.geometry.transform import Transform

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.eclipse import eclipsed

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Gf, Tf, Vt
 
-from spin_usd.arrays import Float
-from spin_usd.unique_names import UniqueNames
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.unique_names import UniqueNames
 
 
 def vec3d(v: ArrayLike) -> Gf.Vec3d:

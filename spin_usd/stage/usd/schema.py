@@ -5,8 +5,8 @@ Every module of `spin_usd.stage` imports this one before it opens or authors any
 
 from pxr import Plug, Usd
 
+from spin_usd.basics.resources import schemas
 from spin_usd.errors import StageError
-from spin_usd.resources import schemas
 
 LENS_API = "SpinLensAPI"
 SENSOR_API = "SpinSensorAPI"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.usd.image_tiles import resolved_tiles
 from spin_usd.stage.usd.root_metadata import Notes

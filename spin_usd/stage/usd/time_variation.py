@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 
 from pxr import Sdf, Usd
 
-from spin_usd.identity_memo import IdentityMemo
+from spin_usd.basics.identity_memo import IdentityMemo
 from spin_usd.stage.usd.visibility import ancestors
 
 POSE = ("xformOp:", "spin:motion:")

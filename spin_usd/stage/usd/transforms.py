@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from spin_usd.arrays import Float, finite
+from spin_usd.basics.arrays import Float, finite
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform

@@ -14,11 +14,11 @@ import psutil
 from msgspec import Struct, json
 from msgspec.structs import replace
 
+from spin_usd.basics.nesting import typed_json
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import make_folder, remove_file, write_bytes
 from spin_usd.files.folder import Folder
 from spin_usd.files.new_file import write_whole
-from spin_usd.nesting import typed_json
 from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.records.record import Record
 from spin_usd.store.dataset_folder import Store

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.store.file_digests import SUMS, changed
 from spin_usd.store.hidden_folder import LOCK, remove_leftovers
 from spin_usd.store.lock import Lock, create_lock, take_alone, take_lock

@@ -8,8 +8,8 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
+from spin_usd.basics.resources import BUNDLED, bundled, bundled_names
 from spin_usd.command_line import app
-from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.terminal.help_text import EXAMPLES
 from tests.conftest import REPOSITORY

@@ -11,7 +11,7 @@ import trimesh
 from PIL import Image
 from trimesh.visual.color import uv_to_color
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material

@@ -8,7 +8,7 @@ import trimesh
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender, UsdShade, UsdValidation
 
 from spin_usd import author
-from spin_usd.resources import stages
+from spin_usd.basics.resources import stages
 from spin_usd.stage.author.variant_sets import VARIANT_SETS
 from spin_usd.stage.composition.open_stage import open_as_it_is
 

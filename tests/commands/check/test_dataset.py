@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.check.dataset import cache_findings, dataset_findings, sums_findings
 from spin_usd.commands.check.digests import MAKE_AGAIN, provenance_findings
 from spin_usd.commands.check.inventory import Inventory
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.progress import no_progress
 from spin_usd.store.cache import uses
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.read_documents import read_dataset_json, read_record

@@ -6,12 +6,12 @@ import shutil
 import numpy as np
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.in_child.events import HOT_RATE, hot_pixels
 from spin_usd.commands.check.repair import repair
 from spin_usd.files.folder import Folder
-from spin_usd.progress import no_progress
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.store.read_documents import read_dataset_json
 from tests.cases.events import DURATION_US, START_US, make_events, put_events
 

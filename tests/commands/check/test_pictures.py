@@ -8,13 +8,13 @@ import time
 import psutil
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.in_child.picture import picture_findings
 from spin_usd.errors import InputError
+from spin_usd.files.sha256 import sha256_of
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.shared_calls import Call, results_of
-from spin_usd.progress import no_progress
-from spin_usd.sha256 import sha256_of
 
 pytestmark = pytest.mark.children
 

@@ -5,13 +5,13 @@ import shutil
 
 import pytest
 
+from spin_usd.basics.progress import no_progress
 from spin_usd.commands.check.damage import listed_again
 from spin_usd.commands.check.recorded_requests import valid_records
 from spin_usd.commands.check.repair import repair
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
 from spin_usd.options import RunOptions
-from spin_usd.progress import no_progress
 from spin_usd.scene.effort import Effort
 from spin_usd.store.dataset_folder import Store
 from tests.cases.requests import request_for

@@ -5,12 +5,12 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from spin_usd.basics.resources import BUNDLED, bundled_names
 from spin_usd.command_line import app
 from spin_usd.commands.list.command import LISTS
 from spin_usd.errors import InputError
 from spin_usd.exchange.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
-from spin_usd.resources import BUNDLED, bundled_names
 
 
 def test_all_names_are_listed_each_with_a_sentence() -> None:

@@ -12,7 +12,7 @@ from contextlib import suppress
 import psutil
 import pytest
 
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 from tests.cases.records import records_of
 
 pytestmark = pytest.mark.children

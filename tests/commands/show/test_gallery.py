@@ -7,10 +7,10 @@ import signal
 import pytest
 
 import spin_usd
+from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.show.gallery_folder import page_files
 from spin_usd.commands.show.in_child import region_of_targets
 from spin_usd.errors import InputError
-from spin_usd.stop_signals import Stopped
 
 SVG = b"http://www.w3.org/2000/svg"  # the name of a vocabulary, which nothing loads
 

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.asset import ImageMap, ImageTransform, MeshAsset

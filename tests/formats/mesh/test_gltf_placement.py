@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from tests.formats.mesh.conftest import SQUARE, GltfWriter

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file, without_doubles
 from spin_usd.scene.asset import MeshPart

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.sha256 import sha256_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.children, pytest.mark.timeout(900)]
 OPTIONS = ("--renderer", "raycast", "--labels", "default,normals_cam")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.globe import Air, Globe, Rays

@@ -16,7 +16,7 @@ import numpy as np
 from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.embree import caster as caster_module
 from spin_usd.renderers.embree.caster import EmbreeCaster

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.arrays import digest
+from spin_usd.basics.arrays import digest
 from spin_usd.scene.derived import content_keys
 from spin_usd.scene.derived.content_keys import (
     VISIBILITY,

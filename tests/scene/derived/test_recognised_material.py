@@ -2,7 +2,7 @@
 
 import pytest
 
-from spin_usd.resources import bundled_names
+from spin_usd.basics.resources import bundled_names
 from spin_usd.scene.derived.recognised_material import COLORS, recognised, words_of
 from spin_usd.stage.author.material_library import vocabulary
 

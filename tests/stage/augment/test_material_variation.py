@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from pxr import Usd
 
+from spin_usd.basics.resources import bundled, stages
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled, stages
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Texture
 from spin_usd.stage.augment.material_variation import DARKEST

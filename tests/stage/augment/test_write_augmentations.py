@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pxr import Sdf
 
+from spin_usd.basics.resources import bundled_names, stages
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled_names, stages
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.augment import write_augmentations as augmenting

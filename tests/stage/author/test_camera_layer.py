@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from spin_usd.basics.resources import bundled, bundled_names
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
-from spin_usd.resources import bundled, bundled_names
 from spin_usd.stage.author.camera_layer import (
     SOLAR_IRRADIANCE,
     WHITE_LEVEL,

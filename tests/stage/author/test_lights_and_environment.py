@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 from pxr import Sdf, Usd, UsdGeom
 
+from spin_usd.basics.resources import bundled, bundled_names, stages
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.sources import earth_maps
 from spin_usd.errors import InputError, SpinError
 from spin_usd.renderers.background.sky import place_image
-from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
 from spin_usd.stage.author.target_root import origin_of

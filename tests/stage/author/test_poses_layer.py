@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 from scipy.spatial.transform import Rotation, Slerp
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.poses import PoseList

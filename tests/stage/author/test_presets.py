@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdValidation
 
+from spin_usd.basics.resources import bundled, bundled_names, stages
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, RectLight
 from spin_usd.scene.sensor import Optics
 from spin_usd.stage.author.presets import open_preset

@@ -11,9 +11,9 @@ import trimesh
 from PIL import Image
 from pxr import Usd
 
+from spin_usd.basics.resources import bundled_names, stages
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled_names, stages
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.derived.shown_materials import shown_materials
 from spin_usd.scene.effort import Effort

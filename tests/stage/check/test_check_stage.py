@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdValidation
 
+from spin_usd.basics.resources import bundled
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
-from spin_usd.resources import bundled
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author.camera_layer import camera_layer_of, open_camera_layer

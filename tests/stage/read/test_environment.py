@@ -10,8 +10,8 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 import pytest
 from pxr import Usd, UsdValidation
 
+from spin_usd.basics.resources import stages
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.resources import stages
 from spin_usd.stage.read.environment import irradiance, random_stars, star_count
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.image_files import write_image_file

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform

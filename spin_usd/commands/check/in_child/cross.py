@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.check.answers import CrossAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.picture import read_arrays

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import reading
 from spin_usd.commands.check.digests import EVENTS_AGAIN, digest_findings
 from spin_usd.errors import InputError, MissingPackageError, SpinError
-from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.reading.events import PACKET, SECOND, EventStream
 from spin_usd.records.descriptions import DatasetDescription

@@ -9,6 +9,7 @@ from typing import Any
 from msgspec import convert
 from numpy.typing import NDArray
 
+from spin_usd.basics.faults import reading
 from spin_usd.commands.check.answers import ListedPicture, PictureAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN, digest_findings
 from spin_usd.commands.check.in_child.boxes import box_findings
@@ -17,7 +18,6 @@ from spin_usd.commands.check.in_child.keypoints import keypoint_findings
 from spin_usd.commands.check.in_child.labels import count_findings, label_findings
 from spin_usd.commands.check.in_child.pose import pose_findings
 from spin_usd.errors import InputError, SpinError
-from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.picture.brightness import tone_findings
 from spin_usd.reading.description import Named

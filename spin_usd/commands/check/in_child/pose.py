@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
 from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targets_of

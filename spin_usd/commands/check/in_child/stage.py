@@ -1,7 +1,7 @@
 """The child's part of `check`: findings on a stage and what its pictures show."""
 
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.answers import StageAnswer
-from spin_usd.progress import Progress
 from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.scene.derived.views import Views
 from spin_usd.stage.check.check_stage import check_stage

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.material import Material

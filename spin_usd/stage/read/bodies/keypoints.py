@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.stage.composition.open_layer import open_layer

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.usd.conversion import quaternions

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.stage.read.shapes.triangles import Int, unit
 
 INFINITE = 10.0  # USD: an edge of sharpness 10 or more stays sharp after any number of steps

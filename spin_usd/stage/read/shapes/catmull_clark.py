@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.stage.read.shapes.cage import (
     Cage,
     Scheme,

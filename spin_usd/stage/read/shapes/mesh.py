@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.triangles import newell
 from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar, known_interpolation

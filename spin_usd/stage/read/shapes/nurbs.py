@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.usd.values import array, read

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.nurbs import read_nurbs_patch
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar

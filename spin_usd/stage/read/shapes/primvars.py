@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int
 from spin_usd.stage.usd.shader_inputs import refuse_other_colours

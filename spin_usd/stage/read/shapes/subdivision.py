@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.cage import INFINITE, Cage, Scheme, all_sharp, cage, corner_normals, lonely_corners
 from spin_usd.stage.read.shapes.catmull_clark import CATMULL_CLARK

@@ -2,8 +2,8 @@
 
 import pytest
 
+from spin_usd.basics.resources import bundled, bundled_names
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled, bundled_names
 
 
 @pytest.mark.parametrize("kind", ["preset", "lights", "environment", "lidar"])

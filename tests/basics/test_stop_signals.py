@@ -6,7 +6,7 @@ from typing import Never
 
 import pytest
 
-from spin_usd.stop_signals import STOP_SIGNALS, WAY_OUT_S, Stopped, let_signals_stop, postponed
+from spin_usd.basics.stop_signals import STOP_SIGNALS, WAY_OUT_S, Stopped, let_signals_stop, postponed
 
 pytestmark = pytest.mark.children
 

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from spin_usd.utc import UTC_TEXT, parsed_utc, utc_after, utc_text
+from spin_usd.basics.utc import UTC_TEXT, parsed_utc, utc_after, utc_text
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from spin_usd.identity_memo import IdentityMemo
+from spin_usd.basics.identity_memo import IdentityMemo
 
 FIRST, SECOND = [1], [1]  # equal, and not the same
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from spin_usd.arrays import digest, finite, frozen
+from spin_usd.basics.arrays import digest, finite, frozen
 from spin_usd.errors import GeometryError
 
 ARRAYS = hnp.arrays(st.sampled_from([np.uint8, np.int32, np.float64]), hnp.array_shapes(max_dims=3, max_side=3))

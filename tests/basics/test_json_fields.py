@@ -6,7 +6,7 @@ import runpy
 import pytest
 from jsonschema import Draft202012Validator
 
-from spin_usd.resources import schemas
+from spin_usd.basics.resources import schemas
 from tests.conftest import REPOSITORY
 
 BUILT = dict(runpy.run_path(str(REPOSITORY / "tools" / "build_record_schemas"))["texts"]())

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.unique_names import UniqueNames
+from spin_usd.basics.unique_names import UniqueNames
 
 MANY = 300_000  # what takes their square takes hours
 

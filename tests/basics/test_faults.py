@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from pxr import Tf, Usd
 
+from spin_usd.basics.faults import decoding, expected, reading
 from spin_usd.errors import InputError, OutputError
-from spin_usd.faults import decoding, expected, reading
 
 FILE = "/data/poses.json"
 

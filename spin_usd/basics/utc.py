@@ -4,7 +4,7 @@ import re
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 
-from spin_usd.json_fields import UTC_PATTERN
+from spin_usd.basics.json_fields import UTC_PATTERN
 
 UTC_TEXT = re.compile(UTC_PATTERN)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.nesting import MAX_DEPTH, NestingError, finite_json, parsed_json, parsed_toml
+from spin_usd.basics.nesting import MAX_DEPTH, NestingError, finite_json, parsed_json, parsed_toml
 
 SOON_S = 2.0
 

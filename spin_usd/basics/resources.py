@@ -6,7 +6,7 @@ from pathlib import Path
 
 from spin_usd.errors import InputError
 
-PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parents[1]
 HEAD = 1000  # characters of a layer in which its default prim stands
 
 
