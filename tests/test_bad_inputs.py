@@ -4,7 +4,6 @@ The functions that the commands' children call refuse all of it; the commands th
 """
 
 import json
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import SpinError
 from spin_usd.options import RunOptions
 from spin_usd.planning.in_child import open_plan, plan_pictures
+from spin_usd.planning.plan_calls import OpenPlan, PlanPart
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from tests.cases.png import png
@@ -318,18 +318,17 @@ def test_labels_alone_decode_no_texture(tmp_path) -> None:
 
 def planned(path, copy, renders=True):
     """What a child of `render` does first of all."""
-    settings = asdict(RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0))
-    opened, _ = open_plan(stage=str(path), variants=(), frames=None, seed=None, renders=renders, copy_to=str(copy))
-    asked = {
-        "settings": settings,
-        "image_suffix": ".png",
-        "renders": renders,
-        "labels": (),
-        "provenance": (),
-        "explain": False,
-    }
-    stage = {name: getattr(opened, name) for name in ("root", "variants", "chosen")}
-    return plan_pictures(**stage, **asked, progress=no_progress)
+    opened, _ = open_plan(OpenPlan(stage=str(path), renders=renders, copy_to=str(copy)))
+    part = PlanPart(
+        root=opened.root,
+        variants=opened.variants,
+        chosen=opened.chosen,
+        settings=RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0),
+        image_suffix=".png",
+        labels=(),
+        renders=renders,
+    )
+    return plan_pictures(part, no_progress)
 
 
 def test_such_a_stage_is_otherwise_good(good_stage, tmp_path) -> None:

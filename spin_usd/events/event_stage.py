@@ -1,13 +1,13 @@
 """A stage as an event camera sees it: its scene at any time between two of its pictures, and the times of its steps."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from math import ceil
 from pathlib import Path
-from typing import Any
 
 from spin_usd.basics.progress import Progress
+from spin_usd.events.calls import CountSteps, StepCounts
 from spin_usd.events.event_limits import refuse_without_events
 from spin_usd.events.light_frames import CHUNK, LEAST_RENDERS
 from spin_usd.events.time_steps import time_steps
@@ -53,12 +53,12 @@ class EventStage:
         return self._targets.in_place(scene)
 
 
-def count_steps(*, stage: str, pictures: Mapping[str, Sequence[int]], progress: Progress) -> dict[str, dict[str, Any]]:
-    """Return by variant, whose `pictures` are given by their places, how many `steps` its events take, over how many
-    `seconds`, and how many `renders` at least."""
+def count_steps(request: CountSteps, progress: Progress) -> dict[str, StepCounts]:
+    """Count the time steps of each variant's events."""
     found = {}
-    for variant, places in pictures.items():
-        times = EventStage(Path(stage), variant=variant, pictures=places).times(progress)
+    for variant, places in request.pictures.items():
+        times = EventStage(Path(request.stage), variant=variant, pictures=places).times(progress)
         renders = 1 + -(-(len(times) - 1) // CHUNK) * (LEAST_RENDERS - 1)
-        found[variant] = {"steps": len(times), "seconds": times[-1] - times[0], "renders": min(renders, len(times))}
+        seconds = times[-1] - times[0]
+        found[variant] = StepCounts(steps=len(times), seconds=seconds, renders=min(renders, len(times)))
     return found

@@ -1,20 +1,21 @@
 """The child's part of making events: the light of a chunk of time steps, and then the events in it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
-from functools import cached_property, partial
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import convert, to_builtins
+from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import digest
 from spin_usd.basics.faults import decoding
 from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.errors import InputError
+from spin_usd.events.calls import ChunkMade, OpenedEvents, OpenEvents
 from spin_usd.events.event_stage import EventStage
 from spin_usd.events.light_frames import CHUNK, LightFrame, LightFrames, fine_region, rendered
 from spin_usd.events.make_events import VERSION
@@ -22,16 +23,10 @@ from spin_usd.files.changes import remove_emptied, remove_file, remove_tree
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.event_file import EventFileWriter
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.pass_maker import PassMaker
 from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_render
-from spin_usd.picture.versions import library_versions
-from spin_usd.planning.worker_options import WorkerOptions
-from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.processes.processors import hold_to
 from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import RecordedCamera
-from spin_usd.renderers.embree.caster import EmbreeCaster
-from spin_usd.scene.derived.content_keys import KeyMaker
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.passes import Radiance
 from spin_usd.sensor.events import MICROSECONDS, EventMaker
@@ -40,6 +35,7 @@ from spin_usd.store.atomic import fill_atomically, write_atomically, write_json
 from spin_usd.store.cache import RENDERS, Cache
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.names import EVENTS, STATE, event_chunk, event_chunks, event_record_of, events_of
+from spin_usd.studio.studio import Studio
 
 
 class _LostChunkError(Exception):
@@ -47,75 +43,58 @@ class _LostChunkError(Exception):
 
 
 class EventWorker:
-    """Makes the events of a variant of a stage that lies in a dataset.
+    """Makes the events of a variant of a stage that lies in a dataset."""
 
-    `options`: as render's workers have them · `pictures`: places in the stage's frames, between the first and the last
-    of which the events are · `labelled`: whether events get the ids of what they show · `key`: of all that decides
-    them · `times`: those of all steps, None to find them.
-    """
-
-    def __init__(
-        self,
-        *,
-        options: Mapping[str, Any],
-        variant: str,
-        pictures: Sequence[int],
-        labelled: bool,
-        key: str,
-        times: Sequence[float] | None = None,
-        cpus: Sequence[int] | None = None,
-        progress: Progress = no_progress,
-    ) -> None:
-        if cpus:
-            hold_to(cpus)
-        self._options, self._labelled, self._key = convert(options, WorkerOptions), labelled, key
-        self._store, self._work = Store(root=Path(self._options.root)), Path(self._options.work)
-        self._stage = EventStage(self._store.root / self._options.stage, variant=variant, pictures=pictures)
+    def __init__(self, request: OpenEvents, progress: Progress = no_progress) -> None:
+        if request.cpus:
+            hold_to(request.cpus)
+        options, self._labelled, self._key = request.options, request.labelled, request.key
+        self._settings = options.settings
+        self._store, self._work = Store(root=Path(options.root)), Path(options.work)
+        self._stage = EventStage(self._store.root / options.stage, variant=request.variant, pictures=request.pictures)
         self._reader, self._sensor = self._stage.reader, self._stage.sensor
-        self._keys = KeyMaker(self._options.settings)
-        settings = self._options.settings
-        caster = EmbreeCaster()
-        self._maker = PassMaker(caster, open_renderer(settings.renderer, device=settings.device, caster=caster))
-        assert self._maker.renderer
-        self._versions = library_versions() | self._maker.renderer.versions()
-        self._cache = Cache(folder=self._store.folder, versions=self._versions, work=self._work)
-        self._times = self._stage.times(progress) if times is None else list(times)
-        self._chunk_key = digest([key, self._versions])  # those of a run that goes on with other software are no parts
+        self._studio = Studio(self._settings)
+        self._studio.open_renderer()
+        self._cache = Cache(folder=self._store.folder, versions=self._studio.versions, work=self._work)
+        self._times = self._stage.times(progress) if request.times is None else request.times
+        # those of a run that goes on with other software are no parts
+        self._chunk_key = digest([request.key, self._studio.versions])
+        self._exposure = self._metered() if request.exposure is None else request.exposure
         self._frames: list[LightFrame] = []
         self._renders = 0
 
     @property
-    def opened(self) -> dict[str, Any]:
-        """The times of all steps, seconds, and how many chunks of them there are, under which key."""
-        return {"times": self._times, "chunks": -(-(len(self._times) - 1) // CHUNK), "chunk_key": self._chunk_key}
+    def opened(self) -> OpenedEvents:
+        """The steps, and where their chunks are kept."""
+        chunks = -(-(len(self._times) - 1) // CHUNK)
+        return OpenedEvents(times=self._times, chunks=chunks, chunk_key=self._chunk_key, exposure=self._exposure)
 
-    def light(self, *, chunk: int, progress: Progress) -> None:
+    def light(self, chunk: int, progress: Progress) -> ChunkMade:
         """Make the light of all steps of a chunk."""
         start = chunk * CHUNK
         times = self._times[start : start + CHUNK + 1]
         at = partial(self._stage.scene, progress)
         sensor = replace(self._sensor, dark=self._sensor.dark / self._exposure)  # of light that is not exposed yet
         made = LightFrames(
-            at, times, self._maker, self._rendered, self._options.settings, sensor, labelled=self._labelled
+            at, times, self._studio.maker, self._rendered, self._settings, sensor, labelled=self._labelled
         )
         self._frames = list(made.frames())
         self._renders = made.rendered
+        return ChunkMade()
 
-    def events(self, *, chunk: int) -> int | None:
-        """Make the events of the chunk whose light was made, after those of the chunk before; return how many. What the
-        next one needs to go on lies beside them. Where that of the chunk before is damaged or gone, remove all chunks,
-        and return None."""
+    def events(self, chunk: int) -> ChunkMade:
+        """Make the events of the chunk whose light was made, after those of the chunk before. The state that the next
+        one starts from lies beside them; where the state of the chunk before is damaged or gone, all chunks go."""
         frames, exposure = self._frames, np.float32(self._exposure)
         maker = EventMaker(self._sensor, frames[0].light.shape, seed=self._seed)
         if chunk:
             try:
                 maker.resume(self._read(STATE, chunk - 1))
             except _LostChunkError:
-                self._forget()
-                return None
+                return self._forget()
             frames = frames[1:]
         made = [maker.events(frame.light * exposure, frame.seconds, frame.labels) for frame in frames]
-        if chunk == self.opened["chunks"] - 1:
+        if chunk == self.opened.chunks - 1:
             made.append(maker.rest())
         events = np.concatenate(made)
         events["t"] = np.maximum(events["t"], round(self._times[0] * MICROSECONDS))  # jitter may be before all time
@@ -127,13 +106,13 @@ class EventWorker:
         if chunk:
             self._remove(STATE, chunk - 1)
         self._frames = []
-        return len(events)
+        return ChunkMade()
 
-    def finish(self) -> int | None:
-        """Put the events of all chunks into the variant's file, and write what is said of them; return how many. Where
-        a chunk is damaged or gone, remove all of them, and return None."""
+    def finish(self, _: int) -> ChunkMade:
+        """Put the events of all chunks into the variant's file, and write its record. Where a chunk is damaged or gone,
+        all chunks go."""
         scene, variant = self._stage.scene(no_progress, self._times[0]), self._reader.variant
-        chunks, start = range(self.opened["chunks"]), round(self._times[0] * MICROSECONDS)
+        chunks, start = range(self.opened.chunks), round(self._times[0] * MICROSECONDS)
         name, count, renders = events_of(variant), 0, 0
 
         def fill(path: Path) -> None:
@@ -159,8 +138,7 @@ class EventWorker:
         try:
             fill_atomically(self._store.folder, name, fill, work=self._work)
         except _LostChunkError:
-            self._forget()
-            return None
+            return self._forget()
         record = EventRecord(
             variant=variant,
             file=name,
@@ -176,38 +154,37 @@ class EventWorker:
             exposure=scene.sensor.exposure * self._exposure,
             camera=RecordedCamera.of(scene.camera),
             stage=self._reader.stage_hash,
-            settings=to_builtins(self._options.settings),
-            versions=self._versions,
+            settings=to_builtins(self._settings),
+            versions=self._studio.versions,
         )
         write_json(self._store.folder, event_record_of(variant), to_builtins(record), work=self._work)
         for chunk in chunks:
             self._remove(EVENTS, chunk)
         self._remove(STATE, chunks[-1])
-        return count
+        return ChunkMade()
 
     @property
     def _seed(self) -> int:
-        return int(digest([self._options.settings.seed, self._reader.variant, EVENTS])[:8], 16)
+        return int(digest([self._settings.seed, self._reader.variant, EVENTS])[:8], 16)
 
     def _rendered(self, light: UnitLight, fine: int) -> Radiance:
         """Return a render from the dataset's cache, or make it and keep it there."""
         scene = light.scene
-        key = digest([VERSION, self._keys.keys(scene).radiance, fine])
+        key = digest([VERSION, self._studio.keys(scene).radiance, fine])
         entry = self._cache.find(RENDERS, key)
         groups = len(light.gains)
         found = read_render(entry.file, fine_region(scene, fine), groups=groups) if entry else None
         if found is None:
-            found = rendered(light, fine, self._maker, self._options.settings)
+            found = rendered(light, fine, self._studio.maker, self._settings)
             self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, found))
         return found
 
-    @cached_property
-    def _exposure(self) -> float:
-        """The factor of an automatic exposure, which is that of the first step for all."""
+    def _metered(self) -> float:
+        """Return the factor of an automatic exposure, which the first step decides for all."""
         scene = self._stage.scene(no_progress, self._times[0])
         if scene.sensor.auto_exposure is None:
             return 1.0
-        light = self._maker.radiance(scene, self._options.settings, Stopwatch())
+        light = self._studio.maker.radiance(scene, self._settings, Stopwatch())
         return metered(scene.sensor, light)
 
     def _read(self, what: str, chunk: int) -> dict[str, NDArray[Any]]:
@@ -218,9 +195,10 @@ class EventWorker:
         except InputError as error:
             raise _LostChunkError from error
 
-    def _forget(self) -> None:
+    def _forget(self) -> ChunkMade:
         remove_tree(self._store.folder, event_chunks(self._chunk_key))
         self._frames = []
+        return ChunkMade(lost=True)
 
     def _write(self, what: str, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         def encoded() -> bytes:

@@ -5,171 +5,176 @@ other: a worker that has made the light of a chunk keeps it until the events bef
 dataset's cache until it is whole, so that a run that was killed goes on with the next chunk.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import count
+from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import Any
 
 from msgspec import to_builtins
+from msgspec.structs import replace
 
 from spin_usd.basics.arrays import digest
 from spin_usd.basics.progress import Progress
 from spin_usd.basics.stop_signals import StopRequest
 from spin_usd.errors import InputError
+from spin_usd.events.calls import (
+    FINISH_EVENTS,
+    MAKE_EVENTS,
+    MAKE_LIGHT,
+    OPEN_EVENTS,
+    ChunkMade,
+    OpenedEvents,
+    OpenEvents,
+)
 from spin_usd.planning.worker_options import WorkerOptions
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
-from spin_usd.processes.child_calls import modules_of
-from spin_usd.processes.child_limits import RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
-from spin_usd.processes.deaths import ChildDiedError, Retries
-from spin_usd.processes.pool import Answered, Failed, Pool, Reported
+from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
+from spin_usd.processes.crew import Crew
+from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.processors import share_of
+from spin_usd.processes.task import Done, Event, GivenUp, Opened, Task, Worker, WorkerReport
+from spin_usd.records.record import StageProvenance
 from spin_usd.scene.effort import CPU
 from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import STATE, event_chunks, event_record_of, events_of
 
 VERSION = "events 2"  # of how events are made: its number grows where they may be others
-OPEN, LIGHT, MAKE, FINISH = "open_events", "event_light", "make_events", "finish_events"
 
 
-@dataclass(kw_only=True)
-class _Worker:
-    """What a worker is at: its call, "" for none, and the chunk that it has, whose light may be there."""
+@dataclass(kw_only=True, eq=False)
+class _ChunkTask(Task[ChunkMade]):
+    """A call on a chunk; its number is the request."""
 
-    call: str = OPEN
-    chunk: int | None = None
-    lit: bool = False
+    request: int
+    within_s: float = RENDER_PATIENCE_S
 
 
-@dataclass(kw_only=True)
 class EventRun:
-    """The making of the events of a `variant` between the first and the last of its `pictures`, places in the stage.
+    """The making of the events of a `variant` between the first and the last of its `pictures`, places in the stage. It
+    is the source of its crew's tasks; a worker holds the chunk whose light it has made.
 
-    provenance: the stage's hash, files and variants, as records have them. labelled: whether each event gets the ids of
-    what its pixel shows.
+    provenance: of the stage. labelled: whether each event gets the ids of what its pixel shows.
     """
 
-    store: Store
-    lease: Lease
-    options: WorkerOptions
-    variant: str
-    pictures: Sequence[int]
-    provenance: Mapping[str, Any]
-    labelled: bool
-    workers: int
-    progress: Progress
-    _opened: dict[str, Any] = field(default_factory=dict)
-    _at: dict[int, _Worker] = field(default_factory=dict)
-    _retries: Retries = field(default_factory=Retries)
-    _finished: bool = False
+    def __init__(
+        self,
+        store: Store,
+        lease: Lease,
+        options: WorkerOptions,
+        *,
+        variant: str,
+        pictures: Sequence[int],
+        provenance: StageProvenance,
+        labelled: bool,
+        workers: int,
+        progress: Progress,
+    ) -> None:
+        self._store, self._lease, self._workers, self._progress = store, lease, workers, progress
+        settings, stage = to_builtins(options.settings), provenance
+        of_stage = {"hash": stage.hash, "files": stage.files, "variants": stage.variants}
+        key = digest([VERSION, variant, of_stage, list(pictures), labelled, settings])
+        self._opening = OpenEvents(
+            options=options, variant=variant, pictures=list(pictures), labelled=labelled, key=key
+        )
+        self._opened: OpenedEvents | None = None
+        self._tasks: dict[tuple[object, int], _ChunkTask] = {}  # all that were begun
+        self._finished = self._stopping = False
+        self._crew = Crew[_ChunkTask](self._start, self, slots=lambda: workers, opening=OPEN_EVENTS, lasting=True)
 
     def make(self, stop: StopRequest) -> bool:
-        """Make what is missing; return whether they are whole: they are not where `stop` was asked for. Raises what
+        """Make what is missing; return whether they are whole: they are not where `stop` is requested. Raises what
         opening the stage does, ChildDiedError where workers die again and again, OutputError."""
         if self._is_whole():
             return True
-        with Pool[int]() as pool:
-            self._start(pool)
-            while not self._opened:
-                self._hear(pool)
-            steps, chunks = len(self._opened["times"]), int(self._opened["chunks"])
+        with self._crew as crew:
             while not self._finished:
-                done = self._done()
-                self.progress(f"events of {self.variant}: step", done * steps // chunks, steps)
-                if stop.number is None:
-                    self._share_out(pool, done, chunks)
-                elif all(worker.call != MAKE for worker in self._at.values()):
+                for event in crew.step():
+                    self._handle(event)
+                self._stopping = stop.number is not None
+                if self._stopping and all(task.call is not MAKE_EVENTS for task in crew.tasks):
                     return False
-                self._hear(pool)
+                self._report()
         return True
 
-    @cached_property
-    def key(self) -> str:
-        """Of all that decides the events."""
-        settings = to_builtins(self.options.settings)
-        return digest([VERSION, self.variant, self.provenance, list(self.pictures), self.labelled, settings])
+    def __len__(self) -> int:
+        """Return the number of chunks that no worker has, and of workers that wait with one."""
+        if self._opened is None or self._done() == self._opened.chunks:
+            return 1
+        return len(self._ahead()) + sum(worker.holds is not None for worker in self._crew.idle)
 
-    def _share_out(self, pool: Pool[int], done: int, chunks: int) -> None:
-        """Give idle workers what is next, and start workers while there is more."""
-        taken = {worker.chunk for worker in self._at.values()}
-        ahead = [chunk for chunk in range(done, chunks) if chunk not in taken]
-        for number in pool.idle():
-            worker = self._at[number]
-            if done == chunks:
-                self._send(pool, number, FINISH)
-                return
-            if worker.lit and worker.chunk == done:
-                self._send(pool, number, MAKE, chunk=done)
-            elif worker.chunk is None and ahead:
-                worker.chunk = ahead.pop(0)
-                self._send(pool, number, LIGHT, chunk=worker.chunk)
-        if len(pool) < min(self.workers, len(ahead) + len(pool)) or not len(pool):
-            self._start(pool)
+    def take(self, worker: Worker[_ChunkTask]) -> _ChunkTask | None:
+        """Return the worker's next task: events of the chunk that it has, as soon as those before are there."""
+        if self._opened is None or self._stopping:
+            return None
+        done = self._done()
+        if done == self._opened.chunks:
+            return None if self._crew.tasks else self._task(FINISH_EVENTS, done)
+        if worker.holds == done:
+            return self._task(MAKE_EVENTS, done)
+        if worker.holds is None and (ahead := self._ahead()):
+            worker.holds = ahead[0]
+            return self._task(MAKE_LIGHT, ahead[0])
+        return None
 
-    def _send(self, pool: Pool[int], number: int, call: str, **arguments: Any) -> None:
-        self._at[number].call = call
-        pool.send(number, call, within_s=RENDER_PATIENCE_S, **arguments)
+    def put_back(self, task: _ChunkTask) -> None:
+        """Do nothing: the chunk is nobody's now."""
 
-    def _hear(self, pool: Pool[int]) -> None:
-        """Take what workers say. Raises what one does."""
-        for event in pool.wait():
-            match event:
-                case Answered(key=number, result=result):
-                    worker = self._at[number]
-                    if worker.call == OPEN:
-                        self._opened = self._opened or result
-                    self._finished |= worker.call == FINISH and result is not None
-                    worker.lit = worker.call == LIGHT
-                    worker.chunk = worker.chunk if worker.lit else None
-                    worker.call = ""
-                case Reported(message=said) if not self._opened:
-                    self.progress(*said)
-                case Failed(key=number, reason=ChildDiedError() as died):
-                    del self._at[number]
-                    if not self._retries.may_try_again(died):
-                        raise died
-                    if not len(pool):
-                        self._start(pool)
-                case Failed(reason=reason):
-                    raise reason
+    def _task(self, call: Call[int, ChunkMade], chunk: int) -> _ChunkTask:
+        return self._tasks.setdefault((call.place, chunk), _ChunkTask(call=call, request=chunk))
+
+    def _ahead(self) -> list[int]:
+        """Return the chunks that no worker has."""
+        assert self._opened
+        held = {worker.holds for worker in self._crew.workers}
+        return [chunk for chunk in range(self._done(), self._opened.chunks) if chunk not in held]
+
+    def _handle(self, event: Event[_ChunkTask]) -> None:
+        match event:
+            case Opened(answer=opened):
+                self._opened = self._opened or opened
+                self._opening = replace(self._opening, times=opened.times, exposure=opened.exposure)
+            case WorkerReport(message=message) if self._opened is None:
+                self._progress(*message)
+            case Done(worker=worker, task=task):
+                if task.call is not MAKE_LIGHT:
+                    worker.holds = None
+                self._finished = task.call is FINISH_EVENTS and not task.result.lost
+            case GivenUp(reason=reason):
+                raise reason
+
+    def _report(self) -> None:
+        if self._opened:
+            steps, chunks = len(self._opened.times), self._opened.chunks
+            self._progress(f"events of {self._opening.variant}: step", self._done() * steps // chunks, steps)
 
     def _done(self) -> int:
         """Return how many chunks of events are made."""
-        names = self.store.folder.files(event_chunks(self._opened["chunk_key"]))
+        assert self._opened
+        names = self._store.folder.files(event_chunks(self._opened.chunk_key))
         states = [int(PurePosixPath(name).stem.removeprefix(f"{STATE}-")) for name in names if f"/{STATE}-" in name]
         return max(states, default=-1) + 1
 
     def _is_whole(self) -> bool:
-        folder, name = self.store.folder, event_record_of(self.variant)
-        if folder.type_of(name) is None or folder.type_of(events_of(self.variant)) is None:
+        folder, name = self._store.folder, event_record_of(self._opening.variant)
+        if folder.type_of(name) is None or folder.type_of(events_of(self._opening.variant)) is None:
             return False
         try:
-            said = read_json(folder, name, "events-1")
+            record = read_json(folder, name, "events-1")
         except InputError:  # damaged, which making it again mends
             return False
-        return bool(said["key"] == self.key and said["sha256"] == folder.sha256(events_of(self.variant)))
+        return bool(
+            record["key"] == self._opening.key and record["sha256"] == folder.sha256(events_of(self._opening.variant))
+        )
 
-    def _start(self, pool: Pool[int]) -> None:
-        number = next(number for number in count() if number not in pool)
+    def _start(self, number: int) -> Child:
         child = Child(
-            keep_open=(self.lease.descriptor,),
-            scratch=self.lease.work,
-            memory=rendering_memory(graphics=self.options.settings.device != CPU),
-            modules=modules_of(OPEN),
+            keep_open=(self._lease.descriptor,),
+            scratch=self._lease.work,
+            memory=rendering_memory(graphics=self._opening.options.settings.device != CPU),
+            modules=(OPEN_EVENTS.module,),
         )
         with suppress(ChildDiedError):  # the end of its answers says so too
-            child.send(
-                OPEN,
-                options=to_builtins(self.options),
-                variant=self.variant,
-                pictures=list(self.pictures),
-                labelled=self.labelled,
-                key=self.key,
-                times=self._opened.get("times"),
-                cpus=share_of(number, self.workers),
-            )
-        self._at[number] = _Worker()
-        pool.add(number, child, within_s=START_PATIENCE_S)
+            child.send(OPEN_EVENTS, replace(self._opening, cpus=share_of(number, self._workers)))
+        return child

@@ -17,7 +17,7 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import BEAM_PASS, BEAUTY_PASS, DEVICE_PASS, IMAGE, LABEL_PASS, RADIANCE
-from spin_usd.planning.work import CommonWork, Task, work_units
+from spin_usd.planning.work import CommonWork, PictureWork, work_units
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.store.atomic import write_json
 
@@ -48,7 +48,7 @@ def tracing_costs(renderer: str) -> Costs:
     return {BEAUTY_PASS: entry.image_costs, DEVICE_PASS: entry.device_costs}
 
 
-def expected_work(task: Task, options: CommonWork) -> dict[str, float]:
+def expected_work(task: PictureWork, options: CommonWork) -> dict[str, float]:
     """Return seconds of one core by kind of work."""
     costs = {**EVERYWHERE, **tracing_costs(options.renderer)}
     return {
@@ -57,7 +57,7 @@ def expected_work(task: Task, options: CommonWork) -> dict[str, float]:
     }
 
 
-def expected_bytes(task: Task, options: CommonWork) -> float:
+def expected_bytes(task: PictureWork, options: CommonWork) -> float:
     """Return the bytes on disk; labels that another picture's file holds already take none."""
     region, frame = task.picture.region_pixels, options.frame_pixels
     kinds = [kind for kind in options.kinds if task.label_pass or kind not in LABELS]

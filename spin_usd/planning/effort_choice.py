@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import UNSET, Meta
 
@@ -16,7 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.sha256 import sha256_of
 from spin_usd.options import EffortOptions, refuse_together
 from spin_usd.processes.open_renderer import DEFAULT_RENDERER, default_effort, renderer_entry
-from spin_usd.records.record import EffortChoice
+from spin_usd.records.record import EffortChoice, StageProvenance
 from spin_usd.scene.effort import QUALITIES, Effort, parse_effort
 from spin_usd.store.measurement_file import measurement_file, read_measurement
 
@@ -70,10 +70,10 @@ class Chosen:
         measurement = self.basis.sha256 if self.basis and self.by == "error" else UNSET
         return EffortChoice(by=self.by, asked=self.asked, reason=self.reason, measurement=measurement)
 
-    def is_of(self, stages: Mapping[str, Mapping[str, Any]]) -> bool:
+    def is_of(self, stages: Mapping[str, StageProvenance]) -> bool:
         """Return whether the measurement is of one of the `stages`: by variant, what records say of it."""
         basis = self.basis
-        return basis is not None and basis.variant in stages and stages[basis.variant]["hash"] == basis.stage
+        return basis is not None and basis.variant in stages and stages[basis.variant].hash == basis.stage
 
 
 def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:
@@ -106,7 +106,7 @@ def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, C
     return choice.setting, Chosen(by="error", asked=asked, reason=choice.reason, basis=basis, expected=expected)
 
 
-def doubts(chosen: Chosen | None, stages: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def doubts(chosen: Chosen | None, stages: Mapping[str, StageProvenance]) -> list[str]:
     """Return sentences on what may make errors differ from the measured ones, and on what was measured of a quality.
     `stages`: by variant, what records say of it."""
     if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):

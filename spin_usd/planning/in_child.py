@@ -4,26 +4,31 @@
 so that several processes can share it. Pictures come as columns: there may be a million.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from msgspec import convert, to_builtins
-
 from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.planning.columns import PLANNING
-from spin_usd.planning.opened_stage import OpenedStage, StageContent, described_parts, described_target
 from spin_usd.planning.picture_columns import PicturePlanner
+from spin_usd.planning.plan_calls import (
+    OpenedStage,
+    OpenPlan,
+    PlannedPart,
+    PlanPart,
+    StageContent,
+    described_parts,
+    described_target,
+)
 from spin_usd.planning.skipped_counts import SkippedWorkCounter
 from spin_usd.planning.speed_trial import trial_seconds
 from spin_usd.renderers.device import DEVICES, needs_shader, shader_refusal
-from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import ViewCollector
-from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.scene import NOMINAL, Scene, augmentation_and_camera
 from spin_usd.stage.author.target_root import origin_of
@@ -34,103 +39,73 @@ from spin_usd.stage.read.stage_reader import StageReader
 class StagePlanner:
     """A stage that is opened to be planned, by `open_plan`, where it is given."""
 
-    def __init__(self, **stage: Any) -> None:
+    opened: OpenedStage
+
+    def __init__(self, request: OpenPlan | None = None) -> None:
         self._reader: StageReader | None = None
-        self.opened: Any = None
-        if stage:
-            opened, self._reader = open_plan(**stage)
-            self.opened = to_builtins(opened)
+        if request:
+            self.opened, self._reader = open_plan(request)
 
-    def pictures(self, *, progress: Progress, **of: Any) -> list[dict[str, Any]]:
+    def pictures(self, request: PlanPart, progress: Progress) -> list[PlannedPart]:
         """Plan some of its pictures, as plan_pictures; of the stage that it names where none is open yet."""
-        return plan_pictures(progress=progress, opened=self._reader, **of)
+        return plan_pictures(request, progress, self._reader)
 
 
-def open_plan(
-    *,
-    stage: str,
-    variants: Sequence[str],
-    frames: str | None,
-    seed: int | None,
-    devices: Sequence[str] = (CPU,),
-    renders: bool = True,
-    copy_to: str | None = None,
-    trial: bool = False,
-) -> tuple[OpenedStage, StageReader]:
-    """Return what a plan says of the stage as a whole; and the stage's reader, for `plan_pictures`.
-
-    `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
-    those that may render the light. `renders`: as plan_pictures has it.
-    `copy_to`: first copy the stage into that folder and plan from the copy. `trial`: whether to try how fast this
-    machine is.
-    """
-    root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
-    several = bool(variants)  # perhaps: then poses are kept for the readers after this one
-    reader = StageReader(root, check_images=renders, keep_poses=several)
-    chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
+def open_plan(request: OpenPlan) -> tuple[OpenedStage, StageReader]:
+    """Return the description of the stage as a whole; and the stage's reader, for `plan_pictures`."""
+    root = Path(request.stage)
+    if request.copy_to:
+        shutil.rmtree(request.copy_to, ignore_errors=True)  # half a copy, of a child that died
+        root = copy_stage(root, Path(request.copy_to))
+    several = bool(request.variants)  # perhaps: then poses are kept for the readers after this one
+    reader = StageReader(root, check_images=request.renders, keep_poses=several)
+    frames = range(len(reader.frames))
+    chosen = frames[slice_of(request.frames)] if request.frames else frames
     if not chosen:
-        found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
-        raise InputError(found, where=stage, do="count from 0; 0:10 are the first ten")
-    wanted = wanted_variants(variants, reader.variants)
+        found = f"frames {request.frames!r} selects none of the {len(reader.frames)} frames"
+        raise InputError(found, where=request.stage, do="count from 0; 0:10 are the first ten")
+    wanted = wanted_variants(request.variants, reader.variants)
     opened = OpenedStage(
         root=str(root),
-        seed=reader.seed if seed is None else seed,
+        seed=reader.seed if request.seed is None else request.seed,
         variants=list(wanted),
-        device=chosen_device(devices, _scenes(root, reader, wanted, chosen)),
+        device=chosen_device(request.devices, _scenes(root, reader, wanted, chosen)),
         known_variants=list(reader.variants),
         names=[frame.name for frame in reader.frames],
         chosen=list(chosen),
         origin=origin_of(reader.stage),
         content=stage_content(reader),
-        trial_s=trial_seconds() if trial else None,
+        trial_s=trial_seconds() if request.trial else None,
     )
     return opened, reader
 
 
-def plan_pictures(
-    *,
-    root: str,
-    variants: Sequence[str],
-    chosen: Sequence[int],
-    settings: Mapping[str, Any],
-    image_suffix: str | None,
-    labels: Sequence[str],
-    provenance: Sequence[str],
-    explain: bool,
-    renders: bool = True,
-    progress: Progress,
-    opened: StageReader | None = None,
-) -> list[dict[str, Any]]:
-    """Return for each of the variants the pictures of the `chosen` frames, places in the stage, as columns, one entry
-    a picture, and for those also named in `provenance` what a record says of the stage; "notes" are sentences on what
-    is rendered otherwise than that. With `explain` also "skipped", as SkippedWorkCounter.taken has it. A column is None
-    where it is that of the variant before.
-
-    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `renders`: whether light is
-    rendered; labels alone need no texture, and a damaged one is not refused. `labels`: those that are asked for.
-    `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
-    where image files cannot hold a sensor's numbers.
-    """
-    rendering = convert(settings, RenderSettings)
-    counter = SkippedWorkCounter(rendering) if explain else None
-    planner = PicturePlanner(rendering, image_suffix, labels, counter, renders=renders, keep_poses=len(variants) > 1)
+def plan_pictures(request: PlanPart, progress: Progress, opened: StageReader | None = None) -> list[PlannedPart]:
+    """Plan the chosen frames in each of the variants. `progress` counts all of them; `opened`: a reader of the stage,
+    in any variant. Raises UnsupportedError where image files cannot hold a sensor's numbers."""
+    counter = SkippedWorkCounter(request.settings) if request.explain else None
+    several, renders = len(request.variants) > 1, request.renders
+    planner = PicturePlanner(
+        request.settings, request.image_suffix, request.labels, counter, renders=renders, keep_poses=several
+    )
     answer = []
     before: dict[str, list[Any]] = {}
-    reader = opened
-    for number, variant in enumerate(variants):
-        count = partial(_report, progress, number * len(chosen), len(variants) * len(chosen))
+    reader, total = opened, len(request.variants) * len(request.chosen)
+    for number, variant in enumerate(request.variants):
+        count = partial(_report, progress, number * len(request.chosen), total)
         if reader is None or reader.variant != variant:
-            reader = StageReader(
-                root, variant=variant, after=reader, check_images=renders, keep_poses=len(variants) > 1
-            )
-        views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = planner.columns(reader, chosen, views, count)
-        stage = stage_provenance(reader) if variant in provenance else None
-        skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
-        seen = views.views()
-        said = {"skipped": skipped, "notes": notes, "views": to_builtins(seen)}
-        columns = {name: None if column == before.get(name) else column for name, column in planned.items()}
-        answer.append({"variant": variant, "stage": stage, **said, **columns})
+            reader = StageReader(request.root, variant=variant, after=reader, check_images=renders, keep_poses=several)
+        views = ViewCollector(f"{variant}/" if several else "")
+        planned = planner.columns(reader, request.chosen, views, count)
+        part = PlannedPart(
+            variant=variant,
+            stage=reader.provenance(Path(request.root).name) if variant in request.provenance else None,
+            skipped=counter.taken() if counter else [],
+            notes=list(in_sentences(reader.notes)),
+            views=views.views(),
+            columns={name: None if column == before.get(name) else column for name, column in planned.items()},
+        )
+        answer.append(part)
         before = planned
     return answer
 
@@ -145,11 +120,6 @@ def _scenes(root: Path, reader: StageReader, variants: Sequence[str], chosen: ra
 
 def _report(progress: Progress, before: int, total: int, done: int) -> None:
     progress(PLANNING, before + done, total)
-
-
-def stage_provenance(reader: StageReader) -> dict[str, Any]:
-    """Return what a record says of the stage that made its picture, but its place."""
-    return {"hash": reader.stage_hash, "files": reader.used_files, "variants": reader.variant_selections}
 
 
 def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:

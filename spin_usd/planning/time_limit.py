@@ -8,7 +8,7 @@ from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.wall_time import thread_seconds
-from spin_usd.planning.work import CommonWork, Task, Work
+from spin_usd.planning.work import CommonWork, PictureWork, Work
 
 TIMES, MIN_S = 10.0, 60.0
 GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture; a worker that waits for it is idle
@@ -35,7 +35,7 @@ class TimeLimits:
         """Return the seconds that a worker has for these kinds of file of the picture, its stage being open."""
         if self.given is not None:
             return self.given
-        task = Task(picture=picture, label_pass=True, render=not RENDERED.isdisjoint(kinds))
+        task = PictureWork(picture=picture, label_pass=True, render=not RENDERED.isdisjoint(kinds))
         expected = expected_work(task, self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(thread_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)

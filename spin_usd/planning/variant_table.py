@@ -12,7 +12,7 @@ from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_
 from spin_usd.planning.machine_speed import slower_by
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.wall_time import OPEN_S, wall_seconds
-from spin_usd.planning.work import CommonWork, Task, Work
+from spin_usd.planning.work import CommonWork, PictureWork, Work
 from spin_usd.store.cache import MEASURED, RENDERS, held_keys
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.pictures_left import WantedFiles, is_finished
@@ -120,7 +120,7 @@ class _Costs:
         self._options, self._measured, self._slower = options, measured, slower
         self._known: dict[tuple[object, ...], tuple[Work, float]] = {}
 
-    def of(self, task: Task) -> tuple[Work, float]:
+    def of(self, task: PictureWork) -> tuple[Work, float]:
         """Return the work of `task`, and its bytes on disk."""
         picture = task.picture
         pixels = (picture.region, picture.target_pixels)
@@ -146,7 +146,9 @@ def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
         yield _sum(name, alike)
 
 
-def _task(picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[str]], rendered: set[str]) -> Task:
+def _task(
+    picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[str]], rendered: set[str]
+) -> PictureWork:
     """Return how the picture is made when the labels and renders with these keys are there already, and add what it
     makes to them."""
     label_pass, render = False, options.renders and picture.radiance not in rendered
@@ -155,11 +157,11 @@ def _task(picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[
         label_pass = label_pass or key not in made
         made.add(key)
     rendered.add(picture.radiance)
-    return Task(picture=picture, label_pass=label_pass, render=render)
+    return PictureWork(picture=picture, label_pass=label_pass, render=render)
 
 
 def _row(
-    name: str, tasks: Sequence[Task], costs: Sequence[tuple[Work, float]], *, exposures: int, slower: float
+    name: str, tasks: Sequence[PictureWork], costs: Sequence[tuple[Work, float]], *, exposures: int, slower: float
 ) -> VariantRow:
     return VariantRow(
         name=name,

@@ -26,7 +26,7 @@ ADAPTIVE_SAMPLES, ADAPTIVE_POWER = 3.0, -1.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class PictureWork:
     """A picture to make, and which passes it takes of its own: others are in the cache by then."""
 
     picture: PlannedPicture
@@ -102,7 +102,7 @@ def features(scene: Scene) -> list[str]:
     return [name for name, there in has.items() if there]
 
 
-def work_units(task: Task, options: CommonWork) -> dict[str, Units]:
+def work_units(task: PictureWork, options: CommonWork) -> dict[str, Units]:
     """Return by kind of work the units of each that the picture takes."""
     picture, frame = task.picture, float(options.frame_pixels)
     files = sum(task.label_pass or kind not in LABELS for kind in options.kinds)

@@ -1,10 +1,8 @@
-"""What a worker is told when it is started, and what it says of a picture that it made."""
+"""The options of a run, as its workers get them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
-
-from msgspec import Struct
 
 from spin_usd.planning.effort_choice import Chosen
 from spin_usd.scene.derived.content_keys import RenderSettings
@@ -32,18 +30,3 @@ class WorkerOptions:
     @property
     def image_suffix(self) -> str:
         return f".{self.options.get('image_format', 'png')}"
-
-
-class MadePicture(Struct, frozen=True, kw_only=True):
-    """A picture that a worker made."""
-
-    record: str
-    """The name of its record."""
-    seconds: dict[str, float]
-    """Spent, by kind of work."""
-    memory: int
-    """Bytes that the worker uses now."""
-    passes: dict[str, str]
-    """Of the passes that it needed, "labels" and "render", whether each was "made" now or is "shared" with others."""
-    faults: tuple[str, ...]
-    """See picture.brightness."""

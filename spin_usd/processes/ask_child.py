@@ -2,36 +2,38 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from spin_usd.errors import RenderError, SpinError, StageError
+from spin_usd.processes.call import Answer, Call, Request
 from spin_usd.processes.child import Child, in_process
 from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 
+CONFINE = Call("spin_usd.processes.confine:confine", str, bool)
+
 
 def ask_child(
-    call: str,
+    call: Call[Request, Answer],
+    request: Request,
     *,
     reads: object,
     memory: int | None = None,
     progress: Callable[..., None] | None = None,
     within_s: float = PATIENCE_S,
     below: Path | None = None,
-    **arguments: Any,
-) -> Any:
-    """Return what `call` returns in a child of its own, the one started ahead unless `memory`, that of Child, is given.
-    `reads`: the file that it does, for messages; `within_s` bounds the wait for each word from it; `below`: a folder
-    below which alone it may read a user's files. Its temporary files are gone in the end.
+) -> Answer:
+    """Return the answer to a call from a child of its own: the one started ahead, unless `memory` is given, which is
+    as Child has it. `reads`: the file that it reads, for messages; `within_s` bounds the wait for each message from it;
+    `below`: the only folder from which it may read a user's files. Its temporary files are gone in the end.
 
     Raises what the child raises, and as `unreadable` says where it dies.
     """
     with next_child() if memory is None else Child(memory=memory) as child:
         try:
             if below is not None and not in_process():
-                child.call("confine", root=str(below))
-            return child.call(call, progress=progress, within_s=within_s, **arguments)
+                child.call(CONFINE, str(below))
+            return child.call(call, request, progress=progress, within_s=within_s)
         except ChildDiedError as died:
             raise unreadable(died, reads) from died
 

@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
+from types import NoneType
 from typing import Any, Self
 
 import psutil
@@ -23,9 +24,10 @@ from msgspec import to_builtins
 from spin_usd import errors
 from spin_usd.basics.faults import expected
 from spin_usd.errors import SpinError
+from spin_usd.processes.call import Answer, Call, Request
 from spin_usd.processes.child_calls import ChildCalls
 from spin_usd.processes.child_limits import PATIENCE_S, reading_memory
-from spin_usd.processes.child_main import said_of
+from spin_usd.processes.child_main import raised_again
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.held_folder import HeldFolder
 from spin_usd.processes.patience import LOOK_S, Patience
@@ -36,10 +38,12 @@ from spin_usd.processes.usage import Usage, UsageMeter
 KEPT_VARIABLES = (
     *("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2"),
     *("CUDA_VISIBLE_DEVICES", "HIP_VISIBLE_DEVICES", "ONEAPI_DEVICE_SELECTOR"),
+    *("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"),  # a processor whose own kernels are wrong; the parent has them too
 )
 IN_PROCESS = "SPIN_USD_IN_PROCESS"
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
+RELOAD_LAYERS = Call("spin_usd.stage.usd.layer_file:reload_layers", NoneType, NoneType)
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
 OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
 
@@ -105,11 +109,12 @@ class Child:
         assert self.process.stdout is not None
         return self.process.stdout.fileno()
 
-    def send(self, call: str, **arguments: Any) -> None:
-        """Ask the child to do `call`; the answer comes through `receive`."""
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        """Send the child a call; the answer comes through `receive`."""
         assert self.process.stdin is not None
+        message = {"call": call.place, "request": call.encoded(request)}
         try:
-            self.process.stdin.write(json.dumps({"call": call, "arguments": arguments}).encode() + b"\n")
+            self.process.stdin.write(json.dumps(message).encode() + b"\n")
             self.process.stdin.flush()
         except OSError as broken:
             raise self._died() from broken
@@ -134,18 +139,18 @@ class Child:
 
     def call(
         self,
-        call: str,
+        call: Call[Request, Answer],
+        request: Request,
         *,
         progress: Callable[..., None] | None = None,
         within_s: float = PATIENCE_S,
-        **arguments: Any,
-    ) -> Any:
-        """Do `call` in the child and return its result; `within_s` bounds the wait for each word from it."""
-        self.send(call, **arguments)
-        while "result" not in (answer := self.receive(within_s=within_s)):
+    ) -> Answer:
+        """Return the child's answer to a call; `within_s` bounds the wait for each message from it."""
+        self.send(call, request)
+        while "result" not in (message := self.receive(within_s=within_s)):
             if progress:
-                progress(*answer["progress"])
-        return answer["result"]
+                progress(*message["progress"])
+        return call.decoded(message["result"])
 
     def close(self) -> None:
         """Let an idle child end by itself."""
@@ -267,17 +272,17 @@ class ChildHere(Child):
         self._readable, self._writable = os.pipe()  # holds a byte while there is something to receive
         self._open = True
         if "pxr" in sys.modules:  # which holds layers of commands before, as they were
-            self._calls.answer("reload_layers", {})
+            self._calls.answer(RELOAD_LAYERS.place, None)
 
     def fileno(self) -> int:
         return self._readable
 
-    def send(self, call: str, **arguments: Any) -> None:
-        asked = json.loads(json.dumps(arguments))
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        sent = json.loads(json.dumps(call.encoded(request)))
         try:
-            answer = {"result": self._calls.answer(call, asked)}
+            answer = {"result": self._calls.answer(call.place, sent)}
         except Exception as fault:
-            answer = {"error": said_of(fault, asked)}
+            answer = {"error": raised_again(fault, sent)}
             if expected(fault) is None:  # a defect, which is looked for here
                 traceback.print_exc()
         self._say(answer)

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
-from spin_usd.processes.child_calls import modules_of
 
 _waiting: list[Child] = []  # started, and not yet taken: at most one, for a process does one command at a time
 
 
 @contextmanager
-def child_ahead(*calls: str) -> Iterator[None]:
+def child_ahead(*calls: Call[Any, Any]) -> Iterator[None]:
     """Start a child that loads what the `calls` need, for the first `next_child` in the block; one that nobody took is
     ended with it."""
-    _waiting.append(Child(modules=modules_of(*calls)))
+    _waiting.append(Child(modules=tuple(call.module for call in calls)))
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib import import_module
 from typing import IO, Any
@@ -17,7 +17,7 @@ from spin_usd.basics.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
-SUBJECTS = ("stage", "root", "dataset")  # arguments that name what a call reads
+SUBJECTS = ("stage", "root", "dataset")  # fields of a request that name what a call reads
 
 
 def main() -> None:
@@ -28,9 +28,9 @@ def main() -> None:
     for line in sys.stdin.buffer:
         request = json.loads(line)
         try:
-            answer = {"result": calls.answer(request["call"], request["arguments"])}
+            answer = {"result": calls.answer(request["call"], request["request"])}
         except Exception as fault:
-            answer = {"error": said_of(fault, request["arguments"])}
+            answer = {"error": raised_again(fault, request["request"])}
         _write(answers, answer)
     sys.stderr.flush()
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
@@ -43,9 +43,9 @@ def _load(modules: Iterable[str]) -> None:
             import_module(module)
 
 
-def said_of(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the parent makes the error of again: a SpinError where what was read is at fault, a defect else."""
-    where = next((arguments[name] for name in SUBJECTS if name in arguments), None)
+def raised_again(fault: Exception, request: Any) -> dict[str, Any]:
+    """Return what the parent makes the error from again: a SpinError where the input is at fault, else a defect."""
+    where = next((request[name] for name in SUBJECTS if name in request), None) if isinstance(request, dict) else None
     error = expected(fault, where)
     if error is None:
         return {"kind": type(fault).__name__, "traceback": traceback.format_exc()}

@@ -31,7 +31,7 @@ def landlock_version() -> int:
     return max(int(ctypes.CDLL(None).syscall(CREATE_RULESET, None, ctypes.c_size_t(0), ASK_VERSION)), 0)
 
 
-def confine(*, root: str) -> bool:
+def confine(root: str) -> bool:
     """Let this process, and all that it starts, read from now on only plain files below the folder `root`, its own
     temporary files and what the system and Python installed. Return whether the kernel does so."""
     libc = ctypes.CDLL(None, use_errno=True)

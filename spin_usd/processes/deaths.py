@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 from enum import StrEnum
+from types import MappingProxyType
 
 from spin_usd.errors import RenderError
 
@@ -27,18 +28,26 @@ class ChildDiedError(RenderError):
         self.cause = cause
 
 
-TRIES: Mapping[DeathCause, int] = {
-    DeathCause.CRASHED: 2,
-    DeathCause.KILLED: 5,  # from outside: hardly the work's own fault
-    DeathCause.LOST: 10,  # nodes come and go; but one picture after which ten went has a hand in it
-    DeathCause.GREW: 2,
-    DeathCause.RAN_AWAY: 2,
-    DeathCause.HUNG: 2,
-}
+TRIES: Mapping[DeathCause, int] = MappingProxyType(
+    {
+        DeathCause.CRASHED: 2,
+        DeathCause.KILLED: 5,  # from outside: hardly the work's own fault
+        DeathCause.LOST: 10,  # nodes come and go; but one picture after which ten went has a hand in it
+        DeathCause.GREW: 2,
+        DeathCause.RAN_AWAY: 2,
+        DeathCause.HUNG: 2,
+    }
+)
 """A piece of work is given up when children died of it so often for one cause: that is no accident any more."""
 
-READING_TRIES: Mapping[DeathCause, int] = {**TRIES, DeathCause.GREW: 1, DeathCause.RAN_AWAY: 1, DeathCause.HUNG: 1}
+READING_TRIES: Mapping[DeathCause, int] = MappingProxyType(
+    {**TRIES, DeathCause.GREW: 1, DeathCause.RAN_AWAY: 1, DeathCause.HUNG: 1}
+)
 """The same for work that reads: what takes all memory or all time does so again."""
+
+
+ONCE: Mapping[DeathCause, int] = MappingProxyType(dict.fromkeys(DeathCause, 1))
+"""The same for work that is never tried again."""
 
 
 class Retries:

@@ -6,7 +6,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.processes.deaths import ChildDiedError
-from spin_usd.processes.open_renderer import RENDERERS
+from spin_usd.processes.open_renderer import GRAPHICS_PROCESSORS, RENDERERS
 from spin_usd.renderers.device import DEVICES
 from spin_usd.scene.effort import CPU
 
@@ -27,8 +27,7 @@ def graphics_processors() -> Mapping[str, list[str]]:
     if not any(entry.graphics and entry.installed for entry in RENDERERS.values()):
         return {}
     with Child(memory=rendering_memory(graphics=True)) as child:
-        found: Mapping[str, list[str]] = child.call("graphics_processors", within_s=PATIENCE_S)
-    return found
+        return child.call(GRAPHICS_PROCESSORS, None, within_s=PATIENCE_S)
 
 
 def usable_devices() -> list[str]:

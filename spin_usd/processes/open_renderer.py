@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
 from platform import python_version
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.processes.call import Call
 from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
 
 if TYPE_CHECKING:
@@ -89,6 +91,8 @@ _ALL = (
 RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
 DEFAULT_RENDERER = "blender"
 CHECKING = "blender"  # whose own label pass shares no code with that of runs
+TRY_RENDERER = Call("spin_usd.processes.open_renderer:try_renderer", str, str)
+GRAPHICS_PROCESSORS = Call("spin_usd.processes.open_renderer:graphics_processors", NoneType, dict[str, list[str]])
 ANOTHER_RENDERER = "choose " + " or ".join(f"--renderer {entry.name}" for entry in _ALL if not entry.library)
 """The way out of a command that renders, where a library is lacking."""
 

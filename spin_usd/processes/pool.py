@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, Self, TypeVar
 
 from spin_usd.errors import SpinError
+from spin_usd.processes.call import Call, Request
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.patience import LOOK_S, Patience
@@ -22,13 +23,15 @@ class ChildProtocol(Protocol):
 
     def fileno(self) -> int: ...
 
-    def send(self, call: str, **arguments: Any) -> None: ...
+    def send(self, call: Call[Request, Any], request: Request) -> None: ...
 
     def received(self) -> Iterator[Mapping[str, Any]]: ...
 
     def close(self) -> None: ...
 
     def kill(self) -> None: ...
+
+    def interrupt(self) -> None: ...
 
     def overdue(self, patience: Patience) -> ChildDiedError | None: ...
 
@@ -57,6 +60,9 @@ class Failed(Generic[Key]):
 
     key: Key
     reason: SpinError | ChildInternalError
+
+
+PoolEvent = Reported[Key] | Answered[Key] | Failed[Key]
 
 
 @dataclass(kw_only=True, eq=False)
@@ -108,13 +114,13 @@ class Pool(Generic[Key]):
         self._members[key] = member
         self._selector.register(child, selectors.EVENT_READ, member)
 
-    def send(self, key: Key, call: str, *, within_s: float, **arguments: Any) -> None:
-        """Ask an idle child to do `call`, with `within_s` seconds for each word; the answer comes as an event, and
-        so does its death."""
+    def send(self, key: Key, call: Call[Request, Any], request: Request, *, within_s: float) -> None:
+        """Send a call to an idle child, with `within_s` seconds for each message from it; the answer comes as an event,
+        and so does its death."""
         member = self._members[key]
         member.give(within_s)
         with suppress(ChildDiedError):  # the end of a dead child's answers is an event too
-            member.child.send(call, **arguments)
+            member.child.send(call, request)
 
     def give(self, key: Key, within_s: float) -> None:
         """Give the child `key`, which is at work, `within_s` seconds from now for its next word."""
@@ -128,7 +134,7 @@ class Pool(Generic[Key]):
         """Readable when a child says something, or ends."""
         return self._selector.fileno()
 
-    def wait(self, *, within_s: float = LOOK_S) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
+    def wait(self, *, within_s: float = LOOK_S) -> Iterator[PoolEvent[Key]]:
         """Wait for children to say something, at most so long; yield what they say, and who died, ran away, hangs or
         grew."""
         for ready, _ in self._selector.select(timeout=within_s):
@@ -147,6 +153,11 @@ class Pool(Generic[Key]):
     def kill(self, key: Key) -> None:
         """End the child `key` at once."""
         self._remove(key).kill()
+
+    def interrupt(self) -> None:
+        """End all children, from another thread than the one that waits for them: that one learns of it."""
+        for member in list(self._members.values()):
+            member.child.interrupt()
 
     def _holds(self, member: _Member[Key]) -> bool:
         """Return whether the member is still there: the caller may have ended or replaced it meanwhile."""
@@ -168,7 +179,7 @@ class Pool(Generic[Key]):
         self._selector.unregister(child)
         return child
 
-    def _read(self, member: _Member[Key]) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
+    def _read(self, member: _Member[Key]) -> Iterator[PoolEvent[Key]]:
         try:
             for message in member.child.received():
                 yield self._event(member, message)

@@ -1,28 +1,24 @@
 """The child's part of a stream of pictures: poses and appearances drawn by specifications."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from msgspec import structs
 
 from spin_usd.basics.arrays import Float
-from spin_usd.commands.author.part_pictures import DECIMALS
-from spin_usd.commands.author.sample_pictures import SampledPictures, draw_values, samples_on
-from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec, open_spec
 from spin_usd.errors import InputError
-from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.geometry.transform import Transform
 from spin_usd.sampling.poses import Balls, PoseLaw, ball_of
 from spin_usd.sampling.sample import Sample, stream
 from spin_usd.scene.scene import Scene
-from spin_usd.simulator.appearances import Appearance, read_appearances
-from spin_usd.simulator.picture_request import Matrix, PictureRequest, plain
-from spin_usd.stage.augment.attribute_change import BaseStage
+from spin_usd.specifications.appearances import Appearance, read_appearances
+from spin_usd.specifications.part_pictures import DECIMALS
+from spin_usd.specifications.sample_pictures import SampledPictures, draw_values, samples_on
+from spin_usd.specifications.sample_table import SampleEntry
+from spin_usd.specifications.sampling_spec import SamplingPart, SamplingSpec, open_spec
 from spin_usd.stage.augment.background import beside
-
-Opened = Callable[[PictureRequest], BaseStage]
-"""Opens the stage with what a request has of poses and selections."""
+from spin_usd.studio.open_stage import OpenStage
+from spin_usd.studio.picture_request import Matrix, PictureRequest, plain
 
 
 class DrawnPictures:
@@ -33,8 +29,8 @@ class DrawnPictures:
         self._poses: dict[str, SamplingSpec] = {}
         self._samples: dict[tuple[object, ...], tuple[Sample, ...]] = {}
 
-    def drawn(self, asked: PictureRequest, of_frame: Scene, opened: Opened) -> PictureRequest:
-        """Return the request with what was drawn for it; `of_frame`: what its frame shows. Raises InputError."""
+    def drawn(self, asked: PictureRequest, stage: OpenStage) -> PictureRequest:
+        """Return a request of the stage with what was drawn for it. Raises InputError."""
         assert asked.drawn is not None
         of, number = asked.drawn, str(asked.drawn.number)
         name, of_what = f"drawn.{number}", [asked.variant]
@@ -42,7 +38,8 @@ class DrawnPictures:
         constraints: dict[str, float] = {}
         behind: dict[str, str] = {}
         if of.poses is not None:
-            spec, part, pose = self._pose(of.poses, of.seed, number, of_frame)
+            frame = stage.reader(asked.variant).scene(stage.frame(asked))
+            spec, part, pose = self._pose(of.poses, of.seed, number, frame)
             asked = structs.replace(asked, poses={**asked.poses, "": pose})
             of_what += [of.poses, part.table.name]
             entries |= {each.parameter: each for each in part.sample}
@@ -58,7 +55,7 @@ class DrawnPictures:
                 parameter: str(beside(appearance.folder, file))
                 for parameter, file in appearance.photograph(of.seed, name, "").items()
             }
-        base = opened(asked)
+        base = stage.base(asked)
         if (key := tuple(of_what)) not in self._samples:
             once = [replace(each, per_frame=False) for each in entries.values()]
             self._samples[key] = samples_on(base, once)

@@ -9,65 +9,44 @@ from pathlib import Path
 from typing import Any, Self, SupportsIndex, overload
 
 import numpy as np
-from msgspec import convert
+from msgspec import structs
 from numpy.typing import NDArray
 
 from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
-from spin_usd.formats.augmentation_spec import read_augmentation_spec, spec_path
 from spin_usd.picture.kinds import IMAGE
-from spin_usd.processes.child import Child
-from spin_usd.processes.child_calls import modules_of
-from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.processes.deaths import READING_TRIES
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
-from spin_usd.simulator.picture_request import DevelopedImage, whole_number
-from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
+from spin_usd.simulator.array_workers import ArrayTask, ArrayWorkers
+from spin_usd.simulator.calls import DEVELOP_IMAGE, OPEN_FRESH, DevelopedImage, DevelopImage, OpenFresh
+from spin_usd.specifications.augmentation_spec import read_augmentation_spec, spec_path
+from spin_usd.studio.picture_request import whole_number
 
 
 class FreshChild:
-    """The process that develops images, one for each process that asks; it is started when it is first asked."""
+    """The process that develops images, one for each process that reads the dataset; it is started when it is first
+    needed."""
 
     def __init__(self, dataset: Path, spec: Path, seed: int) -> None:
-        self._of: dict[str, Any] = {"dataset": str(dataset), "spec": str(spec), "seed": seed}
+        self._of = str(dataset), str(spec), seed
         self._process = 0
-        self._child: Child | None = None
-        self._memory: SharedArrays | None = None
+        self._arrays: ArrayWorkers[None] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_of": self._of, "_process": 0, "_child": None, "_memory": None}
+        return {"_of": self._of, "_process": 0, "_arrays": None}
 
-    def image(self, **asked: Any) -> tuple[NDArray[Any], DevelopedImage]:
-        """Return the image that is asked for, and what was drawn for it. Raises what the child raises."""
-        retries = Retries(READING_TRIES)
-        while True:
-            child, memory = self._started()
-            try:
-                answer = child.call("fresh_image", **asked)
-            except ChildDiedError as died:
-                child.kill()
-                self._child = None
-                if not retries.may_try_again(died):
-                    raise
-                continue
-            found = convert(answer, DevelopedImage)
-            ((_, array),) = memory.taken(found.arrays)
-            return array, found
+    def image(self, request: DevelopImage) -> tuple[NDArray[Any], DevelopedImage]:
+        """Return the image that is requested, and what was drawn for it. Raises what the child raises."""
+        if self._arrays is None or self._process != os.getpid():
+            self._arrays, self._process = ArrayWorkers(OPEN_FRESH, self._opening), os.getpid()
+        task = ArrayTask(call=DEVELOP_IMAGE, request=request, tries=READING_TRIES)
+        developed = self._arrays.result(self._arrays.submit(task))
+        return task.arrays[IMAGE], developed
 
-    def _started(self) -> tuple[Child, SharedArrays]:
-        if self._child is None or self._memory is None or self._process != os.getpid():
-            if self._memory is not None:
-                self._memory.close()
-            memory = new_memory()
-            child = Child(keep_open=(memory,), modules=modules_of("open_fresh"))
-            try:
-                child.call("open_fresh", memory=memory, **self._of)
-            except BaseException:
-                child.kill()
-                os.close(memory)
-                raise
-            self._child, self._memory, self._process = child, SharedArrays(memory), os.getpid()
-        return self._child, self._memory
+    def _opening(self, number: int, memory: int) -> OpenFresh:
+        dataset, spec, seed = self._of
+        return OpenFresh(dataset=dataset, spec=spec, seed=seed, memory=memory)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,14 +75,14 @@ class FreshPicture(Picture):
     def _array(self, kind: str, rows: range | None = None) -> NDArray[Any]:
         if kind != IMAGE:
             return super()._array(kind, rows)
-        asked = {"frame": self.frame, "variant": self.variant, "epoch": self.epoch}
+        request = DevelopImage(frame=self.frame, variant=self.variant, epoch=self.epoch)
         if self.window is None:
-            whole, self.__dict__["drawn"] = self.child.image(**asked, region=None)
+            whole, self.__dict__["drawn"] = self.child.image(request)
             return whole if rows is None else whole[rows.start : rows.stop : rows.step]
         camera = self._whole_camera
         down, across = self.window.rows(camera.height), self.window.columns(camera.width)
-        region = [across.start, down.start, across.stop, down.stop]
-        part, self.__dict__["drawn"] = self.child.image(**asked, region=region)
+        region = across.start, down.start, across.stop, down.stop
+        part, self.__dict__["drawn"] = self.child.image(structs.replace(request, region=region))
         lines = np.zeros((len(down), camera.width, *part.shape[2:]), part.dtype)
         lines[:, across.start : across.stop] = part
         found = self.window.cut(lines, down.start, smooth=True)

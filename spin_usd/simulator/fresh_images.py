@@ -8,10 +8,8 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.commands.author.sample_pictures import samples_for
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.augmentation_spec import AugmentationEntry
 from spin_usd.geometry.region import Region
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.render_file import read_render
@@ -20,23 +18,24 @@ from spin_usd.renderers.background.sky import sky
 from spin_usd.sampling.distribution import Value
 from spin_usd.sampling.sample import Sample, sample_one, stream
 from spin_usd.scene.derived.content_keys import KeyMaker, background_seed, picture_seed
-from spin_usd.scene.derived.known_targets import KnownTargets
 from spin_usd.scene.derived.light_groups import UnitLight, gains_in, in_unit_light
 from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene, augmentation_and_camera, variant_of
 from spin_usd.scene.texture import Color
 from spin_usd.sensor.develop import KERNEL_SIGMAS, develop
-from spin_usd.simulator.appearances import Appearance, Photographs, read_appearances
-from spin_usd.simulator.picture_request import DevelopedImage
-from spin_usd.simulator.recently_used import RecentlyUsed
+from spin_usd.simulator.calls import DevelopedImage, DevelopImage, OpenFresh
 from spin_usd.simulator.shared_arrays import Entry, SharedArrays
+from spin_usd.specifications.appearances import Appearance, read_appearances
+from spin_usd.specifications.augmentation_spec import AugmentationEntry
+from spin_usd.specifications.sample_pictures import samples_for
 from spin_usd.stage.augment.background import beside
-from spin_usd.stage.augment.edited_stage import EditedStage, Edits
-from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.augment.edited_stage import Edits
 from spin_usd.store.cache import RENDERS, Cache
 from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record
+from spin_usd.studio.open_stage import OpenStage
+from spin_usd.studio.recently_used import RecentlyUsed
 
 KEPT_RENDERS = 1 << 28  # bytes
 DEVELOPED = ("exposure.", "optics.", "sensor.", "sun.", "fill.", "lights.")
@@ -45,9 +44,9 @@ STRENGTH = (".factor", ".irradiance", ".temperature", ".shining")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Rendered:
-    """A render of the dataset, the unit light that it was made in, and what is recorded of its picture."""
+    """A render of the dataset, the unit light that it was made in, and the record of its picture."""
 
-    said: Record
+    record: Record
     unit: UnitLight
     radiance: Radiance
 
@@ -66,64 +65,59 @@ class _FreshAppearance:
 
 
 class FreshImages:
-    """Develops images in a child process. `spec`: the specification's file; `memory`: that of SharedArrays."""
+    """Develops images in a child process."""
 
-    def __init__(self, *, dataset: str, spec: str, seed: int, memory: int) -> None:
-        self._root, self._seed, self._shared = Path(dataset), seed, SharedArrays(memory)
+    def __init__(self, request: OpenFresh) -> None:
+        self._root, self._seed, self._shared = Path(request.dataset), request.seed, SharedArrays(request.memory)
         self._folder = Folder(self._root)
-        self._appearances = [_fresh(each, spec) for each in read_appearances(spec)]
-        self._readers: dict[str, StageReader] = {}
-        self._edited: dict[tuple[object, ...], EditedStage] = {}
+        self._appearances = [_fresh(each, request.spec) for each in read_appearances(request.spec)]
+        self._stages: dict[str, OpenStage] = {}
         self._rendered = RecentlyUsed[_Rendered](KEPT_RENDERS)
         self._known: set[tuple[object, ...]] = set()
-        self._targets = KnownTargets()
-        self._photographs = Photographs()
 
-    def image(self, *, frame: str, variant: str, epoch: int, region: Sequence[int] | None) -> DevelopedImage:
-        """Develop the image of a picture, or of its `region` x0, y0, x1, y1; return where it is, and what was drawn."""
+    def image(self, request: DevelopImage) -> DevelopedImage:
+        """Develop the image of a picture, or a region of it; return where it is, and what was drawn for it."""
+        frame, variant = request.frame, request.variant
         rendered = self._render(record_of(variant, frame))
-        said = rendered.said
-        drawn = f"{self._seed}.{epoch}"
-        chance = stream(self._seed, "appearance", variant, frame, str(epoch))
+        record = rendered.record
+        drawn = f"{self._seed}.{request.epoch}"
+        chance = stream(self._seed, "appearance", variant, frame, str(request.epoch))
         appearance = self._appearances[int(chance.integers(len(self._appearances)))]
-        values = appearance.draw(self._seed, f"{appearance.of.entry.name}.{epoch}", f"{variant}/{frame}")
-        scene = self._scene(said, appearance, values)
+        values = appearance.draw(self._seed, f"{appearance.of.entry.name}.{request.epoch}", f"{variant}/{frame}")
+        scene = self._scene(record, appearance, values)
         augmentation, camera = augmentation_and_camera(variant)
         scene = replace(scene, frame=replace(scene.frame, variant=variant_of(f"{augmentation}.{drawn}", camera)))
         gains = gains_in(rendered.unit, scene)
         if gains is None:
-            self._refuse(said, appearance.of.entry)
-        array = _developed(scene, rendered.radiance, gains, said, region)
+            self._refuse(record, appearance.of.entry)
+        array = _developed(scene, rendered.radiance, gains, record, request.region)
         entries: list[Entry] = self._shared.put({IMAGE: array})
         return DevelopedImage(arrays=entries, augmentation=appearance.of.entry.name, values=values)
 
-    def _reader(self, said: Record) -> StageReader:
-        if said.variant not in self._readers:
-            path = self._root / said.provenance.stage.root
-            after = next(iter(self._readers.values()), None)
-            self._readers[said.variant] = StageReader(path, variant=said.variant, after=after, check_images=False)
-        return self._readers[said.variant]
+    def _stage(self, record: Record) -> OpenStage:
+        root = record.provenance.stage.root
+        if root not in self._stages:
+            self._stages[root] = OpenStage(self._root / root, check_images=False)
+        return self._stages[root]
 
-    def _scene(self, said: Record, appearance: _FreshAppearance, values: Mapping[str, Value]) -> Scene:
-        reader, entry = self._reader(said), appearance.of.entry
+    def _scene(self, record: Record, appearance: _FreshAppearance, values: Mapping[str, Value]) -> Scene:
+        stage, entry = self._stage(record), appearance.of.entry
+        reader = stage.reader(record.variant)
         edits = Edits(values={n: v for n, v in values.items() if n != BACKGROUND}, selections=entry.select)
-        frame, key = reader.frames[said.index], (said.variant, edits.names)
-        if key not in self._edited:
-            self._edited[key] = EditedStage(self._root / said.provenance.stage.root, reader, frame, edits)
-        scene = self._targets.in_place(self._edited[key].scene(frame, edits))
-        if behind := str(values.get(BACKGROUND, "")):
-            file = beside(appearance.of.folder, behind)
-            scene = replace(scene, environment=self._photographs.behind(file))
-        if (checked := (*key, said.index)) not in self._known:
+        frame, behind = reader.frames[record.index], str(values.get(BACKGROUND, ""))
+        edited = stage.edited(record.variant, frame, edits)
+        photograph = beside(appearance.of.folder, behind) if behind else None
+        scene = stage.finished(edited.scene(frame, edits), photograph)
+        if (checked := (record.variant, edits.names, record.index)) not in self._known:
             base = reader.scene(frame)
-            keys = KeyMaker(said.settings).keys(scene.with_lights(base.lights))
-            if keys.radiance != said.provenance.keys["radiance"]:
-                self._refuse(said, entry)
+            keys = KeyMaker(record.settings).keys(scene.with_lights(base.lights))
+            if keys.radiance != record.provenance.keys["radiance"]:
+                self._refuse(record, entry)
             self._known.add(checked)
         return scene
 
-    def _refuse(self, said: Record, entry: AugmentationEntry) -> NoReturn:
-        found = f"the augmentation {entry.name} changes more of {said.frame} than strengths of light, camera and sky"
+    def _refuse(self, record: Record, entry: AugmentationEntry) -> NoReturn:
+        found = f"the augmentation {entry.name} changes more of {record.frame} than strengths of light, camera and sky"
         do = "draw what a render keeps apart alone; render the rest as variants"
         raise InputError(found, where=self._root, do=do)
 
@@ -131,17 +125,17 @@ class FreshImages:
         """Return the render of the picture with that record, from the dataset's cache."""
         if (kept := self._rendered.find(name)) is not None:
             return kept
-        said = read_record(self._folder, name)
-        reader = self._reader(said)
-        scene = reader.scene(reader.frames[said.index])
+        record = read_record(self._folder, name)
+        reader = self._stage(record).reader(record.variant)
+        scene = reader.scene(reader.frames[record.index])
         unit = in_unit_light(scene)
-        cache = Cache(folder=self._folder, versions=said.provenance.versions, work=self._root)
-        entry = cache.find(RENDERS, said.provenance.keys["radiance"])
+        cache = Cache(folder=self._folder, versions=record.provenance.versions, work=self._root)
+        entry = cache.find(RENDERS, record.provenance.keys["radiance"])
         radiance = read_render(entry.file, scene.picture_region, groups=len(unit.gains)) if entry else None
         if radiance is None:
             do = "render the dataset again without --no-cache, which makes no picture anew"
-            raise InputError(f"keeps no render of {said.frame} of {said.variant}", where=self._root, do=do)
-        found = _Rendered(said=said, unit=unit, radiance=radiance.in_own_pages())
+            raise InputError(f"keeps no render of {record.frame} of {record.variant}", where=self._root, do=do)
+        found = _Rendered(record=record, unit=unit, radiance=radiance.in_own_pages())
         self._rendered.keep(name, found, radiance.nbytes)
         return found
 
@@ -159,9 +153,9 @@ def _fresh(appearance: Appearance, spec: str) -> _FreshAppearance:
 
 
 def _developed(
-    scene: Scene, radiance: Radiance, gains: Sequence[Color], said: Record, region: Sequence[int] | None
+    scene: Scene, radiance: Radiance, gains: Sequence[Color], record: Record, region: Sequence[int] | None
 ) -> NDArray[Any]:
-    settings = said.settings
+    settings = record.settings
     seeds = background_seed(scene, settings), picture_seed(scene, settings)
     if region is None:
         return develop(scene, radiance.relit(gains), sky(scene, seed=seeds[0]), seed=seeds[1])

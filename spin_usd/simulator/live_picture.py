@@ -13,8 +13,8 @@ from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.reading.picture import Picture
 from spin_usd.records.record import Record
-from spin_usd.simulator.picture_request import PictureRequest
 from spin_usd.store.read_documents import decoded_record
+from spin_usd.studio.picture_request import PictureRequest
 
 Arrays = dict[str, NDArray[Any]]
 Made = tuple[Arrays, str]

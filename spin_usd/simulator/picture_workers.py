@@ -1,215 +1,115 @@
-"""The processes that make pictures on request: asked, waited for, and replaced where they die."""
+"""The processes that make pictures on request, and what their log has."""
 
 import os
-from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from msgspec import convert, to_builtins
+from msgspec import structs
 
-from spin_usd.errors import InputError, SpinError
-from spin_usd.processes.child import Child, ChildInternalError
-from spin_usd.processes.child_calls import modules_of
-from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S, START_PATIENCE_S, rendering_memory
-from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.errors import InputError
+from spin_usd.processes.call import Call
+from spin_usd.processes.child_limits import RENDER_PATIENCE_S, rendering_memory
+from spin_usd.processes.deaths import READING_TRIES
 from spin_usd.processes.patience import LOOK_S
-from spin_usd.processes.pool import Answered, Failed, Pool
 from spin_usd.processes.processors import share_of
-from spin_usd.simulator.live_picture import Arrays
-from spin_usd.simulator.picture_request import MadeInMemory, OpenedSimulator, PictureRequest
-from spin_usd.simulator.shared_arrays import SharedArrays, new_memory
+from spin_usd.processes.task import Task, Worker
+from spin_usd.scene.effort import CPU
+from spin_usd.simulator.array_workers import ArrayTask, ArrayWorkers
+from spin_usd.simulator.calls import (
+    OPEN_SIMULATOR,
+    SAVE_LOG,
+    SIMULATE_PICTURE,
+    MadeInMemory,
+    OpenedSimulator,
+    OpenSimulator,
+    SimulatePicture,
+)
+from spin_usd.studio.picture_request import PictureRequest
 
 
-@dataclass(kw_only=True)
-class AskedPicture:
-    """A picture that was asked for."""
+@dataclass(kw_only=True, eq=False)
+class SimulatorTask(ArrayTask[MadeInMemory]):
+    """A picture that is requested; its place in the log is given when a worker first gets it."""
 
-    number: int
-    request: PictureRequest
-    kinds: tuple[str, ...]
-    recorded: bool = False
-    """Whether its record is asked for too."""
-    logged: int | None = None
-    """Its place in the log, from when it is first given to a worker; None where there is none."""
-    retries: Retries = field(default_factory=lambda: Retries(READING_TRIES))
+    call: Call[Any, MadeInMemory] = SIMULATE_PICTURE
+    request: SimulatePicture
+    within_s: float = RENDER_PATIENCE_S
 
-
-@dataclass(frozen=True, kw_only=True)
-class MadePictureArrays:
-    """A picture that was made."""
-
-    asked: AskedPicture
-    made: MadeInMemory
-    arrays: Arrays
+    @property
+    def logged(self) -> int | None:
+        """Place in the log; None where there is none."""
+        return self.request.number
 
 
-@dataclass(frozen=True, kw_only=True)
-class PictureLog:
-    """Where requests are logged: the folder, and the parts that they may move."""
+class PictureWorkers(ArrayWorkers[OpenedSimulator]):
+    """Processes with a stage open; one with a log. `opening`: the request that opens it, without what differs from
+    worker to worker."""
 
-    log: str
-    parts: Sequence[str] = ()
-
-
-class PictureWorkers:
-    """`count` processes with the stage in that `variant` open, as StagePictures has it; one with a `log`.
-
-    opened: what a worker says of the stage.
-    """
-
-    def __init__(
-        self,
-        *,
-        stage: str,
-        options: Mapping[str, Any],
-        variant: str,
-        seed: int | None,
-        graphics: bool,
-        count: int,
-        log: PictureLog | None,
-    ) -> None:
+    def __init__(self, opening: OpenSimulator, *, workers: int) -> None:
         """Start the first. Raises what opening the stage does."""
-        self._of: dict[str, Any] = {"stage": stage, "options": options, "variant": variant, "seed": seed}
-        self._graphics, self._most, self._log = graphics, count, log
-        self._pool = Pool[int]()
-        self._memories: dict[int, SharedArrays] = {}
-        self._waiting: deque[AskedPicture] = deque()
-        self._doing: dict[int, AskedPicture] = {}
-        self._results: dict[int, MadePictureArrays | Exception] = {}
-        self._unwanted: set[int] = set()
-        self._count = self._logged = 0
-        self._unsaved: list[tuple[int, Any]] = []
+        limit = rendering_memory(graphics=opening.options.settings.device != CPU)
+        super().__init__(OPEN_SIMULATOR, self._opening_of, workers=workers, memory=limit)
+        self._of, self._log, self._number = opening, opening.log, 0
+        self._unsaved: list[tuple[int, PictureRequest]] = []
         self._process: int | None = os.getpid()
-        self.opened = self._start(0)
-
-    def fileno(self) -> int:
-        """Readable when a worker says something."""
-        return self._pool.fileno()
+        try:
+            self.opened = self.opened_content()
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """End the workers, and write a log to its end; again, and in another process, does nothing."""
         if self._process != os.getpid():
             return
-        if self._log and 0 in self._pool and not self._doing:
-            self._pool.send(0, "save_log", within_s=PATIENCE_S)
-            while 0 in self._pool and 0 not in self._pool.idle():
-                deque(self._pool.wait(), maxlen=0)
-        for number in self._pool:
-            self._pool.kill(number)
-        for memory in self._memories.values():
-            memory.close()
-        self._memories.clear()
-        self._doing.clear()
-        self._process = None
+        try:
+            if self._log and self._unsaved and self.is_idle:
+                self.call(SAVE_LOG, None)
+        finally:
+            super().close()
+            self._process = None
 
-    def ask(self, request: PictureRequest, kinds: tuple[str, ...], *, first: bool = False, **how: Any) -> int:
-        """Ask for a picture, `first` before all others that wait; return its number. `how`: as AskedPicture has it."""
-        self._count += 1
-        asked = AskedPicture(number=self._count, request=request, kinds=kinds, **how)
-        if first:
-            self._waiting.appendleft(asked)
-        else:
-            self._waiting.append(asked)
-        return asked.number
-
-    def result(self, number: int) -> MadePictureArrays:
-        """Wait for a picture. Raises why it cannot be made."""
-        while not self.has(number):
-            self.step()
-        found = self._results.pop(number)
-        if isinstance(found, Exception):
-            raise found
-        return found
-
-    def has(self, number: int) -> bool:
-        """Return whether the picture need not be waited for."""
-        return number in self._results
-
-    def forget(self, numbers: Iterable[int]) -> None:
-        """Drop pictures that nobody waits for any more."""
-        unwanted = {*numbers}
-        self._waiting = deque(asked for asked in self._waiting if asked.number not in unwanted)
-        self._unwanted |= unwanted & {asked.number for asked in self._doing.values()}
-        for number in unwanted:
-            self._results.pop(number, None)
+    def ask(
+        self,
+        request: PictureRequest,
+        kinds: tuple[str, ...],
+        *,
+        first: bool = False,
+        recorded: bool = False,
+        logged: int | None = None,
+    ) -> SimulatorTask:
+        """Request a picture, `first` before all others that wait. `recorded`: whether its record is wanted too;
+        `logged`: its place in the log, where it was made before."""
+        asked = SimulatePicture(picture=request, kinds=kinds, recorded=recorded, number=logged)
+        task = SimulatorTask(request=asked, tries=READING_TRIES)
+        self.submit(task, first=first)
+        return task
 
     def step(self, *, within_s: float = LOOK_S) -> None:
         """Give idle workers what waits, and take what they have made, waiting for that as long. Raises InputError where
         they are not there any more, or another process's."""
         if self._process is None:
-            raise InputError("the simulator is closed", do="ask while it is open")
+            raise InputError("the simulator is closed", do="request pictures while it is open")
         if self._process != os.getpid():
-            raise InputError("the simulator is another process's", do="open one in each process")
-        while len(self._pool) < min(self._most, len(self._waiting) + len(self._doing)):
-            try:
-                self._start(next(number for number in range(self._most) if number not in self._pool))
-            except (SpinError, ChildInternalError) as error:  # such as a stage that is not there any more
-                if not self._waiting:
-                    break
-                self._keep(self._waiting.popleft(), error)
-        for number in self._pool.idle():
-            if self._waiting:
-                self._send(number, self._waiting.popleft())
-        for event in self._pool.wait(within_s=within_s):
-            match event:
-                case Answered(key=number, result=result):
-                    self._take(self._doing.pop(number), convert(result, MadeInMemory), self._memories[number])
-                case Failed(key=number, reason=ChildDiedError() as died) if number in self._doing:
-                    asked = self._doing.pop(number)
-                    if asked.retries.may_try_again(died):
-                        self._waiting.appendleft(asked)
-                    else:
-                        self._keep(asked, died)
-                case Failed(key=number, reason=reason) if number in self._doing:
-                    self._keep(self._doing.pop(number), reason)
+            raise InputError("the simulator belongs to another process", do="open one in each process")
+        super().step(within_s=within_s)
 
-    def _send(self, number: int, asked: AskedPicture) -> None:
-        self._doing[number] = asked
-        if self._log and asked.logged is None:
-            asked.logged = self._logged
-        where = {"number": asked.logged} if self._log else {}
-        self._pool.send(
-            number,
-            "logged_picture" if self._log else "simulated_picture",
-            within_s=RENDER_PATIENCE_S,
-            **where,
-            request=to_builtins(asked.request),
-            kinds=asked.kinds,
-            recorded=asked.recorded,
-        )
+    def _opening_of(self, number: int, memory: int) -> OpenSimulator:
+        log = structs.replace(self._log, redo=tuple(self._unsaved)) if self._log else None
+        return structs.replace(self._of, memory=memory, cpus=share_of(number, self.workers), log=log)
 
-    def _take(self, asked: AskedPicture, made: MadeInMemory, memory: SharedArrays) -> None:
-        if self._log and asked.logged == self._logged:
-            self._unsaved.append((asked.logged, to_builtins(made.request or asked.request)))
-            self._logged += 1
-        if made.saved:
-            self._unsaved.clear()
-        self._keep(asked, MadePictureArrays(asked=asked, made=made, arrays=dict(memory.taken(made.arrays))))
+    def _opened(self, answer: OpenedSimulator) -> None:
+        self._number = answer.logged
 
-    def _keep(self, asked: AskedPicture, found: MadePictureArrays | Exception) -> None:
-        if asked.number in self._unwanted:
-            self._unwanted.remove(asked.number)
-        else:
-            self._results[asked.number] = found
+    def _prepare(self, task: Task[Any]) -> None:
+        if self._log and isinstance(task, SimulatorTask) and task.logged is None:
+            task.request = structs.replace(task.request, number=self._number)
 
-    def _start(self, number: int) -> OpenedSimulator:
-        """Start the worker of that number; return what it says of the stage."""
-        if number in self._memories:
-            self._memories.pop(number).close()
-        call = "open_logged" if self._log else "open_simulated"
-        more: dict[str, Any] = {**to_builtins(self._log), "redo": self._unsaved} if self._log else {}
-        memory = new_memory()
-        child = Child(keep_open=(memory,), memory=rendering_memory(graphics=self._graphics), modules=modules_of(call))
-        try:
-            cpus = share_of(number, self._most)
-            answer = child.call(call, within_s=START_PATIENCE_S, **self._of, **more, memory=memory, cpus=cpus)
-        except BaseException:
-            child.kill()
-            os.close(memory)
-            raise
-        opened = convert(answer, OpenedSimulator)
-        self._logged = opened.logged
-        self._memories[number] = SharedArrays(memory)
-        self._pool.add(number, child)
-        return opened
+    def _done(self, worker: Worker[Task[Any]], task: Task[Any]) -> None:
+        super()._done(worker, task)
+        if self._log and isinstance(task, SimulatorTask):
+            if task.logged == self._number:
+                self._unsaved.append((self._number, task.result.request or task.request.picture))
+                self._number += 1
+            if task.result.saved:
+                self._unsaved.clear()

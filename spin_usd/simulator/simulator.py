@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from msgspec import structs, to_builtins
+from msgspec import structs
 from numpy.typing import ArrayLike
 
 from spin_usd.basics.arrays import frozen
 from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
-from spin_usd.formats.augmentation_spec import spec_path
 from spin_usd.options import PictureOptions
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.planning.request import RenderRequest
@@ -26,8 +25,11 @@ from spin_usd.reading.description import Description, described
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.scene import NOMINAL
+from spin_usd.simulator.calls import OpenLog, OpenSimulator
 from spin_usd.simulator.live_picture import RECORD, LivePicture, Made
-from spin_usd.simulator.picture_request import (
+from spin_usd.simulator.picture_workers import PictureWorkers, SimulatorTask
+from spin_usd.specifications.augmentation_spec import spec_path
+from spin_usd.studio.picture_request import (
     DrawnFrom,
     PictureRequest,
     finite_number,
@@ -36,7 +38,6 @@ from spin_usd.simulator.picture_request import (
     shortened,
     whole_number,
 )
-from spin_usd.simulator.picture_workers import PictureLog, PictureWorkers
 
 NEEDED = ("depth",)  # a record is of some file
 AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
@@ -127,7 +128,8 @@ class Simulator:
         if log is not None and not str(log):
             raise InputError("the log has no folder", do="give its name")
         own = None if seed is None else whole_number(seed, "the seed")
-        self.stage, self.variant, self._count = asked.stage, variant, workers
+        self.stage, self.variant = asked.stage, variant
+        self._ahead = AHEAD * workers if log is None else 1  # a log has no picture that nobody takes
         self.kinds = tuple(kind for kind in asked.kinds if image or kind != IMAGE)
         settings = RenderSettings(
             renderer=asked.renderer,
@@ -135,16 +137,16 @@ class Simulator:
             seed=own or 0,
             device=asked.devices()[0],
         )
-        options = WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen)
-        self.workers = PictureWorkers(
+        opening = OpenSimulator(
             stage=str(self.stage),
-            options=to_builtins(options),
+            options=WorkerOptions(root="", work="", stage=self.stage.name, settings=settings, chosen=asked.chosen),
             variant=variant,
             seed=own,
-            graphics=settings.device != CPU,
-            count=workers,
-            log=None if log is None else PictureLog(log=str(Path(log).absolute()), parts=list(log_parts)),
+            memory=-1,
+            cpus=[],
+            log=None if log is None else OpenLog(folder=str(Path(log).absolute()), parts=tuple(log_parts)),
         )
+        self.workers = PictureWorkers(opening, workers=workers)
         opened = self.workers.opened
         self.frames, self.variants, self.seed = tuple(opened.frames), tuple(opened.variants), opened.seed
         self.description: Description = described(opened.targets, opened.parts)
@@ -181,13 +183,13 @@ class Simulator:
         what `request` returned. What comes after the pictures that are waited for is made ahead."""
         if isinstance(requests, str | Mapping):
             raise InputError(f"{shortened(requests)} is one request", do="give a list of them, or ask for a picture")
-        asked: deque[int] = deque()
+        asked: deque[SimulatorTask] = deque()
         try:
             for each in requests:
                 given = self.request(**each) if isinstance(each, Mapping) else each
                 request = given if isinstance(given, PictureRequest) else self.request(given)
                 asked.append(self.workers.ask(request, self.kinds))
-                if len(asked) >= AHEAD * self._count:
+                if len(asked) >= self._ahead:
                     yield self._result(asked.popleft())
             while asked:
                 yield self._result(asked.popleft())
@@ -299,18 +301,17 @@ class Simulator:
             values=plain(given),
         )
 
-    def _result(self, number: int) -> LivePicture:
+    def _result(self, task: SimulatorTask) -> LivePicture:
         """Wait for a picture."""
-        found = self.workers.result(number)
-        asked, made, camera = found.asked, found.made, found.made.camera.camera
-        request = made.request or asked.request
+        made = self.workers.result(task)
+        camera, request = made.camera.camera, made.request or task.request.picture
 
         def make(kind: str) -> Made:
             recorded = kind == RECORD
             kinds = (self.kinds or NEEDED) if recorded else (kind,)
-            more = self.workers.ask(request, kinds, first=True, recorded=recorded, logged=asked.logged)
-            whole = self.workers.result(more)
-            return whole.arrays, whole.made.record or ""
+            more = self.workers.ask(request, kinds, first=True, recorded=recorded, logged=task.logged)
+            made_more = self.workers.result(more)
+            return more.arrays, made_more.record or ""
 
         return LivePicture(
             root=self.stage,
@@ -323,6 +324,6 @@ class Simulator:
             T_cam_body=frozen(made.pose.T_cam_body.matrix),
             description=self.description,
             request=request,
-            arrays=found.arrays,
+            arrays=task.arrays,
             make=make,
         )

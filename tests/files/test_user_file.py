@@ -12,12 +12,12 @@ from spin_usd.exchange.cameras.speed_camera import read_camera_file
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.files.user_file import open_file, path_of, read_bytes, read_text
 from spin_usd.formats.array_file import read_point_cloud
-from spin_usd.formats.augmentation_spec import read_augmentation_spec
 from spin_usd.formats.image_file import read_image
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.formats.sampling_text import read_sampling_file
 from spin_usd.formats.table_file import read_keypoints_file
+from spin_usd.specifications.augmentation_spec import read_augmentation_spec
+from spin_usd.specifications.sampling_text import read_sampling_file
 
 
 def pipe(folder: Path) -> Path:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.commands.check.calls import CHECK_STAGE, CheckStage
 from spin_usd.errors import SpinError
 from spin_usd.processes.child import Child
 
@@ -95,9 +96,10 @@ def checked(child):
 
     def check(stage):
         try:
-            found = child.call("check_stage", stage=str(stage), progress=lambda *_: None, within_s=20)["findings"]
+            request = CheckStage(stage=str(stage))
+            found = child.call(CHECK_STAGE, request, progress=lambda *_: None, within_s=20).findings
         except SpinError as refusal:
             return str(refusal)
-        return [finding["message"] for finding in found]
+        return [finding.message for finding in found]
 
     return check

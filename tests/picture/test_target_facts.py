@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from msgspec import to_builtins
 
-from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
@@ -17,6 +16,7 @@ from spin_usd.picture.target_facts import target_facts
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
+from spin_usd.studio.record import recorded_target
 from tests.cases.scenes import SMALL, box, pose, scene, target
 
 CASTER = EmbreeCaster()

@@ -15,7 +15,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.sha256 import sha256_of
 from spin_usd.options import EffortOptions
 from spin_usd.planning.effort_choice import doubts, setting_of
-from spin_usd.records.record import EffortChoice
+from spin_usd.records.record import EffortChoice, StageProvenance
 from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.store.measurement_file import FILE, folder_of, read_measurement
 from tests.cases.measurements import figures, measurement, setting, usual
@@ -40,6 +40,10 @@ def asked(stage=Path("stage.usda"), **ways):
 def measured_stage(tmp_path):
     written(folder_of(tmp_path / "stage.usda"), usual())
     return tmp_path / "stage.usda"
+
+
+def of_stage(digest):
+    return StageProvenance(root="dataset.usda", hash=digest, files={}, variants={})
 
 
 def test_a_measurement_is_read_as_it_was_written(tmp_path) -> None:
@@ -139,12 +143,12 @@ def test_raycast_is_chosen_only_where_it_is_asked_for(measured_stage) -> None:
 
 def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured_stage) -> None:
     _, chosen = asked(measured_stage, quality="reference")
-    (said,) = doubts(chosen, {"nominal": {"hash": usual().stage}})
+    (said,) = doubts(chosen, {"nominal": of_stage(usual().stage)})
     assert said.startswith("the quality reference: expected error 2.4 %, for 22.4 CPU s a picture, as measured on this")
-    assert planned_choice(chosen, {"nominal": {"hash": usual().stage}}).expected.error == pytest.approx(0.024)
-    assert to_builtins(planned_choice(chosen, {"nominal": {"hash": "6" * 64}})) == to_builtins(chosen.recorded)
+    assert planned_choice(chosen, {"nominal": of_stage(usual().stage)}).expected.error == pytest.approx(0.024)
+    assert to_builtins(planned_choice(chosen, {"nominal": of_stage("6" * 64)})) == to_builtins(chosen.recorded)
     assert chosen.recorded.measurement is UNSET
-    assert doubts(chosen, {"nominal": {"hash": "6" * 64}}) == []
+    assert doubts(chosen, {"nominal": of_stage("6" * 64)}) == []
 
 
 def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path) -> None:
@@ -195,7 +199,7 @@ def test_a_stage_that_was_not_measured_says_what_to_run(tmp_path) -> None:
 
 def test_doubts_are_about_another_state_of_the_stage_and_other_variants(measured_stage) -> None:
     _, chosen = asked(measured_stage, error="0.1")
-    here, changed = ({"hash": hash} for hash in (usual().stage, "6" * 64))
+    here, changed = (of_stage(hash) for hash in (usual().stage, "6" * 64))
     assert doubts(chosen, {"nominal": here}) == []
     (said,) = doubts(chosen, {"nominal": changed})
     assert "of the stage as it was" in said

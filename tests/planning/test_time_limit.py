@@ -9,7 +9,7 @@ from spin_usd.options import RunOptions
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.time_limit import MIN_S, TIMES, TimeLimits
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.work import CommonWork, PictureWork
 from spin_usd.scene.effort import Effort
 
 KINDS = ("image", "depth")
@@ -22,7 +22,7 @@ LIMITS = TimeLimits(options=OPTIONS, workers=1, cores=1)
 
 
 def test_a_long_picture_has_several_times_what_it_is_expected_to_take() -> None:
-    expected = sum(expected_work(Task(picture=PICTURE, label_pass=True, render=True), OPTIONS).values())
+    expected = sum(expected_work(PictureWork(picture=PICTURE, label_pass=True, render=True), OPTIONS).values())
     assert expected > MIN_S
     assert LIMITS.of(PICTURE, KINDS) == pytest.approx(TIMES * expected)
 
@@ -35,7 +35,7 @@ def test_what_a_run_takes_longer_counts_and_what_it_takes_less_does_not() -> Non
     timings = Timings()
     limits = replace(LIMITS, measured=(Timings(), timings))
     before = limits.of(PICTURE, KINDS)
-    work = expected_work(Task(picture=PICTURE, label_pass=True, render=True), OPTIONS)
+    work = expected_work(PictureWork(picture=PICTURE, label_pass=True, render=True), OPTIONS)
     timings.add(work, {kind: 0.1 * seconds for kind, seconds in work.items()})
     assert limits.of(PICTURE, KINDS) == before
     timings.add(work, {kind: 4.9 * seconds for kind, seconds in work.items()})

@@ -12,7 +12,7 @@ from spin_usd.planning.cost import Timings, expected_bytes, expected_work, read_
 from spin_usd.planning.make_plan import Plan, make_plan
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.variant_table import MANY, VariantRow, in_lines, variant_table
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.work import CommonWork, PictureWork
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
@@ -164,7 +164,7 @@ def test_many_variants_that_cost_alike_share_a_line() -> None:
 
 
 def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
-    task = Task(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
+    task = PictureWork(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
     expected = expected_work(task, OPTIONS)
     of_run = Timings()
     for _ in range(100):

@@ -13,7 +13,7 @@ from spin_usd.planning.make_plan import SHARED_FROM, make_plan
 from spin_usd.planning.picture_columns import Extents
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.wall_time import DEVICE_ALONE, PLANNED_S, one_core, wall_seconds
-from spin_usd.planning.work import CommonWork, Task, Work
+from spin_usd.planning.work import CommonWork, PictureWork, Work
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases import measurements
@@ -34,7 +34,7 @@ def planned(stage, frames=None):
 
 def test_more_of_anything_costs_more(pictures) -> None:
     def seconds(effort):
-        task = Task(picture=pictures[0], label_pass=True, render=True)
+        task = PictureWork(picture=pictures[0], label_pass=True, render=True)
         return expected_work(task, replace(OPTIONS, effort=effort))[BEAUTY_PASS]
 
     usual = seconds(Effort())
@@ -47,7 +47,7 @@ def test_more_of_anything_costs_more(pictures) -> None:
 
 def test_labels_that_cast_rays_cost_more(pictures) -> None:
     def seconds(*labels):
-        task = Task(picture=pictures[0], label_pass=True, render=False)
+        task = PictureWork(picture=pictures[0], label_pass=True, render=False)
         return expected_work(task, replace(OPTIONS, kinds=labels))["labels"]
 
     assert seconds("depth", "flow") > seconds("depth", "lit") > seconds("depth") == seconds("depth", "range")
@@ -107,7 +107,7 @@ def test_a_device_is_shared_and_cores_do_not_speed_it_up(seconds, workers) -> No
 
 
 def test_light_on_a_device_is_work_of_its_own(pictures) -> None:
-    task = Task(picture=pictures[0], label_pass=True, render=True)
+    task = PictureWork(picture=pictures[0], label_pass=True, render=True)
     here, there = expected_work(task, OPTIONS), expected_work(task, replace(OPTIONS, device="optix"))
     assert {*here} - {*there} == {BEAUTY_PASS}
     assert {*there} - {*here} == {DEVICE_PASS}
@@ -135,7 +135,9 @@ def test_measured_pictures_are_expected_to_take_what_they_took_and_the_rest_as_e
     ]
     other = measurements.figures(measurements.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
     found = measured_renders(measurements.measurement([*made, other]), plan, options)
-    expected = [expected_work(Task(picture=each, label_pass=True, render=True), options) for each in plan.pictures]
+    expected = [
+        expected_work(PictureWork(picture=each, label_pass=True, render=True), options) for each in plan.pictures
+    ]
     scaled = [found.scaled(each) for each in expected]
     assert sum(each[BEAUTY_PASS] for each in expected) != pytest.approx(9, rel=0.1)
     assert sum(each[BEAUTY_PASS] for each in scaled) == pytest.approx(9)

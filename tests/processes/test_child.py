@@ -9,9 +9,12 @@ from pathlib import Path
 import psutil
 import pytest
 
+from spin_usd.commands.augment.run import PARAMETER_LIST
 from spin_usd.errors import SpinError
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child, ChildInternalError
 from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.open_renderer import TRY_RENDERER
 
 pytestmark = pytest.mark.children
 
@@ -28,28 +31,28 @@ def wait_until(condition, seconds=GONE_WITHIN_S):
 
 def test_an_error_in_the_child_is_the_same_error_here(tmp_path) -> None:
     with Child() as child, pytest.raises(SpinError) as raised:
-        child.call("try_renderer", name="povray")
+        child.call(TRY_RENDERER, "povray")
     assert type(raised.value).__name__ == "InputError"
     assert "povray" in str(raised.value)
 
 
 def test_a_defect_in_the_child_is_not_taken_for_bad_input() -> None:
     with Child() as child, pytest.raises(ChildInternalError):
-        child.call("no such call")
+        child.call(Call("no:such", str, str), "call")
 
 
 def test_a_child_loads_modules_before_it_is_asked_and_outlives_one_that_is_not_there() -> None:
     with Child(modules=("spin_usd.no_such_module", "numpy")) as child:
         maps = f"/proc/{child.process.pid}/maps"
         assert sys.platform != "linux" or wait_until(lambda: "/numpy/" in Path(maps).read_text(encoding="utf-8"))
-        assert child.call("parameter_list")
+        assert child.call(PARAMETER_LIST, None)
 
 
 def test_a_killed_child_is_reported_and_does_not_hang() -> None:
     with Child() as child:
         child.process.send_signal(signal.SIGKILL)
         with pytest.raises(ChildDiedError, match="SIGKILL"):
-            child.call("try_renderer", name="raycast")
+            child.call(TRY_RENDERER, "raycast")
 
 
 def test_an_interrupted_child_is_left_to_the_thread_that_waits_for_it() -> None:
@@ -58,7 +61,7 @@ def test_an_interrupted_child_is_left_to_the_thread_that_waits_for_it() -> None:
         assert wait_until(lambda: psutil.Process(child.process.pid).status() == psutil.STATUS_ZOMBIE)
         assert child.process.returncode is None
         with pytest.raises(ChildDiedError, match="SIGKILL"):
-            child.call("try_renderer", name="raycast")
+            child.call(TRY_RENDERER, "raycast")
         child.interrupt()
 
 
@@ -87,13 +90,13 @@ def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkey
 
 def test_what_libraries_print_does_not_reach_the_answers() -> None:
     with Child() as child:
-        assert "blender" in child.call("try_renderer", name="blender")
+        assert "blender" in child.call(TRY_RENDERER, "blender")
 
 
 def test_answers_that_arrive_together_are_reported_one_by_one() -> None:
     with Child() as child:
         for _ in range(2):
-            child.send("try_renderer", name="raycast")
+            child.send(TRY_RENDERER, "raycast")
         time.sleep(2.0)  # both answers wait in the pipe
         for _ in range(2):
             assert "embreex" in child.receive(within_s=5.0)["result"]
@@ -107,7 +110,7 @@ def test_what_a_child_leaves_that_crashes_is_gone_with_it(tmp_path, monkeypatch)
         (folder / "st_python").write_text("stack")
         os.kill(child.process.pid, signal.SIGSEGV)
         with pytest.raises(ChildDiedError):
-            child.call("check_stage", stage="a.usda")
+            child.call(TRY_RENDERER, "raycast")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -117,7 +120,7 @@ def test_a_crash_of_a_child_that_held_most_of_its_memory_is_told_from_others(mem
     """What is read takes all memory again if it is tried again."""
     with Child() as child:
         child._memory = memory
-        child.call("try_renderer", name="raycast")
+        child.call(TRY_RENDERER, "raycast")
         os.kill(child.process.pid, signal.SIGSEGV)
         with pytest.raises(ChildDiedError) as died:
             child.receive()

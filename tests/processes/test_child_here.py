@@ -9,6 +9,7 @@ from pxr import Sdf
 
 import spin_usd
 from spin_usd.processes.child import IN_PROCESS, Child, ChildHere
+from spin_usd.processes.open_renderer import TRY_RENDERER
 
 CODE = """
 import sys, spin_usd
@@ -48,4 +49,4 @@ def test_faults_and_progress_come_as_from_a_process(monkeypatch) -> None:
     with Child() as child:
         assert isinstance(child, ChildHere)
         with pytest.raises(spin_usd.SpinError, match="there is no renderer 'none'"):
-            child.call("try_renderer", name="none")
+            child.call(TRY_RENDERER, "none")

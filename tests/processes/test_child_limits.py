@@ -15,9 +15,10 @@ HARD = 6 << 30  # bytes, less than half of most machines' memory
 
 ASKED = (
     "import resource; from spin_usd.processes.child import Child\n"
+    "from spin_usd.processes.open_renderer import TRY_RENDERER\n"
     "with Child() as child:\n"
     "    print(*resource.prlimit(child.process.pid, resource.RLIMIT_AS))\n"
-    "    print(child.call('try_renderer', name='raycast'))\n"
+    "    print(child.call(TRY_RENDERER, 'raycast'))\n"
 )
 
 

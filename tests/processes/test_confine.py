@@ -13,7 +13,7 @@ READ = """
 import os, sys
 from spin_usd.processes import confine
 confine.MAX_FILES = int(sys.argv[2])
-if not confine.confine(root=sys.argv[1]):
+if not confine.confine(sys.argv[1]):
     sys.exit("no Landlock")
 for path in sys.argv[3:]:
     try:
@@ -47,7 +47,7 @@ def test_plain_files_of_one_folder_are_read_and_nothing_else(tmp_path, most) -> 
 
 
 def test_doctor_says_whether_a_process_can_be_confined(tmp_path) -> None:
-    code = "import sys; from spin_usd.processes import confine; print(confine.confine(root=sys.argv[1]))"
+    code = "import sys; from spin_usd.processes import confine; print(confine.confine(sys.argv[1]))"
     done = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True, check=True)
     assert (confine.landlock_version() > 0) is (done.stdout.strip() == "True")
 

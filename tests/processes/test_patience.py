@@ -7,10 +7,12 @@ import subprocess
 import sys
 import threading
 import time
+from types import NoneType
 
 import pytest
 
 from spin_usd.processes import patience
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.patience import Patience
@@ -20,6 +22,7 @@ from spin_usd.processes.usage import Usage, UsageMeter
 pytestmark = pytest.mark.children
 
 
+NOTHING = Call("nothing:nothing", NoneType, int)
 LOOP = "while True: pass"
 SLEEP = "import time; time.sleep(1000)"
 NAP = "import time\nwhile True: time.sleep(0.02)"
@@ -49,13 +52,13 @@ def started(tmp_path, monkeypatch):
 
 
 def asked_of_a_child(child, within_s):
-    return child.call("nothing", within_s=within_s)
+    return child.call(NOTHING, None, within_s=within_s)
 
 
 def asked_of_a_pool(child, within_s):
     with Pool[int]() as pool:
         pool.add(0, child)
-        pool.send(0, "nothing", within_s=within_s)
+        pool.send(0, NOTHING, None, within_s=within_s)
         while not (events := list(pool.wait())):
             pass
         match events:

@@ -7,6 +7,7 @@ import pytest
 
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
+from spin_usd.processes.open_renderer import TRY_RENDERER
 from spin_usd.processes.pool import Answered, Failed, Pool
 
 pytestmark = pytest.mark.children
@@ -28,7 +29,7 @@ def events(pool, count):
 def test_each_answer_is_known_by_its_child(pool) -> None:
     for key in ("one", "two"):
         pool.add(key, Child())
-        pool.send(key, "try_renderer", within_s=60.0, name="raycast")
+        pool.send(key, TRY_RENDERER, "raycast", within_s=60.0)
     assert pool.idle() == []
     answers = events(pool, 2)
     assert {event.key for event in answers} == {"one", "two"}
@@ -39,7 +40,7 @@ def test_each_answer_is_known_by_its_child(pool) -> None:
 def test_a_child_that_fails_stays_and_one_that_dies_goes(pool) -> None:
     child = Child()
     pool.add("one", child)
-    pool.send("one", "try_renderer", within_s=60.0, name="povray")
+    pool.send("one", TRY_RENDERER, "povray", within_s=60.0)
     (failed,) = events(pool, 1)
     assert isinstance(failed, Failed)
     assert "povray" in str(failed.reason)
@@ -56,7 +57,7 @@ def test_what_is_sent_to_a_dead_child_is_answered_by_its_death(pool) -> None:
     pool.add("one", child)
     child.process.kill()
     child.process.wait()
-    pool.send("one", "try_renderer", within_s=60.0, name="raycast")
+    pool.send("one", TRY_RENDERER, "raycast", within_s=60.0)
     (died,) = events(pool, 1)
     assert isinstance(died.reason, ChildDiedError)
 
@@ -92,7 +93,7 @@ def test_a_child_at_work_that_grows_is_ended() -> None:
 def test_a_word_gives_a_child_its_time_again(pool) -> None:
     """Two pieces of work, each within its time, take longer together."""
     pool.add("one", Child())
-    pool.send("one", "try_renderer", within_s=0.01, name="raycast")
+    pool.send("one", TRY_RENDERER, "raycast", within_s=0.01)
     pool.give("one", 60.0)
     (answer,) = events(pool, 1)
     assert isinstance(answer, Answered)

@@ -77,16 +77,16 @@ def test_a_death_between_saving_and_answering_logs_nothing_twice(small_stage, sp
         before = os.stat(log / REQUESTS).st_mtime_ns
         (child,) = set(psutil.Process().children()) - others
         time.sleep(SAVE_S)
-        number = simulator.workers.ask(simulator.request(2), simulator.kinds)
+        task = simulator.workers.ask(simulator.request(2), simulator.kinds)
         simulator.workers.step(within_s=0)  # it is sent, and its answer is not heard
         while os.stat(log / REQUESTS).st_mtime_ns == before:
             pass
         child.kill()
-        found = simulator.workers.result(number)
-        assert found.asked.logged == 2
+        made = simulator.workers.result(task)
+        assert task.logged == 2
         last = simulator.picture(3)
         assert last.index == 3
-        images = {each.frame: each.image for each in (*first, last)} | {found.made.frame: found.arrays["image"]}
+        images = {each.frame: each.image for each in (*first, last)} | {made.frame: task.arrays["image"]}
     again = made_again(log, spin_usd, tmp_path / "dataset")
     assert again.keys() == images.keys()
     for name, image in images.items():

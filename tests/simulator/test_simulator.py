@@ -132,7 +132,7 @@ def test_pictures_that_nobody_takes_disturb_nothing(simulator) -> None:
     for _ in simulator.pictures(range(8)):
         break
     np.testing.assert_array_equal(simulator.picture(5).image, wanted)
-    assert not simulator.workers._results
+    assert not simulator.workers._waiting.tasks
     assert not simulator.workers._waiting
 
 
@@ -247,4 +247,4 @@ def test_another_process_is_told_to_open_its_own(small_stage) -> None:
         "    assert (s.picture(0).image == first).all()\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "another process's" in done.stdout
+    assert "belongs to another process" in done.stdout

@@ -5,9 +5,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
-from msgspec import to_builtins
 from numpy.typing import NDArray
 
+from spin_usd.commands.render.calls import MAKE_PICTURE, OPEN_WORKER, MakePicture, OpenWorker
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.array_file import read_array
 from spin_usd.options import PictureOptions
@@ -29,7 +29,7 @@ class OwnWorker:
         options = WorkerOptions(root=str(root), work=str(root / "work"), stage=str(stage), settings=settings)
         self._root, self._kinds = root, request.kinds
         self._child = stack.enter_context(Child())
-        self._child.call("open_worker", options=to_builtins(options))
+        self._child.call(OPEN_WORKER, OpenWorker(options=options))
         self.pid = self._child.process.pid
 
     def picture(self, scene: Scene) -> None:
@@ -46,4 +46,4 @@ class OwnWorker:
         return found[scene.picture_region.slices]
 
     def _make(self, scene: Scene, kinds: tuple[str, ...]) -> None:
-        self._child.call("picture", variant="nominal", index=scene.frame.index, kinds=kinds)
+        self._child.call(MAKE_PICTURE, MakePicture(variant="nominal", index=scene.frame.index, kinds=kinds))

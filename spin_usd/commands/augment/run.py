@@ -1,16 +1,18 @@
 """Sampled variants of a stage."""
 
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
-from msgspec import convert
-
 from spin_usd.commands.augment.options import AugmentOptions
-from spin_usd.commands.author.reports import AugmentReport
+from spin_usd.commands.author.reports import AUGMENT, AugmentReport, AugmentStage
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
 from spin_usd.store.stage_path import existing_stage
+
+PARAMETER_LIST = Call("spin_usd.commands.augment.parameter_list:parameter_list", NoneType, list[dict[str, Any]])
 
 
 @takes(AugmentOptions)
@@ -22,12 +24,11 @@ def augment(options: AugmentOptions) -> AugmentReport:
     root, spec = existing_stage(Path(options.stage)), str(options.spec)
     out = None if options.out is None else str(options.out)
     reads = f"{root} or {spec}"
-    report = ask_child("augment", reads=reads, progress=options.progress, stage=str(root), spec=spec, out=out)
-    return convert(report, AugmentReport)
+    request = AugmentStage(stage=str(root), spec=spec, out=out)
+    return ask_child(AUGMENT, request, reads=reads, progress=options.progress)
 
 
 def parameters() -> list[dict[str, Any]]:
     """List the parameters that a specification can sample, each with its name, description, units and limits."""
     with Child() as child:
-        found: list[dict[str, Any]] = child.call("parameter_list")
-    return found
+        return child.call(PARAMETER_LIST, None)

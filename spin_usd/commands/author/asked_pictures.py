@@ -8,8 +8,6 @@ from typing import Any
 from spin_usd.basics.faults import reading
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.options import AuthorOptions
-from spin_usd.commands.author.part_pictures import part_pictures, sample_light, sample_poses
-from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.commands.author.scenario_pictures import ENVIRONMENT, ScenarioPictures
 from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
@@ -19,6 +17,8 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList
+from spin_usd.specifications.part_pictures import part_pictures, sample_light, sample_poses
+from spin_usd.specifications.sampling_spec import open_spec
 from spin_usd.stage.augment.sampled_values import SampledValues
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners
 from spin_usd.stage.author.target_asset import TargetAsset

@@ -6,16 +6,21 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.basics.progress import Progress
-from spin_usd.commands.author.background_choice import background_choice
-from spin_usd.commands.author.reports import AugmentReport
-from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.commands.author.reports import AugmentReport, AugmentStage
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.augmentation_spec import AugmentationEntry, Specification, read_augmentation_spec, spec_path
-from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS
 from spin_usd.sampling.sample import stream
 from spin_usd.scene.environment import BACKGROUND
+from spin_usd.specifications.augmentation_spec import (
+    AugmentationEntry,
+    Specification,
+    read_augmentation_spec,
+    spec_path,
+)
+from spin_usd.specifications.background_choice import background_choice
+from spin_usd.specifications.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.specifications.sample_table import SampleEntry
 from spin_usd.stage.augment.background import Background, background_of, compose_background
 from spin_usd.stage.augment.planet import find_planet
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
@@ -50,6 +55,11 @@ def augment_stage(
     root = _written(Path(stage), new_root, made, source)
     names = tuple(augmentation.name for augmentation in made)
     return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
+
+
+def augment_requested(request: AugmentStage, progress: Progress) -> AugmentReport:
+    """Write the variants of a request."""
+    return augment_stage(stage=request.stage, spec=request.spec, out=request.out, progress=progress)
 
 
 @dataclass(frozen=True)

@@ -100,3 +100,8 @@ def _unused(making: Authoring) -> Iterator[str]:
         if asked.get(name, variant) != variant:
             instead = f"the preset {preset.file.stem} selects {name}={variant}, in place of --variant"
             yield f"{instead} {name}={asked[name]}: leave one of them out"
+
+
+def author_requested(request: dict[str, Any], progress: Progress) -> AuthorReport:
+    """Write the stage of a request, AuthorOptions as JSON."""
+    return author_stage(progress=progress, **request)

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
@@ -30,10 +29,12 @@ from spin_usd.formats.mesh.mesh_file import (
     read_mesh_file,
     without_doubles,
 )
-from spin_usd.formats.sampling_text import BodyText, body_text
 from spin_usd.processes.ask_child import ask_child
+from spin_usd.processes.call import Call
 from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.scene.asset import AT_REST, MeshAsset, MeshPart
+from spin_usd.scene.converted_model import ConvertedModel, ModelToConvert
+from spin_usd.specifications.sampling_text import BodyText, body_text
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import TargetAsset, describe
@@ -78,6 +79,8 @@ HEADS = (
 """How files begin, what they are then, and the endings of such."""
 
 
+CONVERT_MODEL = Call("spin_usd.renderers.blender.model_conversion:convert_model", ModelToConvert, ConvertedModel)
+CONVERT_STEP = Call("spin_usd.formats.mesh.step_file:convert_step", ModelToConvert, ConvertedModel)
 ATTACHED = "attached"
 NOTHING_SAID = BodyText(text="", count=1, poses={})
 WITH_TEXT = re.compile(r"(.+?):([a-z_]+=.*)")
@@ -185,18 +188,23 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
     with TemporaryDirectory(prefix="spin_usd-") as folder:
         glb = Path(folder) / f"{file.stem}.glb"
         root = root_of(file)
-        ask = partial(ask_child, reads=file, memory=rendering_memory(), below=root, source=str(file), to=str(glb))
         by_step = suffix in STEP
-        said = ask("convert_step") if by_step else ask("convert_model", root=str(root), model_time=model_time)
+        converted = ask_child(
+            CONVERT_STEP if by_step else CONVERT_MODEL,
+            ModelToConvert(source=str(file), to=str(glb), root=str(root), model_time=model_time),
+            reads=file,
+            memory=rendering_memory(),
+            below=root,
+        )
         check_units(file, units_per_metre)
         try:
-            model = read_mesh_file(glb, units_per_metre, metres_per_unit=said["metres_per_unit"])
+            model = read_mesh_file(glb, units_per_metre, metres_per_unit=converted.metres_per_unit)
         except InputError as error:  # of a file that will be gone
             raise InputError(error.found.replace(str(glb), file.name), where=file, do=error.do) from None
-    model = _painted(model) if by_step else _refracting(model, said["refraction"])
+    model = _painted(model) if by_step else _refracting(model, converted.refraction)
     if axes is not None:
         model = replace(model, parts=tuple(_turned(part, axes) for part in model.parts))
-    return replace(model, notes=(*said["notes"], *remarks, *model.notes), up=up)
+    return replace(model, notes=(*converted.notes, *remarks, *model.notes), up=up)
 
 
 def _turned(part: MeshPart, axes: Float) -> MeshPart:

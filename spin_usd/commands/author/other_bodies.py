@@ -15,9 +15,7 @@ from spin_usd.basics.faults import reading
 from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.model import OtherBody, axes_note, model_unit, write_model
-from spin_usd.commands.author.part_pictures import DECIMALS
 from spin_usd.commands.author.plausible_target import refuse_size
-from spin_usd.commands.author.sampling_tables import BodyPoses, inside_law
 from spin_usd.commands.author.smooth_poses import smooth_poses
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
@@ -30,6 +28,8 @@ from spin_usd.sampling.poses import Balls, BesideLaw, PoseLaw, PositionLaw, ball
 from spin_usd.sampling.sample import stream
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList
+from spin_usd.specifications.part_pictures import DECIMALS
+from spin_usd.specifications.sampling_tables import BodyPoses, inside_law
 from spin_usd.stage.author.from_mesh_file import target_name
 from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners

@@ -1,7 +1,11 @@
 """Reports of what `author` and `augment` made, sent from the child process to the caller."""
 
 from dataclasses import dataclass
+from typing import Any
 
+from msgspec import Struct
+
+from spin_usd.processes.call import Call
 from spin_usd.scene.derived.views import Views
 
 
@@ -35,3 +39,17 @@ class AugmentReport:
     """Their names."""
     spec: str
     """The specification's name."""
+
+
+class AugmentStage(Struct, frozen=True, kw_only=True):
+    """The request for the variants of a specification."""
+
+    stage: str
+    spec: str
+    """Name or file of the specification."""
+    out: str | None = None
+    """New root layer beside the stage; None to write over it."""
+
+
+AUTHOR = Call("spin_usd.commands.author.in_child:author_requested", dict[str, Any], AuthorReport)
+AUGMENT = Call("spin_usd.commands.author.augment:augment_requested", AugmentStage, AugmentReport)

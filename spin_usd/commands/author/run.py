@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-from msgspec import convert
-
 from spin_usd.commands.author.options import AuthorOptions
-from spin_usd.commands.author.reports import AuthorReport
+from spin_usd.commands.author.reports import AUTHOR, AuthorReport
 from spin_usd.errors import InputError
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
@@ -24,9 +22,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     _refuse_without_pictures(options)
     with nothing_left_of(Path(options.out)):
         reads = f"{options.poses or options.scenario or options.sample} or {options.target}"
-        given = options.as_json()
-        report = ask_child("author", reads=reads, progress=options.progress, within_s=AUTHOR_PATIENCE_S, **given)
-    return convert(report, AuthorReport)
+        return ask_child(AUTHOR, options.as_json(), reads=reads, progress=options.progress, within_s=AUTHOR_PATIENCE_S)
 
 
 def _refuse_without_pictures(options: AuthorOptions) -> None:

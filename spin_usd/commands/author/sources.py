@@ -13,13 +13,12 @@ from spin_usd.commands.author.options import AUTO, AuthorOptions, listed
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import pose_files
 from spin_usd.files.sha256 import sha256_of
-from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD, MAX_TEXTURE
-from spin_usd.files.user_file import open_file
-from spin_usd.formats.sampling_text import is_sampling_text
+from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD
 from spin_usd.geometry.camera import Camera
+from spin_usd.specifications.background_choice import images_in
+from spin_usd.specifications.sampling_text import is_sampling_text
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.lights_and_environment import (
-    PICTURES,
     open_surroundings,
     refuse_damaged,
     set_back_plate,
@@ -205,20 +204,3 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
 
 def _kind(name: str) -> str:
     return next((kind for kind, words in MAP_WORDS.items() if any(word in name for word in words)), "albedo")
-
-
-def images_in(path: Path, what: str) -> list[Path]:
-    """Return the images in the folder `path`, in order, or the image that it is. Raises InputError, which calls them
-    `what`, for a folder without any, and for what is none, or cannot be opened."""
-    files = [path]
-    if path.is_dir():
-        listed = (file for file in path.iterdir() if not file.name.startswith("."))  # of macOS: ._a.jpg, no picture
-        files = sorted(file for file in listed if file.suffix.lower() in PICTURES)
-        if not files:
-            raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
-    elif path.exists() and path.suffix.lower() not in PICTURES:
-        do = f"give a folder, or one of {', '.join(PICTURES)}"
-        raise InputError(f"is no {what} that is read", where=path, do=do)
-    for file in files:
-        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
-    return files

@@ -51,9 +51,10 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
+    from spin_usd.commands.check.calls import CHECK_PICTURE, CHECK_STAGE
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead("check_stage", "check_picture"), shown(context.obj["quiet"]) as progress:
+    with child_ahead(CHECK_STAGE, CHECK_PICTURE), shown(context.obj["quiet"]) as progress:
         checked = run_with(spin_usd.check, options.telling(progress, show_note))
     if as_json:
         show_report(checked)

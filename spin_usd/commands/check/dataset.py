@@ -6,10 +6,15 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from msgspec import convert
-
 from spin_usd.basics.progress import Progress
-from spin_usd.commands.check.answers import PictureAnswer
+from spin_usd.commands.check.calls import (
+    CHECK_EVENTS,
+    CHECK_PICTURE,
+    CheckEvents,
+    CheckPicture,
+    PictureAnswer,
+    StageAnswer,
+)
 from spin_usd.commands.check.digests import (
     EVENTS_AGAIN,
     MAKE_AGAIN,
@@ -18,15 +23,16 @@ from spin_usd.commands.check.digests import (
     special_file_finding,
 )
 from spin_usd.commands.check.inventory import Inventory
-from spin_usd.commands.check.stage import stage_answer, stage_call
+from spin_usd.commands.check.stage import stage_answer, stage_task
 from spin_usd.commands.check.strays import stray_findings
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import STRANGE, NodeType
 from spin_usd.planning.shard import missing_in_words, missing_pictures
-from spin_usd.processes.deaths import ChildDiedError
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
+from spin_usd.processes.executor import done_in_order
 from spin_usd.processes.processors import usable_cpus
-from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.processes.task import Task
 from spin_usd.records.descriptions import DatasetDescription
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
@@ -95,26 +101,32 @@ def _lost_stage(root: str | None, inventory: Inventory) -> Iterator[Finding]:
 def _answered(store: Store, stage: str | None, inventory: Inventory, progress: Progress) -> Iterator[Finding]:
     """Yield what children find on the `stage`, a root layer's name where it is looked at, and on the pictures."""
     records = list(store.records())
-    stages = [] if stage is None else [stage_call(store.root / stage)]
-    events = [event_call(store, variant) for variant in recorded_events(inventory)]
-    pictures = [picture_call(store, record) for record in records]
+    dataset = str(store.root)
+    stages = [] if stage is None else [stage_task(store.root / stage, progress)]
+    of_events = [CheckEvents(dataset=dataset, variant=variant) for variant in recorded_events(inventory)]
+    of_pictures = [CheckPicture(dataset=dataset, record=record) for record in records]
+    events = [Task(call=CHECK_EVENTS, request=each, tries=READING_TRIES, progress=progress) for each in of_events]
+    pictures = [Task(call=CHECK_PICTURE, request=each, tries=READING_TRIES, progress=progress) for each in of_pictures]
     children = max(1, min(len(usable_cpus()), len(pictures) // PICTURES_PER_CHILD))
-    results = results_of([*stages, *events, *pictures], children, progress=progress)
-    if stage is not None:
-        yield from _stage_findings(store.root / stage, next(results))
-    for call in events:
-        yield from event_answer(call, next(results))
+    tasks: list[Task[Any]] = [*stages, *events, *pictures]
+    ended = done_in_order(tasks, children)
+    for checked in stages:
+        next(ended)
+        yield from _stage_findings(Path(checked.request.stage), checked)
+    for of_variant in events:
+        next(ended)
+        yield from event_answer(of_variant)
     if not records:
         yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture; run spin-usd render")
-    for done, (picture, result) in enumerate(zip(pictures, results, strict=True)):
+    for done, (picture, _) in enumerate(zip(pictures, ended, strict=True)):
         progress("checking: picture", done, len(records))
-        yield from answered_findings(picture, result, inventory)
+        yield from answered_findings(picture, inventory)
     progress("checking: picture", len(records), len(records))
 
 
-def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
+def _stage_findings(root: Path, task: Task[StageAnswer]) -> Iterator[Finding]:
     try:
-        yield from stage_answer(result, root).findings
+        yield from stage_answer(task, root).findings
     except SpinError as e:
         message = f"{e.found}; {e.do}" if e.do else e.found
         yield Finding(code="stage", where=str(e.where or root), message=message)
@@ -126,21 +138,13 @@ def recorded_events(inventory: Inventory) -> list[str]:
     return [stem for name, stem in stems if name == event_record_of(stem)]
 
 
-def event_call(store: Store, variant: str) -> Call:
-    """Return what a child is asked about the events of the variant."""
-    return Call("check_events", {"dataset": str(store.root), "variant": variant})
-
-
-def event_answer(call: Call, result: Any) -> Iterator[Finding]:
-    """Yield the findings in the `result` of event_call. Events that kill a child have a finding; another SpinError is
-    raised."""
-    if isinstance(result, ChildDiedError):
-        message = f"cannot be checked: {result.found}; {EVENTS_AGAIN}"
-        yield Finding(code="unreadable", where=events_of(call.arguments["variant"]), message=message)
-    elif isinstance(result, SpinError):
-        raise result
+def event_answer(task: Task[list[Finding]]) -> Iterator[Finding]:
+    """Yield the findings on a variant's events. Events that kill a child have one; another SpinError is raised."""
+    if isinstance(task.failure, ChildDiedError):
+        message = f"cannot be checked: {task.failure.found}; {EVENTS_AGAIN}"
+        yield Finding(code="unreadable", where=events_of(task.request.variant), message=message)
     else:
-        yield from convert(result, list[Finding])
+        yield from task.result
 
 
 def shard_findings(store: Store) -> Iterator[Finding]:
@@ -189,25 +193,18 @@ def _foreign(name: str) -> str | None:
     return f"is not of the cache; it holds {', '.join(CACHED)}"
 
 
-def picture_call(store: Store, record: str) -> Call:
-    """Return what a child is asked about the picture whose record is the file `record`."""
-    return Call("check_picture", {"dataset": str(store.root), "record": record})
+def answered_findings(task: Task[PictureAnswer], inventory: Inventory) -> Iterator[Finding]:
+    """Yield all that is wrong with a picture, and add the files that its record lists to the inventory.
 
-
-def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator[Finding]:
-    """Yield all that is wrong with the picture of that `call`, and add what its record lists to the inventory.
-
-    A picture that kills a child has a finding; any other SpinError in place of the answer is raised.
+    A picture that kills a child has a finding; any other SpinError is raised.
     """
-    where = call.arguments["record"]
-    if isinstance(answer, ChildDiedError):
+    where = task.request.record
+    if isinstance(task.failure, ChildDiedError):
         inventory.unread.add(where)
-        message = f"cannot be checked: {answer.found}; {MAKE_AGAIN}"
+        message = f"cannot be checked: {task.failure.found}; {MAKE_AGAIN}"
         yield Finding(code="unreadable", where=where, message=message)
         return
-    if isinstance(answer, SpinError):
-        raise answer
-    found = convert(answer, PictureAnswer)
+    found = task.result
     yield from found.findings
     if listed := found.listed:
         inventory.add(listed.files, listed.uses)

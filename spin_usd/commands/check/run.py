@@ -3,25 +3,26 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-from msgspec import convert, structs
+from msgspec import structs
 
 from spin_usd.basics.progress import Progress
-from spin_usd.commands.check.answers import CrossAnswer
+from spin_usd.commands.check.calls import CROSS_PICTURE, CheckPicture
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.commands.check.repair import repair
 from spin_usd.commands.check.report import CheckReport
-from spin_usd.commands.check.stage import stage_answer, stage_call
+from spin_usd.commands.check.stage import stage_answer, stage_task
 from spin_usd.errors import InputError, SpinError
 from spin_usd.options import takes
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
+from spin_usd.processes.deaths import READING_TRIES
+from spin_usd.processes.executor import done_in_order
 from spin_usd.processes.open_renderer import CHECKING, require_renderer
 from spin_usd.processes.processors import usable_cpus
-from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.processes.task import Task
 from spin_usd.scene.finding import Finding
 from spin_usd.store.dataset_folder import Store
 from spin_usd.store.stage_path import root_layer
@@ -67,8 +68,8 @@ def check_folder(path: Path, *, progress: Progress) -> CheckReport:
 
 def check_stage(root: Path, *, progress: Progress) -> CheckReport:
     """Check the stage whose root layer is `root`."""
-    (result,) = results_of([stage_call(root)], 1, progress=progress)
-    answer = stage_answer(result, root)
+    (task,) = done_in_order([stage_task(root, progress)], 1)
+    answer = stage_answer(task, root)
     return CheckReport(kind="stage", findings=answer.findings, views=answer.views)
 
 
@@ -96,19 +97,22 @@ def cross_check(path: Path, count: int | None, *, progress: Progress) -> CrossRe
     """Compare the labels of `count` pictures of the dataset `path`, evenly spread, or of all, with those of Cycles."""
     store, compared = Store(root=path.absolute()), 0
     records = _spread(list(store.records()), count)
-    calls = [Call("cross_picture", {"dataset": str(store.root), "record": record}) for record in records]
-    children = max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
-    start = partial(Child, memory=rendering_memory())
-    results = results_of(calls, children, progress=progress, start=start, within_s=START_PATIENCE_S)
+    requests = [CheckPicture(dataset=str(store.root), record=record) for record in records]
+    tasks = [
+        Task(call=CROSS_PICTURE, request=request, within_s=START_PATIENCE_S, tries=READING_TRIES)
+        for request in requests
+    ]
+    children = max(1, min(len(usable_cpus()), len(tasks) // PICTURES_PER_CHILD))
     findings: list[Finding] = []
     progress(COMPARING, 0, len(records))
-    for done, (record, result) in enumerate(zip(records, results, strict=True), 1):
-        if isinstance(result, SpinError):
-            findings.append(Finding(code="cross", where=record, message=f"cannot be cast again: {result.found}"))
+    ended = done_in_order(tasks, children, start=lambda _: Child(memory=rendering_memory()))
+    for done, (record, task) in enumerate(zip(records, ended, strict=True), 1):
+        if isinstance(task.failure, SpinError):
+            message = f"cannot be cast again: {task.failure.found}"
+            findings.append(Finding(code="cross", where=record, message=message))
         else:
-            answer = convert(result, CrossAnswer)
-            compared += answer.compared
-            findings += answer.findings
+            compared += task.result.compared
+            findings += task.result.findings
         progress(COMPARING, done, len(records))
     return CrossReport(compared=compared, findings=findings)
 

@@ -1,19 +1,17 @@
 """The child's part of `debug`: it reads the scene of one picture, and has Blender write it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import spin_usd
 from spin_usd.basics.progress import Progress
+from spin_usd.commands.debug.calls import WriteBlend, WrittenBlend
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.pass_maker import PassMaker
-from spin_usd.planning.in_child import stage_provenance
-from spin_usd.processes.open_renderer import DEFAULT_RENDERER, open_renderer, open_scene_writer
+from spin_usd.processes.open_renderer import DEFAULT_RENDERER, open_scene_writer
+from spin_usd.records.record import StageProvenance
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
-from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.renderer import OpenableScene
 from spin_usd.scene.derived.content_keys import (
     KeyMaker,
@@ -29,7 +27,9 @@ from spin_usd.scene.scene import Scene
 from spin_usd.sensor.exposure import exposed
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.studio.studio import Studio
 
+PREVIEW = "raycast"  # renderer
 STEP, STEPS = "debug: step", 3  # the scene is read, its sky and exposure are computed, the file is written
 
 AXES = """\
@@ -52,24 +52,14 @@ among lights by their own strengths; and Cycles denoises the sum of all light, s
 behind is a picture: it does not move with the camera."""
 
 
-def write_blend(
-    *,
-    stage: str,
-    frame: str,
-    variant: str,
-    effort: Mapping[str, Any],
-    seed: int | None,
-    file: str,
-    progress: Progress,
-) -> dict[str, Any]:
-    """Write the picture `frame` of the `variant`, as it is rendered with that `effort`, into the new `file`; return the
-    frame's name, and sentences on what is rendered otherwise than the stage authors it."""
+def write_blend(request: WriteBlend, progress: Progress) -> WrittenBlend:
+    """Write a picture's scene, as it is rendered with the request's effort, into a new file."""
     progress(STEP, 0, STEPS)
-    reader = StageReader(stage, variant=variant)
-    scene = reader.scene(frame_named(reader.frames, frame, stage))
+    reader = StageReader(request.stage, variant=request.variant)
+    scene = reader.scene(frame_named(reader.frames, request.frame, request.stage))
     progress(STEP, 1, STEPS)
-    of_dataset = reader.seed if seed is None else seed
-    settings = RenderSettings(renderer=DEFAULT_RENDERER, effort=Effort(**effort), seed=of_dataset)
+    seed = reader.seed if request.seed is None else request.seed
+    settings = RenderSettings(renderer=DEFAULT_RENDERER, effort=request.effort, seed=seed)
     rendered = reduced(scene, settings.effort.reduction)
     openable = OpenableScene(
         scene=rendered,
@@ -78,12 +68,12 @@ def write_blend(
         behind=sky(rendered, seed=background_seed(scene, settings)),
         camera_path=reader.camera_path,
         exposure=_exposure(scene, settings),
-        readme=readme(scene, settings, KeyMaker(settings).keys(scene), stage, stage_provenance(reader)),
+        readme=readme(scene, settings, KeyMaker(settings).keys(scene), request.stage, reader.provenance("stage")),
     )
     progress(STEP, 2, STEPS)
-    open_scene_writer().write(openable, Path(file))
+    open_scene_writer().write(openable, Path(request.file))
     progress(STEP, STEPS, STEPS)
-    return {"frame": scene.frame.name, "notes": in_sentences(reader.notes)}
+    return WrittenBlend(frame=scene.frame.name, notes=tuple(in_sentences(reader.notes)))
 
 
 def _in_own_light(effort: Effort, scene: Scene) -> Effort:
@@ -96,14 +86,14 @@ def _exposure(scene: Scene, settings: RenderSettings) -> float:
     """Return the factor from radiance to the detector's full scale, by a preview where the detector meters itself."""
     if scene.sensor.auto_exposure is None:
         return scene.sensor.exposure
-    caster = EmbreeCaster()
-    maker = PassMaker(caster, open_renderer("raycast", caster=caster))
     preview = replace(settings, effort=Effort(samples=1))
-    return exposed(scene.sensor, maker.radiance(scene, preview, Stopwatch())).exposure
+    studio = Studio(replace(preview, renderer=PREVIEW))
+    studio.open_renderer()
+    return exposed(scene.sensor, studio.maker.radiance(scene, preview, Stopwatch())).exposure
 
 
 def readme(
-    scene: Scene, settings: RenderSettings, keys: Keys, stage: str, provenance: Mapping[str, Any]
+    scene: Scene, settings: RenderSettings, keys: Keys, stage: str, provenance: StageProvenance
 ) -> tuple[str, ...]:
     """Return the lines of the text."""
     return (*_origin(scene, settings, keys, stage, provenance), "", *HELD.splitlines(), "", *_rest())
@@ -114,15 +104,15 @@ def _rest() -> tuple[str, ...]:
 
 
 def _origin(
-    scene: Scene, settings: RenderSettings, keys: Keys, stage: str, provenance: Mapping[str, Any]
+    scene: Scene, settings: RenderSettings, keys: Keys, stage: str, provenance: StageProvenance
 ) -> Iterator[str]:
     frame = scene.frame
     yield f"spin_usd {spin_usd.__version__}: frame {frame.name} of the variant {frame.variant}"
     yield ""
     yield f"stage: {Path(stage).parent.name}/{Path(stage).name}"
-    yield f"stage hash: {provenance['hash']}"
+    yield f"stage hash: {provenance.hash}"
     yield f"frame: number {frame.index}, time code {frame.time_code:g}"
-    yield "variants: " + (", ".join(f"{name}={chosen}" for name, chosen in provenance["variants"].items()) or "none")
+    yield "variants: " + (", ".join(f"{name}={chosen}" for name, chosen in provenance.variants.items()) or "none")
     yield f"effort: {settings.effort.text}; seed {settings.seed}"
     for name in ("geometry", "radiance", "exposure"):
         yield f"{name} key: {getattr(keys, name)}"

@@ -1,10 +1,10 @@
 """Write a picture's scene as a .blend, by a child process."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from spin_usd.basics.progress import Progress
+from spin_usd.commands.debug.calls import WRITE_BLEND, WriteBlend, WrittenBlend
 from spin_usd.commands.debug.options import DebugOptions
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
@@ -77,25 +77,23 @@ def write_debug_file(
         raise InputError("is not the name of a .blend", where=file, do="let it end in .blend")
     if file.exists():
         raise InputError("exists already", where=file, do="remove it, or choose another --out")
-    answer: dict[str, Any] = {}
+    written: list[WrittenBlend] = []
 
     def write(path: Path) -> None:
+        request = WriteBlend(
+            stage=str(stage.absolute()), frame=frame, variant=variant, effort=effort, seed=seed, file=str(path)
+        )
         made = ask_child(
-            "write_blend",
+            WRITE_BLEND,
+            request,
             reads=stage,
             memory=rendering_memory(),
             progress=progress,
             within_s=RENDER_PATIENCE_S,
-            stage=str(stage.absolute()),
-            frame=frame,
-            variant=variant,
-            effort=asdict(effort),
-            seed=seed,
-            file=str(path),
         )
-        answer.update(made)
+        written.append(made)
 
     folder = Folder(file.absolute().parent)
     with hidden_folder(folder.root, NAME) as (work, _):
         fill_atomically(folder, file.name, write, work=work)
-    return DebugFile(path=file, frame=answer["frame"], variant=variant, notes=tuple(answer["notes"]))
+    return DebugFile(path=file, frame=written[0].frame, variant=variant, notes=written[0].notes)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spin_usd.basics import resources
 from spin_usd.basics.progress import Note, Progress, no_note
+from spin_usd.commands.author.reports import AUTHOR
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
@@ -56,7 +57,8 @@ def _author(folder: Path) -> None:
     poses = resources.stages() / "examples" / POSES
     child, out = next_child(), str(folder.absolute())
     try:
-        child.call("author", within_s=PATIENCE_S, poses=str(poses), target="tango", camera="speedplus", out=out)
+        request = {"poses": str(poses), "target": "tango", "camera": "speedplus", "out": out}
+        child.call(AUTHOR, request, within_s=PATIENCE_S)
     except ChildDiedError as died:
         raise unreadable(died, poses) from died
     finally:

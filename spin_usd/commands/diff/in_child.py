@@ -1,11 +1,9 @@
-"""Compare two variants of a stage, composed side by side, as JSON."""
+"""Compare two variants of a stage, composed side by side."""
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
-
-from msgspec import to_builtins
 
 from spin_usd.basics.progress import Progress
+from spin_usd.commands.diff.calls import CompareVariants
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.records.difference import ComparedPictures, DiffReport
@@ -21,17 +19,17 @@ PROGRESS_EVERY = 500
 SETTINGS = RenderSettings(renderer="blender", effort=Effort(), seed=0)  # the same for both variants: any will do
 
 
-def compare(*, stage: str, before: str, after: str, frames: str | None, progress: Progress) -> dict[str, Any]:
-    """Return what differs from the variant `before` to `after` of a stage, each as Selection.parse reads it.
+def compare(request: CompareVariants, progress: Progress) -> DiffReport:
+    """Return what differs between two variants of a stage.
 
     "pictures" holds how many pictures both have ("compared"), in how many of them each key differs, and how many only
     one has ("only_before", "only_after"). "resampled" is true where the two are other augmentations: the pictures' own
     seeds, which the keys leave out, then differ, and so do noise and back plates.
     """
-    selections = Selection.parse(before), Selection.parse(after)
-    first, second = (selection.open(stage) for selection in selections)
+    selections = Selection.parse(request.before), Selection.parse(request.after)
+    first, second = (selection.open(request.stage) for selection in selections)
     found = list(differences(first.stage, second.stage))
-    pairs, pictures = _pairs(first, second, frames)
+    pairs, pictures = _pairs(first, second, request.frames)
     keys = NeutralKeys(first), NeutralKeys(second)
     for done, pair in enumerate(pairs):
         if done % PROGRESS_EVERY == 0:
@@ -41,9 +39,9 @@ def compare(*, stage: str, before: str, after: str, frames: str | None, progress
     progress("comparing: picture", len(pairs), len(pairs))
     resampled = selections[0].variant != selections[1].variant
     counts = ComparedPictures(**pictures)
-    report = DiffReport(before=before, after=after, differences=found, pictures=counts, resampled=resampled)
-    answer: dict[str, Any] = to_builtins(report)
-    return answer
+    return DiffReport(
+        before=request.before, after=request.after, differences=found, pictures=counts, resampled=resampled
+    )
 
 
 def _pairs(

@@ -24,7 +24,7 @@ from spin_usd.processes.child_limits import rendering_memory
 from spin_usd.processes.confine import landlock_version
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.devices import graphics_processors
-from spin_usd.processes.open_renderer import RENDERERS
+from spin_usd.processes.open_renderer import RENDERERS, TRY_RENDERER
 from spin_usd.processes.processors import usable_cpus
 from spin_usd.scene.effort import CPU
 
@@ -94,7 +94,7 @@ def _children() -> Iterator[Line]:
     for renderer in RENDERERS:
         try:
             with Child(memory=rendering_memory()) as child:
-                found = child.call("try_renderer", name=renderer)
+                found = child.call(TRY_RENDERER, renderer)
             yield Line(subject=f"renderer {renderer}", found=found)
         except MissingPackageError as e:
             yield Line(subject=f"renderer {renderer}", found=e.found, remedy=str(e.do))

@@ -33,9 +33,10 @@ def export(
         return
     if options is None:
         raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
+    from spin_usd.commands.export.report import EXPORT
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead("export"), shown(context.obj["quiet"]) as progress:
+    with child_ahead(EXPORT), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.export, options.telling(progress))
     print_out(json.dumps(asdict(report)) if as_json else _sentence(report))
 

@@ -68,7 +68,7 @@ ROWS = {
 }
 
 
-def export(request: Mapping[str, Any], *, progress: Progress) -> ExportReport:
+def export(request: dict[str, Any], progress: Progress) -> ExportReport:
     """Export as the `request` says, which is ExportOptions as JSON. Raises as export_dataset."""
     return export_dataset(ExportOptions(**request), progress=progress)
 

@@ -1,19 +1,15 @@
 """The pictures of an export, made here or by children that take a few at a time."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct, structs, to_builtins
 
 from spin_usd.basics.nesting import typed_json
-from spin_usd.basics.progress import no_progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.run import PATIENCE_S
 from spin_usd.commands.export.writer import Counts, RowText, Writer
-from spin_usd.errors import SpinError
 from spin_usd.exchange.layout.export_format import IndexRow, Layout
 from spin_usd.exchange.layout.exported_dataset import Entry, ExportedDataset
 from spin_usd.exchange.layout.index_file import IndexFile, csv_table
@@ -22,9 +18,11 @@ from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.files.user_file import read_text
 from spin_usd.processes.ask_child import unreadable
+from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
-from spin_usd.processes.deaths import ChildDiedError
-from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
+from spin_usd.processes.executor import done_in_order
+from spin_usd.processes.task import Task
 from spin_usd.reading.dataset import Dataset
 from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json
@@ -35,10 +33,29 @@ SHARE = 8  # pictures that a child is asked for at once
 
 
 class Made(NamedTuple):
-    """What came of some pictures: rows for the indexes, in their order, and how many files."""
+    """Some pictures that were made."""
 
     rows: Sequence[RowText]
+    """Rows for the indexes, in their order."""
     counts: Counts
+    """Numbers of files."""
+
+
+class MakePictures(Struct, frozen=True, kw_only=True):
+    """The request for some pictures of an export."""
+
+    plan: str
+    """File of the plan, which `made_by_children` wrote."""
+    request: dict[str, Any]
+    """ExportOptions as JSON."""
+    work: str
+    """Folder for temporary files."""
+    first: int
+    last: int
+    """Place after the last picture."""
+
+
+MAKE_PICTURES = Call("spin_usd.commands.export.pictures:PictureMakers.make", MakePictures, Made)
 
 
 class _Plan(Struct, frozen=True, kw_only=True):
@@ -60,9 +77,9 @@ class PictureMaker:
         self._writer = Writer(out=Path(request.out), work=work, copy=request.copy)
 
     @classmethod
-    def of_plan(cls, plan: str, request: Mapping[str, Any], work: str) -> "PictureMaker":
-        """Make the one of the `plan`, a file that `made_by_children` wrote."""
-        said, asked = typed_json(read_text(plan, MAX_POSE_LIST), _Plan), ExportOptions(**request)
+    def of_request(cls, request: MakePictures) -> "PictureMaker":
+        """Make the one for a request's plan."""
+        said, asked = typed_json(read_text(request.plan, MAX_POSE_LIST), _Plan), ExportOptions(**request.request)
         to = format_named(asked.to)
         options = to.values(asked.format_options)
         exported = ExportedDataset(
@@ -74,7 +91,7 @@ class PictureMaker:
             farthest=said.farthest,
             options=options,
         )
-        return cls(exported, to.layout_for(options), asked, Path(work))
+        return cls(exported, to.layout_for(options), asked, Path(request.work))
 
     def make(self, first: int, last: int) -> Made:
         """Make the pictures from place `first` to before `last`. Raises what Writer.write does."""
@@ -102,11 +119,10 @@ class PictureMakers:
     def __init__(self) -> None:
         self._of: dict[str, PictureMaker] = {}
 
-    def make(self, plan: str, first: int, last: int, **how: Any) -> tuple[Sequence[RowText], dict[str, int]]:
-        """Make some pictures of the `plan`; `how` is what PictureMaker.of_plan takes besides."""
-        maker = self._of[plan] = self._of.get(plan) or PictureMaker.of_plan(plan, **how)
-        rows, counts = maker.make(first, last)
-        return rows, asdict(counts)
+    def make(self, request: MakePictures) -> Made:
+        """Make some pictures."""
+        maker = self._of[request.plan] = self._of.get(request.plan) or PictureMaker.of_request(request)
+        return maker.make(request.first, request.last)
 
 
 def all_indexes(exported: ExportedDataset, layout: Layout) -> Mapping[str, IndexFile]:
@@ -136,14 +152,10 @@ def made_by_children(
         farthest=exported.farthest,
     )
     write_json(Folder(work), plan, to_builtins(said), work=work)
-    given = {"plan": str(work / plan), "request": request.as_json(), "work": str(work)}
-    shares = range(0, len(exported), SHARE)
-    calls = [Call("export_pictures", {**given, "first": first, "last": first + SHARE}) for first in shares]
-    start = partial(Child, keep_open=descriptors)
-    for result in results_of(calls, request.workers, progress=no_progress, start=start, within_s=PATIENCE_S):
-        if isinstance(result, ChildDiedError):
-            raise unreadable(result, Path(request.dataset)) from result
-        if isinstance(result, SpinError):
-            raise result
-        rows, counts = result
-        yield Made([RowText(*row) for row in rows], Counts(**counts))
+    asked = MakePictures(plan=str(work / plan), request=request.as_json(), work=str(work), first=0, last=SHARE)
+    shares = (structs.replace(asked, first=first, last=first + SHARE) for first in range(0, len(exported), SHARE))
+    tasks = [Task(call=MAKE_PICTURES, request=share, within_s=PATIENCE_S, tries=READING_TRIES) for share in shares]
+    for task in done_in_order(tasks, request.workers, start=lambda _: Child(keep_open=descriptors)):
+        if isinstance(task.failure, ChildDiedError):
+            raise unreadable(task.failure, Path(request.dataset)) from task.failure
+        yield task.result

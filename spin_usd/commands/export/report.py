@@ -1,7 +1,10 @@
-"""The report of an export."""
+"""The call of the child that exports, and its report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+from spin_usd.processes.call import Call
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,3 +31,7 @@ class ExportReport:
     """How many files were made of each ending."""
     seconds: float
     """Wall-clock time."""
+
+
+EXPORT = Call("spin_usd.commands.export.in_child:export", dict[str, Any], ExportReport)
+"""Its request is ExportOptions as JSON."""

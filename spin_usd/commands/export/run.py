@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from spin_usd.commands.export.options import ExportOptions
-from spin_usd.commands.export.report import ExportReport
+from spin_usd.commands.export.report import EXPORT, ExportReport
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
 
@@ -21,8 +21,7 @@ def export(options: ExportOptions) -> ExportReport:
     tell, else when its file is met. Raises OutputError.
     """
     reads, request = options.dataset, options.as_json()
-    report = ask_child("export", reads=reads, progress=options.progress, within_s=PATIENCE_S, request=request)
-    return ExportReport(**report)
+    return ask_child(EXPORT, request, reads=reads, progress=options.progress, within_s=PATIENCE_S)
 
 
 def export_formats() -> "tuple[ExportFormat, ...]":

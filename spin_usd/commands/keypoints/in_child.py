@@ -2,21 +2,20 @@
 
 import base64
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.model import axes_note, model_file, model_unit, write_model
 from spin_usd.commands.author.plausible_target import refuse_size
+from spin_usd.commands.keypoints.calls import CutPicture, KeypointsLayer, PlacedKeypoints, SavedTarget, SaveTarget
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.models import Model
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.image_file import write_image
-from spin_usd.geometry.region import Region
 from spin_usd.labels import preview
 from spin_usd.reading.dataset import Dataset
 from spin_usd.scene.keypoints import Keypoints
@@ -31,52 +30,50 @@ PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
 
 
-def save_target(
-    *, target: str, folder: str, units_per_metre: float | None, prim: str | None, any_size: bool
-) -> dict[str, Any]:
-    """Save the surface of the model `target`, a name or a file, as target.npz in `folder`, and return its name, notes
-    on it, and the keypoints that it has. Raises as `author` does, also for the size."""
-    file = model_file(target)
+def save_target(request: SaveTarget) -> SavedTarget:
+    """Save the surface of a model, and return what else is shown of it. Raises as `author` does, also for the size."""
+    file, units_per_metre = model_file(request.target), request.units_per_metre
     with tempfile.TemporaryDirectory() as work:
-        asset, notes = write_model(file, Path(work), units_per_metre, prim)
+        asset, notes = write_model(file, Path(work), units_per_metre, request.prim)
         read = composed_target(asset, Path(work))
         colors = _face_colors(read)  # here: textures are read where they are needed
-    if not any_size:
+    if not request.any_size:
         refuse_size(read.mesh.hull, model_unit(file, asset, units_per_metre))
     notes += axes_note(file, asset, "keypoints are meant in these")
     model = Model.of(read.mesh)
-    np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=colors)
-    return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}
+    np.savez(Path(request.folder, "target.npz"), points=model.points, faces=model.faces, colors=colors)
+    return SavedTarget(name=asset.name, notes=notes, keypoints=_placed(read.keypoint_names, read.keypoints))
 
 
-def read_keypoints(*, path: str) -> dict[str, Any]:
+def read_keypoints(path: str) -> PlacedKeypoints:
     """Read the keypoints in the layer at `path`. Raises InputError for a file that would lose something if it were
     written anew, such as a model."""
     found = read_keypoints_layer(Path(path))
     if not holds_keypoints_alone(Path(path)):
         raise InputError("holds more than keypoints, and would be replaced", where=path, do="give another --out")
-    return _as_json(found.names, found.points)
+    return _placed(found.names, found.points)
 
 
-def keypoints_text(*, names: Sequence[str], points: Sequence[Sequence[float]], target: str) -> str:
-    """Return the text of a layer with the keypoints of the `target`."""
-    keypoints = Keypoints(names=tuple(names), points=np.array(points, np.float64).reshape(-1, 3))
-    documentation = f"The keypoints of {target}, picked by spin-usd keypoints: metres, body axes."
+def keypoints_text(request: KeypointsLayer) -> str:
+    """Return the text of a layer with keypoints."""
+    names, points = request.keypoints.names, request.keypoints.points
+    keypoints = Keypoints(names=names, points=np.array(points, np.float64).reshape(-1, 3))
+    documentation = f"The keypoints of {request.target}, picked by spin-usd keypoints: metres, body axes."
     return str(keypoints_layer(keypoints, documentation).ExportToString())
 
 
-def picture_part(*, dataset: str, frame: str, variant: str, region: Mapping[str, int]) -> str:
-    """Return the part of a picture's image within `region` as a JPEG, in base64. Raises InputError where there is
-    none."""
-    image = preview.image(Dataset(dataset).picture(frame, variant).image)[Region(**region).slices]
+def picture_part(request: CutPicture) -> str:
+    """Return the part of a picture's image as a JPEG, in base64. Raises InputError where there is none."""
+    image = preview.image(Dataset(request.dataset).picture(request.frame, request.variant).image)
+    image = image[request.region.slices]
     with tempfile.TemporaryDirectory() as work:
         file = Path(work, "part.jpg")
         write_image(file, preview.reduced(image, min(PART_PX, image.shape[1])), channels=("R", "G", "B"))
         return base64.b64encode(read_bytes(file, MAX_ARRAY)).decode()
 
 
-def _as_json(names: Sequence[str], points: Float) -> dict[str, Any]:
-    return {"names": list(names), "points": points.tolist()}
+def _placed(names: Sequence[str], points: Float) -> PlacedKeypoints:
+    return PlacedKeypoints(names=tuple(names), points=tuple(map(tuple, points.tolist())))
 
 
 def _face_colors(target: Target) -> Float:

@@ -1,19 +1,20 @@
 """The keypoints in pictures of a dataset: where each is, and whether the target hides it, as records would say."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.basics.arrays import Float
+from spin_usd.commands.keypoints.calls import PICTURE_PART, CutPicture
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.picture.keypoint_states import keypoint_states
-from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.processes.executor import Executor
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
 from spin_usd.scene.body import Body
@@ -40,7 +41,7 @@ class Pictures:
     """The pictures of a dataset, whose images a child decodes. Each is shown around the dataset's target of the same
     name, or else the first."""
 
-    def __init__(self, folder: Path, target: ShownTarget, child: LastingChild) -> None:
+    def __init__(self, folder: Path, target: ShownTarget, child: Executor[None]) -> None:
         """Open the dataset in `folder`. Raises InputError for one without pictures."""
         self._dataset, self._target, self._child = Dataset(folder), target, child
         if not len(self._dataset):
@@ -68,14 +69,8 @@ class Pictures:
     def _tile(self, number: int) -> Tile:
         picture = self._dataset[number]
         region = self._around(picture)
-        image = self._child.read(
-            "picture_part",
-            reads=picture.root,
-            dataset=str(picture.root),
-            frame=picture.frame,
-            variant=picture.variant,
-            region=asdict(region),
-        )
+        part = CutPicture(dataset=str(picture.root), frame=picture.frame, variant=picture.variant, region=region)
+        image = self._child.call(PICTURE_PART, part, reads=picture.root)
         return Tile(title=f"{picture.frame} ({picture.variant})", region=region, jpeg=image)
 
     def _around(self, picture: Picture) -> Region:

@@ -11,6 +11,14 @@ import numpy as np
 
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.stop_signals import Stopped
+from spin_usd.commands.keypoints.calls import (
+    KEYPOINTS_TEXT,
+    READ_KEYPOINTS,
+    SAVE_TARGET,
+    KeypointsLayer,
+    PlacedKeypoints,
+    SaveTarget,
+)
 from spin_usd.commands.keypoints.edits import table_lines
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.pictures import Pictures
@@ -18,7 +26,7 @@ from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError, SpinError, UnsupportedError
 from spin_usd.files.folder import Folder
-from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.processes.executor import Executor
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
@@ -31,7 +39,7 @@ INSTALL = "run pip install '.[browser]' where spin_usd's source is"
 class KeypointsFile:
     """The layer at `path` with the keypoints of the target of that name; `child` reads it and makes its text."""
 
-    def __init__(self, path: Path, target: str, child: LastingChild) -> None:
+    def __init__(self, path: Path, target: str, child: Executor[None]) -> None:
         """Raises InputError unless `path` can be the name of a layer of text."""
         if path.suffix.lower() != SUFFIX:
             raise InputError("is not the name of a layer of text", where=path, do=f"give a name that ends in {SUFFIX}")
@@ -44,8 +52,8 @@ class KeypointsFile:
         self._known = self._bytes()
         if self._known is None:
             return None
-        read = self._child.read("read_keypoints", reads=self.path, path=str(self.path))
-        return Keypoints(names=tuple(read["names"]), points=np.array(read["points"], np.float64).reshape(-1, 3))
+        read = self._child.call(READ_KEYPOINTS, str(self.path), reads=self.path)
+        return Keypoints(names=read.names, points=np.array(read.points, np.float64).reshape(-1, 3))
 
     def write(self, keypoints: Keypoints) -> None:
         """Write the keypoints in place of what is there. Raises OutputError, and InputError where another program has
@@ -53,8 +61,9 @@ class KeypointsFile:
         if self._bytes() not in (None, self._known):
             do = "end this tool and start it again, or move that file elsewhere"
             raise InputError("was changed by another program", where=self.path, do=do)
-        names, points = list(keypoints.names), keypoints.points.tolist()
-        text = self._child.read("keypoints_text", reads=self.path, names=names, points=points, target=self._target)
+        placed = PlacedKeypoints(names=keypoints.names, points=tuple(map(tuple, keypoints.points.tolist())))
+        layer = KeypointsLayer(keypoints=placed, target=self._target)
+        text = self._child.call(KEYPOINTS_TEXT, layer, reads=self.path)
         with hidden_folder(self.path.absolute().parent, self.path.name) as hidden:
             write_text(self._folder, self.path.name, text, work=hidden.folder)
         self._known = text.encode()
@@ -72,7 +81,7 @@ def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) ->
     UnsupportedError without viser."""
     if find_spec("viser") is None:
         raise UnsupportedError("the keypoint tool needs viser, which is not installed", do=INSTALL)
-    with LastingChild() as child:
+    with Executor[None]() as child:
         session = open_session(request, child, tell)
         pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)
         if pictures and pictures.note:
@@ -105,7 +114,7 @@ def _serve(request: KeypointsOptions, session: Session, pictures: Pictures | Non
         threading.Event().wait()
 
 
-def open_session(request: KeypointsOptions, child: LastingChild, tell: Callable[[str], None]) -> Session:
+def open_session(request: KeypointsOptions, child: Executor[None], tell: Callable[[str], None]) -> Session:
     """Read the target and the keypoints that there are by the `child`, which also makes what is saved."""
     target = _read_target(request, child)
     file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
@@ -119,17 +128,16 @@ def open_session(request: KeypointsOptions, child: LastingChild, tell: Callable[
     return Session(target, own if saved is None else saved, file.write, str(file.path))
 
 
-def _read_target(request: KeypointsOptions, child: LastingChild) -> ShownTarget:
+def _read_target(request: KeypointsOptions, child: Executor[None]) -> ShownTarget:
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
-        read = child.read(
-            "save_target",
-            reads=request.target,
+        asked = SaveTarget(
             target=request.target,
             folder=folder,
             units_per_metre=request.units_per_metre,
             prim=request.prim,
             any_size=request.any_size,
         )
+        read = child.call(SAVE_TARGET, asked, reads=request.target)
         return ShownTarget.of(read, Path(folder, "target.npz"))
 
 

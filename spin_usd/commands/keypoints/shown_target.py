@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
+from spin_usd.commands.keypoints.calls import SavedTarget
 from spin_usd.geometry.facet import Facet
 from spin_usd.geometry.snapping import Snap, met_at, snap_places
 from spin_usd.geometry.triangles import unit_vectors
@@ -50,17 +50,17 @@ class ShownTarget:
     """On how its file was read."""
 
     @classmethod
-    def of(cls, read: Mapping[str, Any], arrays: Path) -> "ShownTarget":
+    def of(cls, read: SavedTarget, arrays: Path) -> "ShownTarget":
         """Return the target that a child process has read, and whose surface it saved in the file `arrays`."""
         with np.load(arrays) as saved:
             mesh = _plain_mesh(saved["points"], saved["faces"])
             colors = saved["colors"]
-        name = str(read["name"])
+        name = read.name
         part = Part(id=1, path="/Target", name=name, class_name="")
         body = Target(path="/Target", name=name, mesh=mesh, parts=(part,), materials=(Material(path="/Target"),))
-        own = Keypoints(names=tuple(read["names"]), points=np.array(read["points"], np.float64).reshape(-1, 3))
+        own = Keypoints(names=read.keypoints.names, points=np.array(read.keypoints.points, np.float64).reshape(-1, 3))
         body = replace(body, keypoint_names=own.names, keypoints=own.points)
-        return cls(body=body, colors=colors, notes=tuple(read["notes"]))
+        return cls(body=body, colors=colors, notes=read.notes)
 
     @property
     def mesh(self) -> Mesh:

@@ -7,9 +7,11 @@ from typing import Any
 from spin_usd.accuracy.measurement import FORMULAS, Measurement
 from spin_usd.basics.arrays import digest
 from spin_usd.basics.progress import Progress
+from spin_usd.commands.measure.calls import MAKE_RUNS, MakeRuns
 from spin_usd.commands.measure.options import MeasureOptions
-from spin_usd.commands.measure.processes import Job, JobResult, Processes, ProcessKind
+from spin_usd.commands.measure.processes import Processes, ProcessKind
 from spin_usd.commands.measure.renders import RenderStore
+from spin_usd.errors import SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.scene.effort import Effort
 
@@ -100,12 +102,6 @@ class Campaign:
         keys = tuple(self.key(*how, seed) for seed in seeds)
         return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
 
-    def asked(
-        self, processes: Processes, picture: PlannedPicture, kind: ProcessKind, what: str, **arguments: Any
-    ) -> JobResult:
-        """Ask a process of that kind about the picture, and return its answer, or why it failed."""
-        return processes.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
-
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
         """Count renders to come."""
         for series in wanted:
@@ -114,17 +110,20 @@ class Campaign:
     def make(self, processes: Processes, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
         """Render what is missing of the series. Return for each why it failed, None where all of it is there."""
         self.expect(picture, wanted)
-        jobs = {}
-        for number, series in enumerate(wanted):
-            missing = {key: seed for key, seed in zip(series.keys, series.seeds, strict=True) if not self.runs.has(key)}
-            self.percent_done.did(set(series.keys) - missing.keys())
-            if missing:
-                how = {"effort": asdict(series.effort), "seeds": missing}
-                jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
-        answers = processes.run(list(jobs.values()), on_made=lambda key: self.percent_done.did([key]))
-        for number in jobs:
-            self.percent_done.did(wanted[number].keys)  # what failed is not waited for
-        failed = {number: answer.failed for number, answer in zip(jobs, answers, strict=True)}
+        failed: dict[int, str] = {}
+        for kind in dict.fromkeys(series.kind for series in wanted):
+            requests = {}
+            for number, series in enumerate(wanted):
+                seeds = zip(series.keys, series.seeds, strict=True)
+                missing = {key: seed for key, seed in seeds if not self.runs.has(key)}
+                self.percent_done.did(set(series.keys) - missing.keys())
+                if missing and series.kind == kind:
+                    requests[number] = MakeRuns(index=picture.index, effort=series.effort, seeds=missing)
+            answers = processes.run(kind, MAKE_RUNS, list(requests.values()), lambda key: self.percent_done.did([key]))
+            for number, answer in zip(requests, answers, strict=True):
+                self.percent_done.did(wanted[number].keys)  # what failed is not waited for
+                if isinstance(answer, SpinError):
+                    failed[number] = str(answer)
         return [failed.get(number) for number in range(len(wanted))]
 
 

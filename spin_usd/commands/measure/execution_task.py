@@ -5,10 +5,14 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from msgspec import to_builtins
+
 from spin_usd.accuracy.measurement import Execution, Failure
 from spin_usd.accuracy.sweep import base_effort
+from spin_usd.commands.measure.calls import RENDER_DIGEST, RenderOnce
 from spin_usd.commands.measure.campaign import Campaign, weight
-from spin_usd.commands.measure.processes import Job, ProcessKind
+from spin_usd.commands.measure.processes import ProcessKind
+from spin_usd.errors import SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.processes.processors import usable_cpus
 
@@ -37,13 +41,14 @@ class ExecutionTask:
         ordered = sorted(pictures, key=lambda each: -each.region_pixels)  # the long ones first: none is waited for
         self._largest = ordered[0].frame
         self._renders = [
-            {"index": picture.index, "effort": asdict(effort), "seed": seed} for picture in ordered for seed in seeds
+            RenderOnce(index=picture.index, effort=effort, seed=seed) for picture in ordered for seed in seeds
         ]
         ways = (
             ExecutionMode(processes=n, crop=crop) for n, crop in ((1, True), (len(usable_cpus()), True), (1, False))
         )
         radiance = [picture.radiance for picture in ordered]
-        self._keys = {way: campaign.result_key("execution", asdict(way), radiance, self._renders) for way in ways}
+        renders = to_builtins(self._renders)
+        self._keys = {way: campaign.result_key("execution", asdict(way), radiance, renders) for way in ways}
         campaign.percent_done.expect(
             dict.fromkeys(self._keys.values(), len(seeds) * sum(weight(picture, effort) for picture in ordered))
         )
@@ -81,11 +86,10 @@ class ExecutionTask:
     def _run(self, way: ExecutionMode) -> dict[str, Any]:
         """Render in that way. Return seconds of wall clock and each render's digest, or why it failed."""
         kind = ProcessKind(renderer="blender", crop=way.crop)
-        jobs = [Job(kind=kind, what="render_digest", arguments=each) for each in self._renders]
         with self._campaign.processes(way.processes) as processes:
-            processes.run(jobs[-1:] * way.processes)  # opens each
+            processes.run(kind, RENDER_DIGEST, self._renders[-1:] * way.processes)  # opens each
             began = time.perf_counter()
-            answers = processes.run(jobs)
+            answers = processes.run(kind, RENDER_DIGEST, self._renders)
             wall_s = time.perf_counter() - began
-        failed = [answer.failed for answer in answers if answer.failed is not None]
-        return {"failed": failed[0]} if failed else {"wall_s": wall_s, "digests": [each.result for each in answers]}
+        failed = [str(answer) for answer in answers if isinstance(answer, SpinError)]
+        return {"failed": failed[0]} if failed else {"wall_s": wall_s, "digests": answers}

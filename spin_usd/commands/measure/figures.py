@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.accuracy.error import RADIUS_PX, LinearError, Reference, linear_error, ssim, standard_error
-from spin_usd.accuracy.measurement import Configuration, Figures, Saving
+from spin_usd.accuracy.measurement import Configuration, Figures, MeasuredPicture, Saving
 from spin_usd.basics.arrays import Float
 from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.errors import InputError
@@ -108,17 +108,19 @@ class PictureFigures:
         one, other = (developed_without_noise(scene, self._mean(half), behind) for half in halves)
         return self._square(one - other) / (len(self._parts) * sum(1 / len(half) for half in halves))
 
-    def frame(self, image: DevelopedReference) -> dict[str, Any]:
-        """Return the fields of a measurement's MeasuredPicture on the picture and its reference, as JSON."""
+    def measured(self, image: DevelopedReference, *, samples: int, capped: bool) -> MeasuredPicture:
+        """Return the picture and its reference, of so many `samples`, as a measurement has them."""
         region, frame = self._region, self.scene.frame
-        return {
-            "name": frame.name,
-            "index": frame.index,
-            "region": (region.x0, region.y0, region.x1, region.y1),
-            "target_pixels": int(self._target.sum()),
-            "reference_error": self.reference.error_squared**0.5,
-            "noise_dn": image.noise,
-        }
+        return MeasuredPicture(
+            name=frame.name,
+            index=frame.index,
+            region=(region.x0, region.y0, region.x1, region.y1),
+            target_pixels=int(self._target.sum()),
+            reference_samples=samples,
+            reference_error=self.reference.error_squared**0.5,
+            noise_dn=image.noise,
+            reference_capped=capped,
+        )
 
     def figures(
         self, image: DevelopedReference, setting: Configuration, keys: Sequence[str], *, capped: bool = False

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
 
 from msgspec import to_builtins
 
@@ -11,16 +10,30 @@ from spin_usd.accuracy.measurement import (
     Configuration,
     Failure,
     Figures,
-    LabelFigures,
     MeasuredPicture,
     Measurement,
     Saving,
 )
 from spin_usd.accuracy.sweep import base_effort, settings_to_measure
+from spin_usd.commands.measure.calls import (
+    COMPARE_LABELS,
+    FIND_ERRORS,
+    FIND_FIGURES,
+    FIND_SAVINGS,
+    FIND_SKIPPED_WORK,
+    MAKE_PAIRS,
+    FindErrors,
+    FindFigures,
+    FindSavings,
+    MakePairs,
+    RenderOnce,
+    SeedPairs,
+)
 from spin_usd.commands.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series, weight
-from spin_usd.commands.measure.processes import Job, Processes, ProcessKind
-from spin_usd.errors import InputError
+from spin_usd.commands.measure.processes import Processes, ProcessKind
+from spin_usd.errors import InputError, SpinError
 from spin_usd.picture.planned_picture import PlannedPicture
+from spin_usd.processes.call import Answer, Call, Request
 from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.store.measurement_file import read_measurement
 
@@ -83,7 +96,7 @@ class PictureTask:
         for setting, series in self._settings.items():
             by_kind[series.kind][setting] = series
         made = self._rendered(processes, by_kind[BLENDER])
-        labels = self._asked(processes, BLENDER, "labels")
+        labels = self._asked(processes, BLENDER, "labels", COMPARE_LABELS, self._picture.index)
         saved = self._savings
         if saved:
             saved.render(processes)
@@ -93,7 +106,7 @@ class PictureTask:
         return self._campaign.measurement(
             frames=frames,
             figures=figures,
-            labels=(LabelFigures(**labels),) if labels else (),
+            labels=(labels,) if labels else (),
             savings=saved.savings(processes, reference) if frames and saved else (),
             failures=(*self._failures, *(saved.failures if saved else ())),
         )
@@ -117,45 +130,41 @@ class PictureTask:
             if failed:
                 self._fail("reference", failed[0])
                 break
-            errors = self._asked(processes, RAYCAST, "errors", reference=keys, runs=runs)
+            asked = FindErrors(index=self._picture.index, reference=keys, runs=list(map(list, runs)))
+            errors = self._asked(processes, RAYCAST, "errors", FIND_ERRORS, asked)
             if errors is None:
                 break
-            wanted = self._campaign.request.reference_share * min(errors["settings"])
-            if errors["reference"] <= wanted or count == self._most_parts:
-                return keys, errors["reference"] > wanted
-            needed = math.ceil(MARGIN * count * errors["reference"] / wanted) if wanted else self._most_parts
+            wanted = self._campaign.request.reference_share * min(errors.settings)
+            if errors.reference <= wanted or count == self._most_parts:
+                return keys, errors.reference > wanted
+            needed = math.ceil(MARGIN * count * errors.reference / wanted) if wanted else self._most_parts
             count = min(max(needed, count + 1), self._most_parts)
         return [], False
 
     def _figures(
         self, processes: Processes, made: Mapping[Configuration, Series], reference: Sequence[str], *, capped: bool
     ) -> tuple[tuple[MeasuredPicture, ...], tuple[Figures, ...]]:
-        answer = self._asked(
-            processes,
-            RAYCAST,
-            "figures",
+        asked = FindFigures(
+            index=self._picture.index,
             seed=self._campaign.seed,
-            reference=reference,
+            reference=list(reference),
+            reference_samples=len(reference) * self._part.samples,
             capped=capped,
-            settings=[asdict(setting) for setting in made],
-            runs=[series.keys for series in made.values()],
+            settings=list(made),
+            runs=[list(series.keys) for series in made.values()],
         )
-        if answer is None:
-            return (), ()
-        samples = len(reference) * self._part.samples
-        frame = {**answer["frame"], "region": tuple(answer["frame"]["region"])}
-        figures = zip(made, answer["figures"], strict=True)
-        return (
-            (MeasuredPicture(**frame, reference_samples=samples, reference_capped=capped),),
-            tuple(Figures(**{**each, "setting": setting}) for setting, each in figures),
-        )
+        found = self._asked(processes, RAYCAST, "figures", FIND_FIGURES, asked)
+        return ((found.picture,), tuple(found.figures)) if found else ((), ())
 
-    def _asked(self, processes: Processes, kind: ProcessKind, what: str, **arguments: Any) -> Any:
-        """Return what a process of that kind answers; None where it failed."""
-        answer = self._campaign.asked(processes, self._picture, kind, what, **arguments)
-        if answer.failed is not None:
-            self._fail(what, answer.failed)
-        return answer.result
+    def _asked(
+        self, processes: Processes, kind: ProcessKind, what: str, call: Call[Request, Answer], request: Request
+    ) -> Answer | None:
+        """Return the answer of a process of that kind; None where it failed, which is noted as `what` failed."""
+        (answer,) = processes.run(kind, call, [request])
+        if isinstance(answer, SpinError):
+            self._fail(what, str(answer))
+            return None
+        return answer
 
     def _fail(self, what: str, why: str) -> None:
         self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
@@ -177,66 +186,58 @@ class SavingsTask:
         self._campaign, self._picture = campaign, picture
         self._effort = base_effort(campaign.request.max_samples)
         self._seeds = campaign.seeds("setting", range(campaign.request.seeds))
-        self._runs: dict[str, dict[str, list[str]]] = {}
+        self._runs: dict[str, SeedPairs] = {}
         self.failures: list[Failure] = []
 
     @property
     def keys(self) -> set[str]:
         """Keys of what was rendered for it."""
-        return {key for runs in self._runs.values() for keys in runs.values() for key in keys}
+        return {key for runs in self._runs.values() for key in (*runs.with_it, *runs.without)}
 
     def render(self, processes: Processes) -> None:
         """Render the picture with and without each work that is left out of it, and with and without all of it."""
-        campaign, effort = self._campaign, asdict(self._effort)
-        found = campaign.asked(processes, self._picture, BLENDER, "skipped_work", effort=effort)
-        if found.failed is not None:
-            self._fail("what is left out", found.failed)
-        works = _works(found.result or [])
+        campaign, index = self._campaign, self._picture.index
+        (found,) = processes.run(BLENDER, FIND_SKIPPED_WORK, [RenderOnce(index=index, effort=self._effort)])
+        if isinstance(found, SpinError):
+            self._fail("what is left out", str(found))
+        works = _works([] if isinstance(found, SpinError) else found)
         self._runs = {what: self._pairs(what, work) for what, work in works.items()}
         missing = [what for what in works if not self._is_there(what)]
-        jobs = [
-            Job(
-                kind=BLENDER,
-                what="make_pairs",
-                arguments={
-                    "index": self._picture.index,
-                    "effort": effort,
-                    "work": works[what],
-                    "seeds": self._seeds,
-                    **self._runs[what],
-                },
+        requests = [
+            MakePairs(
+                index=index, effort=self._effort, work=works[what], seeds=list(self._seeds), pairs=self._runs[what]
             )
             for what in missing
         ]
-        for what, answer in zip(
-            missing, processes.run(jobs, on_made=lambda key: campaign.percent_done.did([key])), strict=True
-        ):
-            if answer.failed is not None:
-                self._fail(f"with {what}", answer.failed)
-                campaign.percent_done.did(key for keys in self._runs.pop(what).values() for key in keys)
+        answers = processes.run(BLENDER, MAKE_PAIRS, requests, lambda key: campaign.percent_done.did([key]))
+        for what, answer in zip(missing, answers, strict=True):
+            if isinstance(answer, SpinError):
+                self._fail(f"with {what}", str(answer))
+                failed = self._runs.pop(what)
+                campaign.percent_done.did([*failed.with_it, *failed.without])
 
     def savings(self, processes: Processes, reference: Sequence[str]) -> tuple[Saving, ...]:
         """Return the savings, weighted by the reference, which is given by its parts' keys."""
-        how = {"reference": reference, "runs": self._runs}
-        found = self._campaign.asked(processes, self._picture, RAYCAST, "savings", **how)
-        if found.failed is not None:
-            self._fail("savings", found.failed)
-        return tuple(Saving(**each) for each in found.result or [])
+        asked = FindSavings(index=self._picture.index, reference=list(reference), runs=self._runs)
+        (found,) = processes.run(RAYCAST, FIND_SAVINGS, [asked])
+        if isinstance(found, SpinError):
+            self._fail("savings", str(found))
+            return ()
+        return tuple(found)
 
-    def _pairs(self, what: str, work: Sequence[str]) -> dict[str, list[str]]:
+    def _pairs(self, what: str, work: Sequence[str]) -> SeedPairs:
         """Return keys of the renders with and without that work, seed by seed, and count them as work to come."""
         of = [self._picture.radiance, asdict(self._effort), what, list(work)]
-        pairs = {
-            side: [self._campaign.key("saving", side, of, seed) for seed in self._seeds]
-            for side in ("with_it", "without")
-        }
+        with_it, without = (
+            [self._campaign.key("saving", side, of, seed) for seed in self._seeds] for side in ("with_it", "without")
+        )
         cost = RENDERS * weight(self._picture, self._effort)
-        self._campaign.percent_done.expect({key: cost for keys in pairs.values() for key in keys})
-        return pairs
+        self._campaign.percent_done.expect(dict.fromkeys([*with_it, *without], cost))
+        return SeedPairs(with_it=with_it, without=without)
 
     def _is_there(self, what: str) -> bool:
         """Return whether all renders of it are there: what was timed in another process is not compared."""
-        keys = [key for side in self._runs[what].values() for key in side]
+        keys = [*self._runs[what].with_it, *self._runs[what].without]
         there = all(self._campaign.runs.has(key) for key in keys)
         if there:
             self._campaign.percent_done.did(keys)

@@ -79,7 +79,7 @@ def measure_stage(request: MeasureOptions, stage: Path, out: Path) -> Measuremen
             request=request,
             runs=runs,
             seed=plan.settings.seed,
-            stage=plan.stages[request.variant]["hash"],
+            stage=plan.stages[request.variant].hash,
             versions=library_versions() | {"bpy": version("bpy")},
             machine=machine(),
             percent_done=PercentDone(request.progress),

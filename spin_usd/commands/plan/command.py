@@ -25,9 +25,10 @@ HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time
 
 def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False) -> None:
     """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
+    from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
+    with child_ahead(OPEN_PLAN), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.plan, options.telling(progress))
     show_notes(report.notes)
     if as_json:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import UNSET, Meta, UnsetType
 from msgspec.structs import asdict
@@ -23,10 +23,10 @@ from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.skipped_counts import SkippedCount
 from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
-from spin_usd.planning.work import CommonWork, Task
+from spin_usd.planning.work import CommonWork, PictureWork
 from spin_usd.processes.devices import AUTO
 from spin_usd.processes.processors import machine, usable_cpus
-from spin_usd.records.record import EffortChoice
+from spin_usd.records.record import EffortChoice, StageProvenance
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.effort import CPU, Effort
@@ -55,7 +55,7 @@ class PlanReport:
     """The settings that it has."""
     chosen: Chosen | None
     """Why it is that effort; None where it was given."""
-    stages: Mapping[str, Mapping[str, Any]]
+    stages: Mapping[str, StageProvenance]
     """What a record says of the stage, by variant."""
     views: Views | None
     """What the pictures show, where that is known."""
@@ -92,7 +92,7 @@ class PlanReport:
             chosen=planned_choice(self.chosen, self.stages) if self.chosen else None,
             notes=self.notes,
             variants=tuple(self.pictures),
-            hashes={name: stage["hash"] for name, stage in self.stages.items()},
+            hashes={name: stage.hash for name, stage in self.stages.items()},
             views=self.views,
             skipped=self.skipped,
         )
@@ -173,7 +173,7 @@ def _row(row: VariantRow) -> PlannedVariant:
     )
 
 
-def planned_choice(chosen: Chosen, stages: Mapping[str, Mapping[str, Any]]) -> PlannedChoice:
+def planned_choice(chosen: Chosen, stages: Mapping[str, StageProvenance]) -> PlannedChoice:
     """Return the choice as recorded, with what is expected; of a quality only where one of the `stages`, by variant
     what a record says of it, is that measured."""
     applies = chosen.by == "error" or chosen.is_of(stages)
@@ -230,7 +230,7 @@ def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timin
     except InputError as e:
         return Timings(), [f"the measurement beside the stage is not used: {e}"]
     known = plan.stages.get(measurement.variant)
-    if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
+    if known is None or known.hash != measurement.stage or dict(measurement.machine) != machine():
         return Timings(), []
     return measured_renders(measurement, plan, options), []
 
@@ -243,6 +243,6 @@ def measured_renders(measurement: Measurement, plan: Plan, options: CommonWork) 
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:
-            expected = expected_work(Task(picture=picture, label_pass=False, render=True), options)
+            expected = expected_work(PictureWork(picture=picture, label_pass=False, render=True), options)
             found.add({BEAUTY_PASS: expected[BEAUTY_PASS]}, {BEAUTY_PASS: cpu_s[picture.frame]})
     return found

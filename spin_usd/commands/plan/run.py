@@ -9,6 +9,7 @@ from spin_usd.basics.progress import Progress
 from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.commands.plan.report import PlanReport, report_of
 from spin_usd.commands.render import request as rendering
+from spin_usd.events.calls import COUNT_STEPS, CountSteps
 from spin_usd.options import takes
 from spin_usd.picture.planned_picture import places_of
 from spin_usd.planning.make_plan import Plan
@@ -35,19 +36,14 @@ def plan(options: PlanOptions) -> PlanReport:
 
 def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, progress: Progress) -> Iterator[str]:
     """Yield a sentence for each variant on what its events take."""
-    counts = ask_child(
-        "count_event_steps",
-        reads=request.stage,
-        stage=str(request.stage),
-        pictures=places_of(found.pictures),
-        progress=progress,
-    )
+    asked = CountSteps(stage=str(request.stage), pictures=places_of(found.pictures))
+    counts = ask_child(COUNT_STEPS, asked, reads=request.stage, progress=progress)
     total = report.cost.total
     each = total.seconds / max(total.pictures, 1)
     for variant, of in counts.items():
-        least, most = (duration(number * each) for number in (of["renders"], of["steps"]))
-        steps = f"{pluralise(of['steps'], 'time step')} in {of['seconds']:g} s"
+        least, most = (duration(number * each) for number in (of.renders, of.steps))
+        steps = f"{pluralise(of.steps, 'time step')} in {of.seconds:g} s"
         yield (
-            f"the events of {variant} take {steps}; {of['renders']} to {of['steps']} are rendered, as highlights and "
+            f"the events of {variant} take {steps}; {of.renders} to {of.steps} are rendered, as highlights and "
             f"shadows move: {least} to {most} of one core if each costs as a picture does"
         )

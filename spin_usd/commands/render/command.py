@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 def render(context: typer.Context, options: RenderOptions, *, as_json: Json = False) -> None:
     """Render and label a stage into a dataset."""
+    from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead("open_plan"), shown(context.obj["quiet"]) as progress:
+    with child_ahead(OPEN_PLAN), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.render, options.telling(progress, show_note))
     show_notes(report.doubts)
     if as_json:

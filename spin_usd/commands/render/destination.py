@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import to_builtins
 
+from spin_usd.commands.render.calls import OPEN_WORKER, OpenWorker
 from spin_usd.files.folder import Folder
 from spin_usd.files.url import is_url
 from spin_usd.picture.versions import library_versions
@@ -50,10 +51,11 @@ class Destination:
         from spin_usd.processes.cluster.remote_child import LocalConnection, RemoteChild
         from spin_usd.processes.cluster.worker_actor import WorkerOpening
 
-        output, versions, for_worker = self._output(lease), library_versions(), to_builtins(options)
+        output, versions, request = self._output(lease), library_versions(), to_builtins(OpenWorker(options=options))
 
         def opening(number: int, of: int | None) -> WorkerOpening:
-            return WorkerOpening(output=output, options=for_worker, versions=versions, number=number, of=of)
+            how = {"call": OPEN_WORKER, "request": request, "versions": versions}
+            return WorkerOpening(output=output, **how, number=number, of=of)
 
         if cluster := self.cluster:
             return lambda _: cluster.start(lambda number: opening(number, None))

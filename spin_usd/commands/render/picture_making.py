@@ -88,9 +88,9 @@ class PictureMaking:
         with postponed() as stop:
             for variant, places in places_of(planned.pictures).items():
                 run = EventRun(
-                    store=self._store,
-                    lease=self._lease,
-                    options=options,
+                    self._store,
+                    self._lease,
+                    options,
                     variant=variant,
                     pictures=places,
                     provenance=planned.stages[variant],

@@ -69,7 +69,7 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
         before = None
     hashes = dict(before.stage.hashes) if before else {}
     hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
-    hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
+    hashes |= {name: stage.hash for name, stage in plan.stages.items()}
     classes = class_ids(part.class_ for part in plan.content.parts.values())
     description = DatasetDescription(
         stage=StageEntry(root=root, origin=plan.origin, hashes=hashes),

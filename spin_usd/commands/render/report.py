@@ -8,11 +8,11 @@ from msgspec import Meta, Struct, field
 from spin_usd.basics.json_fields import Count, JsonStruct, Size, one_of
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.progress import Note, Progress
+from spin_usd.commands.render.calls import MadePicture
 from spin_usd.picture.brightness import WORDS
 from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.planning.cost import Timings, expected_work
-from spin_usd.planning.work import CommonWork, Task
-from spin_usd.planning.worker_options import MadePicture
+from spin_usd.planning.work import CommonWork, PictureWork
 
 
 class FailedPicture(JsonStruct, frozen=True, kw_only=True):
@@ -95,7 +95,7 @@ class RunListener:
             case "shared":
                 self.report.renders_shared += 1
         own = {name: made.passes.get(name) == "made" for name in ("labels", "render")}
-        task = Task(picture=picture, label_pass=own["labels"], render=own["render"])
+        task = PictureWork(picture=picture, label_pass=own["labels"], render=own["render"])
         self.measured.add(expected_work(task, self.options), self.alone(made.seconds))
         for work, seconds in made.seconds.items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds

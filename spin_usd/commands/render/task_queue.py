@@ -1,25 +1,32 @@
 """The pictures that a run still has to make, and the order in which workers take them."""
 
 from collections import deque
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
 
+from spin_usd.commands.render.calls import MAKE_PICTURE, MadePicture, MakePicture
 from spin_usd.labels.table import LABELS
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.picture.planned_picture import PlannedPicture
-from spin_usd.processes.deaths import Retries
+from spin_usd.processes.call import Call
+from spin_usd.processes.child_limits import PATIENCE_S
+from spin_usd.processes.task import Task, Worker
 
 
-@dataclass(kw_only=True)
-class RenderTask:
-    """A picture to make, the kinds of file wanted, whether its render and its labels are kept for others, and its
-    retries."""
+@dataclass(kw_only=True, eq=False)
+class RenderTask(Task[MadePicture]):
+    """A picture to make."""
 
+    call: Call[Any, MadePicture] = MAKE_PICTURE
+    request: Any = None
     picture: PlannedPicture
     kinds: tuple[str, ...]
+    """Kinds of file that are wanted."""
     keep_render: bool = True
+    """Whether the cache keeps the render for other pictures."""
     keep_labels: bool = True
-    retries: Retries = field(default_factory=Retries)
+    """Whether the cache keeps the labels for other pictures."""
 
     @property
     def needs(self) -> set[str]:
@@ -39,26 +46,29 @@ class TaskQueue:
     """Tasks in order, of which no two that need the same pass are out at once unless it was made: the second waits
     for the first one's, others go before it."""
 
-    def __init__(self, tasks: Iterable[RenderTask]) -> None:
-        self._tasks = deque(tasks)
+    def __init__(self, tasks: Iterable[RenderTask], limit_s: Callable[[RenderTask], float]) -> None:
+        """`limit_s`: returns the seconds that a picture may take once its stage is open."""
+        self._tasks, self._limit_s = deque(tasks), limit_s
+        self.closed = False
         self._out: list[RenderTask] = []
         self._made: set[str] = set()
 
     def __len__(self) -> int:
         return len(self._tasks)
 
-    def clear(self) -> None:
-        """Forget the tasks that are not out."""
+    def close(self) -> None:
+        """Forget the tasks that are not out, and those that come back."""
+        self.closed = True
         self._tasks.clear()
 
-    def take(self) -> RenderTask | None:
+    def take(self, worker: Worker[RenderTask]) -> RenderTask | None:
         """Take the next task that need not wait; None where all must."""
         being_made = {key for task in self._out for key in task.needs} - self._made
         for place, task in enumerate(self._tasks):
             if not task.needs & being_made:
                 del self._tasks[place]
                 self._out.append(task)
-                return task
+                return self._prepared(task, worker)
         return None
 
     def finish(self, task: RenderTask) -> None:
@@ -73,4 +83,23 @@ class TaskQueue:
     def put_back(self, task: RenderTask) -> None:
         """Put `task` back, which was not done, as the next."""
         self._out.remove(task)
-        self._tasks.appendleft(task)
+        if not self.closed:
+            self._tasks.appendleft(task)
+
+    def opened(self, worker: Worker[RenderTask]) -> float:
+        """Note that the worker has opened the stage of its picture; return the seconds that this may take now."""
+        assert worker.task
+        worker.holds, worker.task.within_s = worker.task.picture.variant, self._limit_s(worker.task)
+        return worker.task.within_s
+
+    def _prepared(self, task: RenderTask, worker: Worker[RenderTask]) -> RenderTask:
+        picture = task.picture
+        task.within_s = self._limit_s(task) if worker.holds == picture.variant else PATIENCE_S
+        task.request = MakePicture(
+            variant=picture.variant,
+            index=picture.index,
+            kinds=task.kinds,
+            keep_render=task.keep_render,
+            keep_labels=task.keep_labels,
+        )
+        return task

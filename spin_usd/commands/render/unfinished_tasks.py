@@ -4,6 +4,8 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
+from msgspec import structs
+
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.progress import Note
 from spin_usd.commands.render.report import RenderReport
@@ -42,7 +44,7 @@ def unfinished_tasks(
 ) -> list[RenderTask]:
     """Return what is left to make of the planned pictures, whose root layer is `root` in the dataset; the report counts
     the others. `note` is given a sentence on pictures that are made again; `work` is for temporary files."""
-    stages = {variant: StageProvenance(root=root, **stage) for variant, stage in planned.stages.items()}
+    stages = {variant: structs.replace(stage, root=root) for variant, stage in planned.stages.items()}
     again = Counter[str]()
     left = partial(
         kinds_left,

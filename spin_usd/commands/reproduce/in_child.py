@@ -3,10 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
-from msgspec import to_builtins
-
-from spin_usd.commands.render.worker import Worker
-from spin_usd.commands.reproduce.report import Comparison, Reproduction
+from spin_usd.commands.render.calls import MakePicture, OpenWorker
+from spin_usd.commands.render.worker import RenderWorker
+from spin_usd.commands.reproduce.report import Comparison, Reproduce, Reproduction
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
@@ -16,36 +15,36 @@ from spin_usd.records.record import RecordedFile
 from spin_usd.store.read_documents import read_record
 
 
-def make_again(*, dataset: str, record: str, folder: str, device: str) -> Reproduction:
-    """Render into `folder` from the dataset's stage with the settings of the record in the file `record`, light on the
-    `device`, and compare digests."""
-    there = Folder(Path(dataset))
-    said = read_record(there, record)
-    kinds = tuple(said.files)
+def make_again(request: Reproduce) -> Reproduction:
+    """Render a recorded picture from the dataset's stage with the settings of its record, and compare digests."""
+    there = Folder(Path(request.dataset))
+    record = read_record(there, request.record)
+    kinds = tuple(record.files)
     options = WorkerOptions(
-        root=folder,
-        work=folder,
-        stage=str(there.path(said.provenance.stage.root)),
-        options=said.options,
-        settings=replace(said.settings, device=device),
+        root=request.folder,
+        work=request.folder,
+        stage=str(there.path(record.provenance.stage.root)),
+        options=record.options,
+        settings=replace(record.settings, device=request.device),
         renders=not RENDERED.isdisjoint(kinds),
     )
-    worker = Worker(options=to_builtins(options))
-    frames = worker.reader(said.variant).frames
-    if said.index >= len(frames) or frames[said.index].name != said.frame:
-        raise InputError(f"the stage no longer holds picture {said.frame!r} at place {said.index}", where=dataset)
-    _, made = worker.make(variant=said.variant, index=said.index, kinds=kinds, keep_render=False)
+    worker = RenderWorker(OpenWorker(options=options))
+    frames = worker.stage.reader(record.variant).frames
+    if record.index >= len(frames) or frames[record.index].name != record.frame:
+        found = f"the stage no longer holds picture {record.frame!r} at place {record.index}"
+        raise InputError(found, where=request.dataset)
+    _, made = worker.make(MakePicture(variant=record.variant, index=record.index, kinds=kinds, keep_render=False))
     if unknown := [kind for kind in kinds if kind not in made.files]:
-        raise InputError(f"the record lists {unknown[0]}, which this version does not make", where=dataset)
-    recorded, now = said.provenance.versions, worker.versions
+        raise InputError(f"the record lists {unknown[0]}, which this version does not make", where=request.dataset)
+    recorded, now = record.provenance.versions, worker.studio.versions
     return Reproduction(
-        files=tuple(_compared(there, kind, said.files[kind], made.files[kind]) for kind in kinds),
+        files=tuple(_compared(there, kind, record.files[kind], made.files[kind]) for kind in kinds),
         versions={
             name: (recorded.get(name, ""), now.get(name, ""))
             for name in sorted({*recorded, *now})
             if recorded.get(name) != now.get(name)
         },
-        devices=(said.settings.device, device),
+        devices=(record.settings.device, request.device),
     )
 
 

@@ -1,9 +1,23 @@
-"""What `reproduce` found."""
+"""The call of the child that makes a picture again, and its result."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from msgspec import Struct, to_builtins
+
+from spin_usd.processes.call import Call
+
+
+class Reproduce(Struct, frozen=True, kw_only=True):
+    """The request to make a recorded picture again."""
+
+    dataset: str
+    record: str
+    """Name of the record."""
+    folder: str
+    """Folder for the files that are made."""
+    device: str
+    """Device that renders the light."""
 
 
 class Comparison(Struct, frozen=True, kw_only=True):
@@ -39,3 +53,6 @@ class Reproduction(Struct, frozen=True, kw_only=True):
     def as_json(self) -> dict[str, Any]:
         files = [{**to_builtins(file), "same": file.same} for file in self.files]
         return {"files": files, "versions": self.versions, "devices": self.devices}
+
+
+REPRODUCE = Call("spin_usd.commands.reproduce.in_child:make_again", Reproduce, Reproduction)

@@ -3,10 +3,8 @@
 import tempfile
 from pathlib import Path
 
-from msgspec import convert
-
 from spin_usd.commands.reproduce.options import ReproduceOptions
-from spin_usd.commands.reproduce.report import Reproduction
+from spin_usd.commands.reproduce.report import REPRODUCE, Reproduce, Reproduction
 from spin_usd.options import takes
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.processes.ask_child import ask_child
@@ -46,14 +44,10 @@ def reproduce_picture(dataset: Path, frame: str, *, variant: str = NOMINAL, devi
         require_renderer(recorded.renderer)
         require_device(device)
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
-        answer = ask_child(
-            "reproduce",
+        return ask_child(
+            REPRODUCE,
+            Reproduce(dataset=str(store.root), record=record_of(variant, frame), folder=folder, device=device),
             reads=store.root,
             memory=rendering_memory(graphics=device != CPU),
             within_s=RENDER_PATIENCE_S,
-            dataset=str(store.root),
-            record=record_of(variant, frame),
-            folder=folder,
-            device=device,
         )
-    return convert(answer, Reproduction)

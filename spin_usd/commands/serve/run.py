@@ -32,7 +32,7 @@ from spin_usd.picture.kinds import FILE_KINDS
 from spin_usd.processes.child import ChildInternalError
 from spin_usd.processes.patience import LOOK_S
 from spin_usd.scene.environment import BACKGROUND
-from spin_usd.simulator.picture_workers import MadePictureArrays
+from spin_usd.simulator.picture_workers import SimulatorTask
 from spin_usd.simulator.shared_arrays import numpy_type
 from spin_usd.simulator.simulator import Simulator
 
@@ -98,7 +98,7 @@ class Server:
 
     def __init__(self, socket: "zmq.Socket[bytes]", simulator: Simulator) -> None:
         self._socket, self._simulator, self._workers = socket, simulator, simulator.workers
-        self._waiting: dict[int, tuple[bytes, list[bytes]]] = {}  # by the picture's number: who waits for it
+        self._waiting: dict[SimulatorTask, tuple[bytes, list[bytes]]] = {}  # who waits for each picture
         self._decoder, self._encoder = Decoder(Asked), Encoder()
 
     def run(self) -> None:
@@ -110,8 +110,8 @@ class Server:
             poller.poll(int(1000 * LOOK_S))
             self._receive()
             self._workers.step(within_s=0)
-            for number in [number for number in self._waiting if self._workers.has(number)]:
-                self._reply(number)
+            for task in [task for task in self._waiting if task.ended]:
+                self._reply(task)
 
     def _receive(self) -> None:
         """Hear what has come."""
@@ -149,8 +149,8 @@ class Server:
         self._waiting[self._ask(asked)] = client, envelope
         return None
 
-    def _ask(self, asked: Asked) -> int:
-        """Ask the workers for a picture; return its number. Raises InputError."""
+    def _ask(self, asked: Asked) -> SimulatorTask:
+        """Request a picture from the workers. Raises InputError."""
         if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
             raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
         if BACKGROUND in (asked.values or {}):
@@ -160,10 +160,10 @@ class Server:
         request = self._simulator.request(**own)
         return self._workers.ask(request, asked.arrays, recorded=asked.record)
 
-    def _reply(self, number: int) -> None:
-        client, envelope = self._waiting.pop(number)
+    def _reply(self, task: SimulatorTask) -> None:
+        client, envelope = self._waiting.pop(task)
         try:
-            answer: Struct = _sent(self._workers.result(number))
+            answer: Struct = _sent(task)
         except (SpinError, ChildInternalError) as error:
             answer = SentError(error=str(error))
         self._send(client, envelope, answer)
@@ -187,8 +187,8 @@ class Server:
             self._socket.send_multipart([client, *envelope, self._encoder.encode(answer)], zmq.NOBLOCK)
 
 
-def _sent(found: MadePictureArrays) -> SentPicture:
-    made = found.made
+def _sent(task: SimulatorTask) -> SentPicture:
+    made = task.result
     return SentPicture(
         frame=made.frame,
         variant=made.variant,
@@ -197,8 +197,8 @@ def _sent(found: MadePictureArrays) -> SentPicture:
         pose=made.pose,
         arrays={
             kind: SentArray(dtype=numpy_type(array.dtype), shape=list(array.shape), data=array.tobytes())
-            for kind, array in found.arrays.items()
+            for kind, array in task.arrays.items()
         },
-        logged=UNSET if found.asked.logged is None else found.asked.logged,
+        logged=UNSET if task.logged is None else task.logged,
         record=made.record or UNSET,
     )

@@ -12,7 +12,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.basics.faults import reading
 from spin_usd.commands.show.data_file import DataFile
 from spin_usd.commands.show.options import ORIGINAL, SMALL
-from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys, visible_boxes
+from spin_usd.commands.show.picture_keys import IMAGE, PictureKeys, ShowPicture, visible_boxes
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.image_file import encoded_image
@@ -36,14 +36,13 @@ STEP_M = 1e-5
 MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept as it is
 
 
-def write_picture_files(
-    *, dataset: str, frame: str, variant: str, out: str, work: str, images: str, keys: Sequence[Any]
-) -> dict[str, str]:
-    """Write the files of a picture that the gallery in the folder `out` lacks, those with `keys`, PictureKeys; return
-    what is wrong with those of the dataset, by the keys that could not be written."""
-    picture = read_picture(Path(dataset), record_of(variant, frame), _description(dataset))
-    writer = _PictureWriter(picture, Folder(Path(out)), Path(work))
-    return dict(writer.faults(PictureKeys(*keys), images))
+def write_picture_files(request: ShowPicture) -> dict[str, str]:
+    """Write the files of a picture that the gallery lacks; return what is wrong with those of the dataset, by the keys
+    that could not be written."""
+    name = record_of(request.variant, request.frame)
+    picture = read_picture(Path(request.dataset), name, _description(request.dataset))
+    writer = _PictureWriter(picture, Folder(Path(request.out)), Path(request.work))
+    return dict(writer.faults(request.keys, request.images))
 
 
 @cache

@@ -5,11 +5,12 @@ import json
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
 from spin_usd.commands.show.data_file import file_key
 from spin_usd.commands.show.gallery_folder import DATA, IMAGES, OF_TARGET, THUMBNAILS, file_of
 from spin_usd.commands.show.options import ORIGINAL, ShowOptions
+from spin_usd.processes.call import Call
 from spin_usd.reading.picture import Picture
 from spin_usd.records.event_record import EventRecord
 from spin_usd.records.record import Record
@@ -59,6 +60,25 @@ class PictureKeys(NamedTuple):
             labels=self.labels if "labels" in lacking else "",
             events=self.events if "events" in lacking else "",
         )
+
+
+class ShowPicture(Struct, frozen=True, kw_only=True):
+    """The request for the files of a picture in a gallery."""
+
+    dataset: str
+    frame: str
+    variant: str
+    out: str
+    """Folder of the gallery."""
+    work: str
+    """Folder for temporary files."""
+    images: str
+    """Size of the images, as ShowOptions has it."""
+    keys: PictureKeys
+    """Keys of the files that the gallery lacks."""
+
+
+SHOW_PICTURE = Call("spin_usd.commands.show.in_child:write_picture_files", ShowPicture, dict[str, str])
 
 
 def keys_of(picture: Picture, request: ShowOptions, events: EventRecord | None) -> PictureKeys:

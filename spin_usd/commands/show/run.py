@@ -16,14 +16,16 @@ from spin_usd.commands.show.columns import Column, Columns
 from spin_usd.commands.show.data_file import KEY_LENGTH, DataFile
 from spin_usd.commands.show.gallery_folder import PAGE, GalleryFolder, refuse_other
 from spin_usd.commands.show.options import ShowOptions
-from spin_usd.commands.show.picture_keys import PictureKeys
+from spin_usd.commands.show.picture_keys import SHOW_PICTURE, PictureKeys, ShowPicture
 from spin_usd.commands.show.read_records import ReadPicture, read_records
-from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.errors import InputError, OutputError
 from spin_usd.geometry.lens import invertible_radius
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.options import takes
+from spin_usd.processes.deaths import READING_TRIES
+from spin_usd.processes.executor import done_in_order
 from spin_usd.processes.processors import usable_cpus
-from spin_usd.processes.shared_calls import Call, results_of
+from spin_usd.processes.task import Task
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.measures import described
 from spin_usd.reading.picture import Picture
@@ -206,32 +208,30 @@ def write_files(
 
     Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
     """
-    calls = [_call(pictures[place], keys, request, work) for place, keys in missing.items()]
-    children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
+    requests = [_request(pictures[place], keys, request, work) for place, keys in missing.items()]
+    children = request.workers or max(1, min(len(usable_cpus()), len(requests) // PICTURES_PER_CHILD))
     faults: dict[str, str] = {}
-    for done, (keys, result) in enumerate(
-        zip(missing.values(), results_of(calls, children, progress=progress), strict=True)
-    ):
-        progress("showing: picture", done, len(calls))
-        if isinstance(result, OutputError):
-            raise result
+    tasks = [Task(call=SHOW_PICTURE, request=each, tries=READING_TRIES, progress=progress) for each in requests]
+    for done, (keys, task) in enumerate(zip(missing.values(), done_in_order(tasks, children), strict=True)):
+        progress("showing: picture", done, len(tasks))
+        if isinstance(task.failure, OutputError):
+            raise task.failure
         of_all = (keys.image, keys.labels, keys.events)
-        faults |= dict.fromkeys(of_all, str(result)) if isinstance(result, SpinError) else result
-    progress("showing: picture", len(calls), len(calls))
+        faults |= dict.fromkeys(of_all, str(task.failure)) if task.failure else task.result
+    progress("showing: picture", len(tasks), len(tasks))
     return faults
 
 
-def _call(picture: ReadPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> Call:
-    arguments = {
-        "dataset": picture.dataset,
-        "frame": picture.frame,
-        "variant": picture.variant,
-        "out": str(request.page_folder),
-        "work": str(work),
-        "images": request.images,
-        "keys": keys,
-    }
-    return Call("show_picture", arguments)
+def _request(picture: ReadPicture, keys: PictureKeys, request: ShowOptions, work: Path) -> ShowPicture:
+    return ShowPicture(
+        dataset=picture.dataset,
+        frame=picture.frame,
+        variant=picture.variant,
+        out=str(request.page_folder),
+        work=str(work),
+        images=request.images,
+        keys=keys,
+    )
 
 
 def pictures_of(pictures: Sequence[ReadPicture]) -> tuple[Header, Arrays]:

@@ -1,7 +1,7 @@
 """The child's part of `watch`: it reads the stage anew, and makes the pictures of one frame small and at once."""
 
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from spin_usd.basics.faults import expected
-from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, states_of
+from spin_usd.commands.watch.request import FileStates, OpenViewer, SeenPicture, StageView, ViewStage, states_of
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_ARRAY
@@ -21,15 +21,12 @@ from spin_usd.labels import preview
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.picture.pass_maker import PassMaker
-from spin_usd.processes.open_renderer import open_renderer
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
-from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.content import key_of
 from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed
 from spin_usd.scene.derived.known_targets import KnownTargets
-from spin_usd.scene.effort import REDUCTIONS, Effort
+from spin_usd.scene.effort import REDUCTIONS
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.scene import Scene
 from spin_usd.sensor.develop import develop
@@ -37,6 +34,7 @@ from spin_usd.stage.composition.files import EXTENSIONS, files_of
 from spin_usd.stage.composition.images import Decoded
 from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.studio.studio import Studio
 
 MAX_LAYERS = 1000  # that are watched where nobody can say what a stage is made of
 
@@ -45,25 +43,26 @@ class Viewer:
     """A viewer that lives in a child process. What an edit leaves as it was is kept: decoded images, the same targets,
     what is behind them; so what renderers made of these stays too."""
 
-    def __init__(self, *, renderer: str, effort: Mapping[str, Any]) -> None:
-        caster = EmbreeCaster()
-        self._maker = PassMaker(caster, open_renderer(renderer, caster=caster))
-        self._settings = RenderSettings(renderer=renderer, effort=Effort(**effort), seed=0)
+    def __init__(self, request: OpenViewer) -> None:
+        self._settings = RenderSettings(renderer=request.renderer, effort=request.effort, seed=0)
+        studio = Studio(self._settings)
+        studio.open_renderer()
+        self._maker = studio.maker
         self._states: FileStates = {}
         self._images: dict[tuple[str, str], Decoded] = {}
         self._targets = KnownTargets()
         self._behind: tuple[str, NDArray[Any] | None] = ("", None)
 
-    def view(self, *, stage: str, frame: str, variant: str, max_width: int, labels: bool) -> StageView:
-        """Look at the picture, with `labels` at the usual labels too."""
+    def view(self, request: ViewStage) -> StageView:
+        """Look at the picture."""
         gc.collect()  # USD would show the layers of the stage before again, as they were
-        states = states_of(_files(stage))
+        states = states_of(_files(request.stage))
         self._images = {key: image for key, image in self._images.items() if self._is_unchanged(key[0], states)}
         self._states = states
         try:
-            seen = self._seen(stage, frame, variant, max_width, labels=labels)
+            seen = self._seen(request)
         except Exception as fault:
-            error = expected(fault, stage)
+            error = expected(fault, request.stage)
             if error is None:
                 raise
             return StageView(files=states, fault=str(error), unknown=isinstance(error, UnknownPictureError))
@@ -74,12 +73,12 @@ class Viewer:
         file = image.partition("[")[0]
         return states.get(file) is not None and states[file] == self._states.get(file)
 
-    def _seen(self, stage: str, frame: str, variant: str, max_width: int, *, labels: bool) -> SeenPicture:
-        reader = StageReader(stage, variant=variant, images=self._images)
-        chosen = frame_named(reader.frames, frame, stage)
-        scene = _small(self._targets.in_place(reader.scene(chosen)), max_width)
+    def _seen(self, request: ViewStage) -> SeenPicture:
+        reader = StageReader(request.stage, variant=request.variant, images=self._images)
+        chosen = frame_named(reader.frames, request.frame, request.stage)
+        scene = _small(self._targets.in_place(reader.scene(chosen)), request.max_width)
         self._images = reader.decoded_images
-        pictures = dict(self._labels(scene)) if labels else {}
+        pictures = dict(self._labels(scene)) if request.labels else {}
         pictures[IMAGE] = _png(preview.image(self._image(scene, reader.seed)))
         return SeenPicture(
             frame=chosen.name,

@@ -1,14 +1,15 @@
-"""What is watched, what of it is shown, and what is seen."""
+"""The request to watch a stage, and the calls of the children that show it."""
 
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import NoneType
 
 from msgspec import Struct
 
 from spin_usd.commands.watch.options import WatchOptions
+from spin_usd.processes.call import Call
 from spin_usd.scene.effort import Effort
 
 FileStates = Mapping[str, list[int] | None]
@@ -21,6 +22,25 @@ class WatchedPicture:
 
     frame: str
     variant: str
+
+
+class OpenViewer(Struct, frozen=True, kw_only=True):
+    """The request to open a renderer that shows stages."""
+
+    renderer: str
+    effort: Effort
+
+
+class ViewStage(Struct, frozen=True, kw_only=True):
+    """The request for a picture of a stage as it is now, small."""
+
+    stage: str
+    frame: str
+    variant: str
+    max_width: int
+    """Columns of the picture at most, if that can be."""
+    labels: bool
+    """Whether the usual labels are shown too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +60,15 @@ class WatchRequest:
         """The picture that is shown first."""
         return WatchedPicture(frame=self.options.frame, variant=self.options.variant)
 
-    def of(self, choice: WatchedPicture) -> dict[str, Any]:
-        """Return the arguments of a child's `view` of the picture."""
-        view = {"frame": choice.frame, "variant": choice.variant, "max_width": self.options.max_width}
-        return {"stage": str(self.stage.absolute()), **view}
+    def of(self, choice: WatchedPicture, *, labels: bool) -> ViewStage:
+        """Return the request for a view of the picture."""
+        return ViewStage(
+            stage=str(self.stage.absolute()),
+            frame=choice.frame,
+            variant=choice.variant,
+            max_width=self.options.max_width,
+            labels=labels,
+        )
 
 
 class SeenPicture(Struct, frozen=True, kw_only=True):
@@ -69,6 +94,10 @@ class StageView(Struct, frozen=True, kw_only=True):
     """A sentence."""
     unknown: bool = False
     """Whether the fault is that the stage has no such picture."""
+
+
+OPEN_VIEWER = Call("spin_usd.commands.watch.in_child:Viewer", OpenViewer, NoneType)
+VIEW_STAGE = Call("spin_usd.commands.watch.in_child:Viewer.view", ViewStage, StageView)
 
 
 def states_of(paths: Iterable[str]) -> FileStates:

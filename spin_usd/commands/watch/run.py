@@ -16,17 +16,26 @@ import numpy as np
 
 from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.watch.page_server import page_server
-from spin_usd.commands.watch.request import FileStates, SeenPicture, StageView, WatchedPicture, WatchRequest, states_of
-from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, ViewerChild
+from spin_usd.commands.watch.request import (
+    VIEW_STAGE,
+    FileStates,
+    SeenPicture,
+    StageView,
+    WatchedPicture,
+    WatchRequest,
+    states_of,
+)
+from spin_usd.commands.watch.state import FAULTY, READING, SHOWN, SharedState, viewer
 from spin_usd.errors import SpinError, UnknownPictureError
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.preview import reduced
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.child import ChildInternalError
-from spin_usd.processes.child_limits import PATIENCE_S, RENDER_PATIENCE_S
-from spin_usd.processes.deaths import READING_TRIES, ChildDiedError, Retries
+from spin_usd.processes.child_limits import RENDER_PATIENCE_S
+from spin_usd.processes.deaths import ONCE, ChildDiedError
 from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
+from spin_usd.processes.task import Task
 from spin_usd.scene.effort import Effort
 
 PREVIEW = "raycast"
@@ -59,7 +68,7 @@ class LightRender:
 
     def __init__(self, request: WatchRequest, shared: SharedState, tell: Callable[[str], None]) -> None:
         self._request, self._shared, self._tell = request, shared, tell
-        self._child = ViewerChild(request.renderer, request.effort)
+        self._viewer = viewer(request.renderer, request.effort)
         self._changed = Condition()
         self._wanted: tuple[WatchedPicture, float] | None = None
         self._busy = self._cancelled = self._ended = False
@@ -76,9 +85,9 @@ class LightRender:
         with self._changed:
             self._ended = True
             self._changed.notify()
-        self._child.interrupt()
+        self._viewer.interrupt()
         self._thread.join()
-        self._child.end()
+        self._viewer.close()
 
     def render(self, choice: WatchedPicture, edited: float) -> None:
         """Render the picture, edited at that time of time.monotonic, instead of any other."""
@@ -93,7 +102,7 @@ class LightRender:
             self._wanted = None
             if self._busy and not self._cancelled:
                 self._cancelled = True
-                self._child.interrupt()
+                self._viewer.interrupt()
 
     def raise_defect(self) -> None:
         """Raise here what ended the thread before its time, if anything did."""
@@ -114,14 +123,16 @@ class LightRender:
             with self._changed:
                 self._busy = False
                 if self._cancelled:
-                    self._child.replace()  # it may have answered, and been interrupted then
+                    self._viewer.restart()  # it may have answered, and been interrupted then
                 elif not self._ended:
                     self._post(view, time.monotonic() - edited)
 
     def _view(self, choice: WatchedPicture) -> StageView:
         """Return what the child sees, or a fault."""
         try:
-            return self._child.view(self._request.of(choice), labels=False, within_s=RENDER_PATIENCE_S)
+            request = self._request.of(choice, labels=False)
+            task = Task(call=VIEW_STAGE, request=request, within_s=RENDER_PATIENCE_S, tries=ONCE)
+            return self._viewer.result(self._viewer.submit(task))
         except (SpinError, ChildInternalError) as fault:
             return StageView(fault=str(fault))
 
@@ -150,13 +161,13 @@ class Follower:
 
     def __init__(self, request: WatchRequest, shared: SharedState, tell: Callable[[str], None]) -> None:
         self._request, self._shared, self._tell = request, shared, tell
-        self._child = ViewerChild(PREVIEW, Effort(samples=1))
+        self._viewer = viewer(PREVIEW, Effort(samples=1))
         self._shown = request.choice
         self._files: FileStates = {str(request.stage.absolute()): None}
 
     def close(self) -> None:
         """End the child."""
-        self._child.end()
+        self._viewer.close()
 
     def show(self, choice: WatchedPicture, *, first: bool = False) -> None:
         """Read the stage, and post what is seen. Raises UnknownPictureError for a `first` choice that the stage does
@@ -200,15 +211,12 @@ class Follower:
 
     def _view(self, choice: WatchedPicture) -> StageView:
         """Return what a child sees, another one where the first dies, as it may of other things than the stage."""
-        arguments, retries = self._request.of(choice), Retries(READING_TRIES)
-        while True:
-            try:
-                return self._child.view(arguments, labels=True, within_s=PATIENCE_S)
-            except ChildDiedError as died:
-                if not retries.may_try_again(died):
-                    return StageView(fault=retries.in_words(died))
-            except ChildInternalError as fault:
-                return StageView(fault=str(fault))
+        try:
+            return self._viewer.call(VIEW_STAGE, self._request.of(choice, labels=True))
+        except ChildDiedError as died:
+            return StageView(fault=died.found)
+        except ChildInternalError as fault:
+            return StageView(fault=str(fault))
 
     def _post(self, choice: WatchedPicture, seen: SeenPicture, seconds: float) -> None:
         self._shared.post(

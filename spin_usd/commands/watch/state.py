@@ -1,22 +1,19 @@
 """What the page and the terminal show: written by those who make pictures, read by those who wait for them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from threading import Condition
 from typing import Any
 
-from msgspec import convert
-
-from spin_usd.commands.watch.request import StageView, WatchedPicture
+from spin_usd.commands.watch.request import OPEN_VIEWER, OpenViewer, WatchedPicture
 from spin_usd.picture.kinds import IMAGE
-from spin_usd.processes.child_limits import START_PATIENCE_S, rendering_memory
-from spin_usd.processes.deaths import ChildDiedError
-from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.processes.child import Child
+from spin_usd.processes.child_limits import rendering_memory
+from spin_usd.processes.executor import Executor
 from spin_usd.processes.open_renderer import renderer_entry
 from spin_usd.scene.effort import Effort
 
 READING, SHOWN, FAULTY = "reading", "shown", "faulty"
-VIEWING_MODULE = "spin_usd.commands.watch.in_child"  # named as text: it loads USD
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,31 +104,14 @@ class SharedState:
             self._changed.notify_all()
 
 
-class ViewerChild(LastingChild):
-    """A child with one renderer. It is started at once."""
+def viewer(renderer: str, effort: Effort) -> Executor[None]:
+    """Return an executor of one child with that renderer, which is started at once."""
 
-    def __init__(self, renderer: str, effort: Effort) -> None:
-        super().__init__(memory=rendering_memory(), modules=(VIEWING_MODULE, renderer_entry(renderer).module))
-        self._opened: dict[str, Any] = {"renderer": renderer, "effort": asdict(effort)}
-        self._is_open = False
-        self.start()
+    def start(_: int) -> Child:
+        child = Child(memory=rendering_memory(), modules=(OPEN_VIEWER.module, renderer_entry(renderer).module))
+        child.send(OPEN_VIEWER, OpenViewer(renderer=renderer, effort=effort))
+        return child
 
-    def view(self, arguments: Mapping[str, Any], *, labels: bool, within_s: float) -> StageView:
-        """Return what `Viewer.view` does, within so many seconds. Raises ChildDiedError where the child ended; the next
-        call has another."""
-        try:
-            if not self._is_open:
-                self.call("open_viewer", within_s=START_PATIENCE_S, **self._opened)
-                self._is_open = True
-            answer = self.call("view", within_s=within_s, **arguments, labels=labels)
-        except ChildDiedError:
-            self._is_open = False
-            self.start()
-            raise
-        return convert(answer, StageView)
-
-    def replace(self) -> None:
-        """End the child at once, and start another."""
-        self.end()
-        self._is_open = False
-        self.start()
+    executor = Executor(start, opening=OPEN_VIEWER)
+    executor.start()
+    return executor

@@ -13,11 +13,13 @@ from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.files.folder import Folder
+from spin_usd.processes.call import Call
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import hull_points
 
@@ -35,6 +37,18 @@ property list uchar int vertex_indices
 end_header
 """
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+
+
+class SaveModels(Struct, frozen=True, kw_only=True):
+    """The request to save the targets of a stage."""
+
+    stage: str
+    folder: str
+    frames: dict[str, list[str]]
+    """Names of the frames that are looked at, by variant."""
+
+
+SAVE_MODELS = Call("spin_usd.exchange.layout.save_models:save_models", SaveModels, list[int])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,7 +115,8 @@ def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Mo
     from spin_usd.processes.ask_child import ask_child  # not above: who only reads may have no system for children
 
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
-        ids = ask_child("save_models", reads=root, stage=str(root), folder=folder, frames=frames)
+        names = {variant: list(each) for variant, each in frames.items()}
+        ids = ask_child(SAVE_MODELS, SaveModels(stage=str(root), folder=folder, frames=names), reads=root)
         return {number: _loaded(Path(folder, f"{number}.npz")) for number in ids}
 
 

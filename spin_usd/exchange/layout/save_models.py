@@ -7,28 +7,25 @@ import numpy as np
 
 from spin_usd.basics.progress import Progress
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.models import Model
+from spin_usd.exchange.layout.models import Model, SaveModels
 from spin_usd.scene.scene import FrameId
 from spin_usd.scene.target import Target
 from spin_usd.stage.read.stage_reader import StageReader
 
 
-def save_models(*, stage: str, folder: str, frames: Mapping[str, Sequence[str]], progress: Progress) -> list[int]:
-    """Save the mesh of each target of the stage as ID.npz in `folder`, and return the ids.
-
-    `frames`: the names of the frames that are looked at, by variant. Raises UnsupportedError for a target whose shape
-    is not the same in all of them.
-    """
+def save_models(request: SaveModels, progress: Progress) -> list[int]:
+    """Save the mesh of each target of the stage as ID.npz in the folder; return the ids. Raises UnsupportedError for a
+    target whose shape is not the same in all frames."""
     keys: dict[int, str] = {}
-    for frame, number, target in _targets(stage, frames, progress):
+    for frame, number, target in _targets(request.stage, request.frames, progress):
         if number not in keys:
             keys[number] = target.mesh.key
             model = Model.of(target.mesh)
-            np.savez(Path(folder, f"{number}.npz"), points=model.points, faces=model.faces)
+            np.savez(Path(request.folder, f"{number}.npz"), points=model.points, faces=model.faces)
         if keys[number] != target.mesh.key:
             found = f"{target.name} has another shape in {frame.name} of {frame.variant} than before"
             do = "export pictures of one shape: choose --variants or --frames"
-            raise UnsupportedError(found, where=stage, do=do)
+            raise UnsupportedError(found, where=request.stage, do=do)
     return sorted(keys)
 
 

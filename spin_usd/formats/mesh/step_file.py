@@ -10,14 +10,15 @@ from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
+from spin_usd.scene.converted_model import ConvertedModel, ModelToConvert
 
 LINEAR, ANGULAR = 0.002, 0.2  # of edges' lengths, and radians between neighbouring faces: 32 to a circle
 INSTALL = "run pip install '.[step]' where spin_usd's source is, or convert it to GLB, as FreeCAD does"
 
 
-def convert_step(*, source: str, to: str) -> dict[str, object]:
-    """Write the model at `source` to the GLB `to`. Return the length of its unit in metres as "metres_per_unit", and
-    "notes". Raises InputError for a file that is no STEP, and where cascadio is not installed."""
+def convert_step(model: ModelToConvert) -> ConvertedModel:
+    """Write a model as GLB. Raises InputError for a file that is not STEP, and where cascadio is not installed."""
+    source = model.source
     try:
         import cascadio  # not above: it is an extra
     except ImportError:
@@ -29,5 +30,5 @@ def convert_step(*, source: str, to: str) -> dict[str, object]:
         )
     if not glb:
         raise InputError("cannot be read as STEP", where=source, do="copy or export it again")
-    Path(to).write_bytes(glb)
-    return {"metres_per_unit": 1.0, "notes": ()}
+    Path(model.to).write_bytes(glb)
+    return ConvertedModel()

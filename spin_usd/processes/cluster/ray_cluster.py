@@ -10,12 +10,13 @@ import socket
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from typing import Any, Self
 
 from spin_usd.errors import InputError, RenderError
+from spin_usd.processes.call import Call, Request
 from spin_usd.processes.cluster.remote_child import RemoteChild
 from spin_usd.processes.cluster.worker_actor import Message, WorkerActor, WorkerOpening
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
@@ -79,8 +80,8 @@ class RayConnection:
         self._ask("node").add_done_callback(open_there)
         return opened
 
-    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
-        self._ask("send", call, arguments)
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        self._ask("send", call, request)
 
     def receive(self) -> "Future[list[Message]]":
         return self._ask("receive")

@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol
 
+from spin_usd.processes.call import Call, Request
 from spin_usd.processes.child import returned
 from spin_usd.processes.cluster.worker_actor import Message, WorkerActor, WorkerOpening
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
@@ -23,8 +24,8 @@ class ActorConnection(Protocol):
     def open(self) -> "Future[list[Message]]":
         """Open the actor, once there is a machine for it."""
 
-    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
-        """Ask the worker to do `call`."""
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        """Send the worker a call."""
 
     def receive(self) -> "Future[list[Message]]":
         """Wait for what the worker says next."""
@@ -53,9 +54,9 @@ class RemoteChild:
         """Readable when there is something to `receive`."""
         return self._readable
 
-    def send(self, call: str, **arguments: Any) -> None:
-        """Ask the worker to do `call`; the answer comes through `receive`, and so does its death."""
-        self._connection.send(call, arguments)
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        """Send the worker a call; the answer comes through `receive`, and so does its death."""
+        self._connection.send(call, request)
 
     def receive(self) -> Mapping[str, Any]:
         """Receive the next message. Raises what the worker raised, or ChildDiedError."""
@@ -81,6 +82,10 @@ class RemoteChild:
     def kill(self) -> None:
         """End the worker at once."""
         self._hang_up()
+        self._connection.kill()
+
+    def interrupt(self) -> None:
+        """End the worker at once, from another thread than the one that waits for it."""
         self._connection.kill()
 
     def overdue(self, patience: Patience) -> ChildDiedError | None:
@@ -148,9 +153,9 @@ class LocalConnection:
     def open(self) -> "Future[list[Message]]":
         return self._threads.submit(self._actor.open, self._opening)
 
-    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
-        with suppress(ChildDiedError):  # `receive` says so too
-            self._actor.send(call, arguments)
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        with suppress(ChildDiedError):  # `receive` reports it too
+            self._actor.send(call, request)
 
     def receive(self) -> "Future[list[Message]]":
         return self._threads.submit(self._actor.receive)

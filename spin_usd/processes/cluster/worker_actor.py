@@ -14,6 +14,7 @@ from typing import Any
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.picture.versions import library_versions
+from spin_usd.processes.call import Call, Request
 from spin_usd.processes.child import Child
 from spin_usd.processes.child_limits import machine_memory, rendering_memory
 from spin_usd.processes.cluster.worker_folder import Output, WorkerFolder
@@ -37,8 +38,10 @@ class WorkerOpening:
     """What an actor is opened with."""
 
     output: Output
-    options: Mapping[str, Any]
-    """The worker's, but for its folders."""
+    call: Call[Any, Any]
+    """Call that opens the worker."""
+    request: Mapping[str, Any]
+    """Its request as JSON has it, without folders and processors."""
     versions: Mapping[str, str]
     """Those of the supervisor's software."""
     number: int
@@ -66,13 +69,14 @@ class WorkerActor:
         self._child = self._held.enter_context(Child(scratch=self._folder.work, memory=rendering_memory()))
         folders = {"root": str(self._folder.root), "work": str(self._folder.work)}
         cpus = share_of(opening.number, opening.of or len(usable_cpus()))
-        self._child.send("open_worker", options={**opening.options, **folders}, cpus=cpus)
+        options = {**opening.request["options"], **folders}
+        self._child.send(opening.call, {**opening.request, "options": options, "cpus": list(cpus)})
         return []
 
-    def send(self, call: str, arguments: Mapping[str, Any]) -> None:
-        """Ask the worker to do `call`; the answer comes through `receive`."""
+    def send(self, call: Call[Request, Any], request: Request) -> None:
+        """Send the worker a call; the answer comes through `receive`."""
         assert self._child
-        self._child.send(call, **arguments)
+        self._child.send(call, request)
 
     def receive(self) -> list[Message]:
         """Wait for what the worker says next, and return it; its pictures are published by then. At the latest after

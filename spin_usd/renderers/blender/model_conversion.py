@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 from spin_usd.errors import InputError
+from spin_usd.scene.converted_model import ConvertedModel, ModelToConvert
 
 GLTF_ADDON = "io_scene_gltf2"
 KEPT = ("ShaderNodeBsdfPrincipled", "ShaderNodeEmission")
@@ -27,11 +28,9 @@ FOLLOWED = {
 """Nodes between an image and a shader that the exporter writes, as far as glTF has them."""
 
 
-def convert_model(*, source: str, to: str, root: str, model_time: float | None = None) -> dict[str, Any]:
-    """Write the model at `source` to the GLB `to`; files that it names lie below `root`. It stands as it is
-    stored, or as it is `model_time` seconds after its animations begin. Return the length of its unit in metres as
-    "metres_per_unit", "notes", and "refraction", indices of it by the names of materials. Raises InputError for a file
-    that Blender cannot read."""
+def convert_model(model: ModelToConvert) -> ConvertedModel:
+    """Write a model as GLB. Raises InputError for a file that Blender cannot read."""
+    source, to, root, model_time = model.source, model.to, model.root, model.model_time
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with _converting(source, to):
         if source.lower().endswith(".fbx"):
@@ -51,7 +50,7 @@ def convert_model(*, source: str, to: str, root: str, model_time: float | None =
     with _converting(source, to):
         _export(to)
     unit = bpy.context.scene.unit_settings
-    return {"metres_per_unit": float(unit.scale_length), "notes": notes, "refraction": refraction}
+    return ConvertedModel(metres_per_unit=float(unit.scale_length), notes=tuple(notes), refraction=refraction)
 
 
 def _export(filepath: str) -> None:

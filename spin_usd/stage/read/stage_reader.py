@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.basics.arrays import digest
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
+from spin_usd.records.record import StageProvenance
 from spin_usd.scene.derived.eclipse import eclipsed
 from spin_usd.scene.event_sensor import EventSensor
 from spin_usd.scene.finding import Finding
@@ -96,6 +97,10 @@ class StageReader:
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._camera = CameraReader(self.stage, self._cameras, self.camera_prim, self.metres, self.clock)
+
+    def provenance(self, root: str) -> StageProvenance:
+        """Return the provenance of a picture of this stage, whose root layer the record calls `root`."""
+        return StageProvenance(root=root, hash=self.stage_hash, files=self.used_files, variants=self.variant_selections)
 
     @property
     def stage_hash(self) -> str:

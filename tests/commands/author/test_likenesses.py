@@ -11,12 +11,12 @@ from scipy.stats import ks_2samp
 
 from spin_usd.basics.resources import bundled, bundled_names, schemas, stages
 from spin_usd.commands.author.in_child import author_stage
-from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
-from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.poses import FRAME_NAME, repeated_name
+from spin_usd.specifications.part_pictures import part_pictures, sample_poses
+from spin_usd.specifications.sampling_spec import open_spec
 from spin_usd.stage.augment import sun_and_planet
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 from spin_usd.stage.author.source_bounds import hull_corners

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.errors import InputError
-from spin_usd.formats.sample_table import samples_of
 from spin_usd.sampling.sample import sample_all
+from spin_usd.specifications.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.specifications.sample_table import samples_of
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.composition.open_stage import open_stage
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from spin_usd.commands.author.in_child import author_stage
+from spin_usd.commands.check.calls import CheckStage
 from spin_usd.commands.check.in_child.stage import stage_findings
 from spin_usd.errors import StageError
 from spin_usd.scene.finding import Finding
@@ -83,5 +84,5 @@ def test_overlapping_faces_are_said_once_of_each_shape(tmp_path: Path, shared: P
 
 
 def coincident(root: str) -> list[Finding]:
-    found = stage_findings(stage=root, progress=lambda *_: None).findings
+    found = stage_findings(CheckStage(stage=root), lambda *_: None).findings
     return [each for each in found if each.code == "faces-coincident"]

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from spin_usd.commands.author.model import HEADS, USD_SUFFIXES, model_file
-from spin_usd.commands.author.sources import images_in
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.scene.name_rule import PartRule
+from spin_usd.specifications.background_choice import images_in
 
 
 @pytest.mark.parametrize("suffix", sorted({*MESHES, *USD_SUFFIXES}))

@@ -13,6 +13,7 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.model import model_file
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.mesh.step_file import convert_step
+from spin_usd.scene.converted_model import ModelToConvert
 from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 20]}]
@@ -147,4 +148,6 @@ def test_other_formats_are_refused_with_what_converts_them(name: str) -> None:
 def test_without_the_extra_one_sentence_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cascadio", None)
     with pytest.raises(InputError, match=r"box\.step: is STEP, which needs cascadio.*pip install '\.\[step\]'"):
-        convert_step(source=str(tmp_path / "box.step"), to=str(tmp_path / "box.glb"))
+        convert_step(
+            ModelToConvert(source=str(tmp_path / "box.step"), to=str(tmp_path / "box.glb"), root=str(tmp_path))
+        )

@@ -2,19 +2,14 @@
 
 import json
 import shutil
-import threading
-import time
 
-import psutil
 import pytest
 
 from spin_usd.basics.progress import no_progress
+from spin_usd.commands.check.calls import CheckPicture
 from spin_usd.commands.check.dataset import dataset_findings
 from spin_usd.commands.check.in_child.picture import picture_findings
-from spin_usd.errors import InputError
 from spin_usd.files.sha256 import sha256_of
-from spin_usd.processes.deaths import ChildDiedError
-from spin_usd.processes.shared_calls import Call, results_of
 
 pytestmark = pytest.mark.children
 
@@ -88,57 +83,6 @@ IMPOSSIBLE = {
 def test_impossible_numbers_are_findings(dataset, name) -> None:
     """The function that children run, here without one."""
     where = change(dataset, 0, IMPOSSIBLE[name])
-    found = picture_findings(dataset=str(dataset), record=where).findings
+    found = picture_findings(CheckPicture(dataset=str(dataset), record=where)).findings
     assert found
     assert {each.where for each in found} == {where}
-
-
-NAMES = ("raycast", "no such", "raycast")
-CALLS = [Call("try_renderer", {"name": name}) for name in NAMES]
-
-
-def test_results_come_in_the_order_of_their_calls() -> None:
-    first, second, third = results_of(CALLS, 2, progress=no_progress)
-    assert "embreex" in first
-    assert isinstance(second, InputError)
-    assert third == first
-
-
-def kill_children() -> None:
-    for child in psutil.Process().children():
-        child.kill()
-
-
-def test_a_call_of_which_children_die_has_their_death_for_its_result() -> None:
-    """Every child that appears is killed until the first result is there."""
-    results = results_of(CALLS[:1], 1, progress=no_progress)
-    ended = threading.Event()
-
-    def kill() -> None:
-        while not ended.wait(0.05):
-            kill_children()
-
-    killer = threading.Thread(target=kill)
-    killer.start()
-    try:
-        found = next(results)
-    finally:
-        ended.set()
-        killer.join()
-    assert isinstance(found, ChildDiedError)
-
-
-def test_a_child_that_dies_once_is_replaced() -> None:
-    """It is killed as soon as it appears."""
-
-    def kill() -> None:
-        while not (children := psutil.Process().children()):
-            time.sleep(0.01)
-        children[0].kill()
-
-    results = results_of(CALLS, 1, progress=no_progress)
-    killer = threading.Thread(target=kill)
-    killer.start()
-    assert "embreex" in next(results)
-    killer.join()  # or it would kill what a later test starts
-    assert isinstance(next(results), InputError)

@@ -5,7 +5,9 @@ import re
 import shutil
 
 import pytest
+from msgspec import to_builtins
 
+from spin_usd.commands.diff.calls import CompareVariants
 from spin_usd.commands.diff.in_child import Selection, compare
 from spin_usd.commands.render.request import plan
 from spin_usd.errors import InputError, SpinError
@@ -72,7 +74,8 @@ def quiet(*_) -> None:
 
 
 def diff(stage, before, after, *, frames=None):
-    return compare(stage=str(stage), before=before, after=after, frames=frames, progress=quiet)
+    request = CompareVariants(stage=str(stage), before=before, after=after, frames=frames)
+    return to_builtins(compare(request, quiet))
 
 
 @pytest.fixture(scope="module")

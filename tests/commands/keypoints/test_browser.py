@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spin_usd.commands.keypoints.calls import SaveTarget
 from spin_usd.commands.keypoints.in_child import save_target
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.commands.keypoints.target_view import CLOSE, FOV, TargetView
@@ -45,7 +46,7 @@ NEAR_M, INSIDE_M = 8e-3, 2.5e-4  # beside a corner: of a first click, and of one
 def tango(tmp_path_factory):
     """Tango's surface, by which the view is laid out."""
     folder = tmp_path_factory.mktemp("tango")
-    read = save_target(target="tango", folder=str(folder), units_per_metre=None, prim=None, any_size=False)
+    read = save_target(SaveTarget(target="tango", folder=str(folder)))
     return ShownTarget.of(read, folder / "target.npz")
 
 

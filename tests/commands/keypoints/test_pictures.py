@@ -14,7 +14,7 @@ from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.pictures import Pictures
 from spin_usd.commands.keypoints.run import open_session
 from spin_usd.errors import InputError
-from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.processes.executor import Executor
 from spin_usd.reading.dataset import Dataset
 
 CAMERA = {
@@ -52,7 +52,7 @@ def folder(tmp_path_factory, spin_usd):
 
 @pytest.fixture(scope="module")
 def child():
-    with LastingChild() as child:
+    with Executor[None]() as child:
         yield child
 
 
@@ -90,8 +90,8 @@ def test_the_part_around_the_target_is_shown(folder, pictures) -> None:
 
 def test_another_target_is_noted_and_a_folder_without_pictures_refused(folder, pictures, target, tmp_path) -> None:
     assert pictures.note is None
-    other = Pictures(folder / "made", replace(target, body=replace(target.body, name="other")), LastingChild())
+    other = Pictures(folder / "made", replace(target, body=replace(target.body, name="other")), Executor[None]())
     assert other.note is not None
     assert "shows craft" in other.note
     with pytest.raises(InputError):
-        Pictures(tmp_path, target, LastingChild())
+        Pictures(tmp_path, target, Executor[None]())

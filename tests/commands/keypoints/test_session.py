@@ -8,13 +8,14 @@ import trimesh
 
 from spin_usd.commands.author.additions import read_additions
 from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.commands.keypoints.calls import SaveTarget
 from spin_usd.commands.keypoints.in_child import save_target
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.run import open_session, pick_keypoints
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.geometry.snapping import Snap
-from spin_usd.processes.lasting_child import LastingChild
+from spin_usd.processes.executor import Executor
 from tests.conftest import REPOSITORY
 
 SIZE = np.array([1.0, 0.6, 0.4])
@@ -34,7 +35,7 @@ def request_of_box(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def child():
-    with LastingChild() as child:
+    with Executor[None]() as child:
         yield child
 
 
@@ -223,14 +224,14 @@ def test_without_viser_the_tool_says_how_to_install_it(tmp_path, monkeypatch) ->
 
 def test_a_target_with_textures_has_its_colours(tmp_path) -> None:
     """They are read from images, which are there only as long as the model's copy is."""
-    read = save_target(target="tango", folder=str(tmp_path), units_per_metre=None, prim=None, any_size=False)
-    assert read["name"] == "tango"
+    read = save_target(SaveTarget(target="tango", folder=str(tmp_path)))
+    assert read.name == "tango"
     with np.load(tmp_path / "target.npz") as found:
         assert len(np.unique(found["colors"], axis=0)) > 2
 
 
 def test_the_axes_of_an_own_model_are_said(shared, tmp_path) -> None:
-    given = {"folder": str(tmp_path), "units_per_metre": 1.0, "prim": None, "any_size": False}
-    read = save_target(target=str(shared / "data" / "strangers" / "decal.obj"), **given)
+    decal = str(shared / "data" / "strangers" / "decal.obj")
+    read = save_target(SaveTarget(target=decal, folder=str(tmp_path), units_per_metre=1.0))
     own = "body axes are the file's own x, y and z, and it does not say which is up: keypoints are meant in these"
-    assert own in read["notes"]
+    assert own in read.notes

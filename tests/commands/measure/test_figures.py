@@ -165,10 +165,10 @@ def test_a_saving_is_of_pairs_that_took_turns(picture, runs, scene) -> None:
 
 
 def test_the_targets_pixels_are_those_that_it_covers_by_half(picture) -> None:
-    frame = picture.frame(picture.developed(seed=0))
+    frame = picture.measured(picture.developed(seed=0), samples=4, capped=False)
     coverage = np.mean([picture.radiance(key).coverage for key in REFERENCE], 0)
-    assert frame["target_pixels"] == int((coverage >= 0.5 * coverage.max()).sum()) < int((coverage > 0).sum())
-    assert frame["reference_error"] ** 2 == pytest.approx(picture.reference.error_squared)
+    assert frame.target_pixels == int((coverage >= 0.5 * coverage.max()).sum()) < int((coverage > 0).sum())
+    assert frame.reference_error**2 == pytest.approx(picture.reference.error_squared)
 
 
 def test_a_run_that_was_damaged_is_not_there(runs, scene) -> None:

@@ -11,16 +11,30 @@ from functools import partial
 from typing import Any, Never
 
 import pytest
+from msgspec import structs
 
 import spin_usd as spin_usd_api
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.accuracy.sweep import settings_to_measure
+from spin_usd.commands.measure.calls import (
+    COMPARE_LABELS,
+    FIND_ERRORS,
+    FIND_FIGURES,
+    FIND_SKIPPED_WORK,
+    OPEN_MEASURING,
+    RENDER_DIGEST,
+    FindErrors,
+    FoundErrors,
+    MakePairs,
+    OpenMeasuring,
+    RenderOnce,
+)
 from spin_usd.commands.measure.campaign import Campaign, PercentDone
 from spin_usd.commands.measure.execution_task import ExecutionTask
 from spin_usd.commands.measure.measured_pictures import time_limit
 from spin_usd.commands.measure.options import MeasureOptions
 from spin_usd.commands.measure.picture_task import EVERYTHING, PictureTask, SavingsTask
-from spin_usd.commands.measure.processes import Job, JobResult, Processes, ProcessKind
+from spin_usd.commands.measure.processes import Processes, ProcessKind
 from spin_usd.commands.measure.renders import RenderStore
 from spin_usd.errors import InputError, StageError
 from spin_usd.picture.planned_picture import PlannedPicture
@@ -34,6 +48,7 @@ pytestmark = pytest.mark.children
 
 
 RAYCAST = ProcessKind(renderer="raycast")
+ONCE = RenderOnce(index=0, effort=Effort(samples=1), seed=5)
 MARK_S = 4321.0  # seconds that no render of this test takes
 PATIENCE_S = 120.0  # for twelve small renders
 OPTIONS = ("--frames", "0:1", "--max-samples", 4, "--seeds", 2)
@@ -241,23 +256,26 @@ def test_figures_are_of_a_picture_in_its_place(tmp_path) -> None:
 
 
 class Answering:
-    """A processes in which all that is asked is answered with these, by what is asked."""
+    """Processes that have these answers, by call."""
 
-    def __init__(self, **answers) -> None:
+    def __init__(self, answers) -> None:
         self.answers = answers
-        self.jobs: list[Any] = []
+        self.requests: list[Any] = []
 
-    def run(self, jobs, on_made=None):
-        self.jobs += jobs
-        return [self.answers.get(job.what, JobResult()) for job in jobs]
+    def run(self, kind, call, requests, on_made=None):
+        self.requests += requests
+        return [self.answers.get(call) for _ in requests]
 
 
 def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path) -> None:
     """The rest of the measurement goes on."""
-    errors = JobResult(result={"reference": 0.0, "settings": [0.0]})
-    fields = {"cpu_s": 1, "cpu_s_with": 2, "ratio_least": 2, "ratio_most": 2, "difference": 0, "noise": 0}
-    savings = JobResult(result=[{"frame": "f", "what": "x", **fields}])
-    processes = Answering(errors=errors, figures=JobResult(failed="it is too small"), savings=savings)
+    processes = Answering(
+        {
+            FIND_ERRORS: FoundErrors(reference=0.0, settings=[0.0]),
+            FIND_FIGURES: InputError("it is too small"),
+            FIND_SKIPPED_WORK: [],
+        }
+    )
     found = PictureTask(campaign(tmp_path), planned(), savings=True).measured(processes)
     assert [(each.frame, each.what, each.reason) for each in found.failures] == [("f", "figures", "it is too small")]
     assert (found.frames, found.figures, found.savings) == ((), (), ())
@@ -277,12 +295,12 @@ def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> No
         (["light tree"], ["light tree"]),
         ([], []),
     ):
-        processes, shared = Answering(skipped_work=JobResult(result=names)), campaign(tmp_path)
+        processes, shared = Answering({FIND_SKIPPED_WORK: names}), campaign(tmp_path)
         saving = SavingsTask(shared, planned())
         saving.render(processes)
         assert len(saving.keys) == 2 * shared.request.seeds * len(wanted)
-        made = [job.arguments for job in processes.jobs if job.what == "make_pairs"]
-        assert [each["work"] for each in made] == [[what] if what != EVERYTHING else names for what in wanted]
+        made = [each for each in processes.requests if isinstance(each, MakePairs)]
+        assert [each.work for each in made] == [[what] if what != EVERYTHING else names for what in wanted]
 
 
 def test_work_is_told_of_once() -> None:
@@ -349,11 +367,11 @@ def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name)
 class Dying(Child):
     """Is killed when it gets to compare labels."""
 
-    def send(self, call, **arguments) -> None:
-        dies = arguments.get("what") == "labels"
+    def send(self, call, request) -> None:
+        dies = call is COMPARE_LABELS
         if dies:
             self.process.send_signal(signal.SIGSTOP)  # else it may answer first
-        super().send(call, **arguments)
+        super().send(call, request)
         if dies:
             self.process.kill()
 
@@ -362,16 +380,17 @@ class Dying(Child):
 def opened(small_stage, tmp_path):
     """Starts a process that measures, of the class given."""
 
-    def start(kind_of_child, number, kind, **fields):
+    def start(kind_of_child, kind, number, variant="nominal"):
         child = kind_of_child()
-        opening = {
-            "stage": str(small_stage),
-            "variant": "nominal",
-            "folder": str(tmp_path),
-            "work": str(tmp_path / "work"),
-        }
-        opening |= vars(kind)
-        child.send("open_measuring", **{**opening, **fields}, cpus=usable_cpus())
+        opening = OpenMeasuring(
+            stage=str(small_stage),
+            variant=variant,
+            folder=str(tmp_path),
+            work=str(tmp_path / "work"),
+            cpus=usable_cpus(),
+            **vars(kind),
+        )
+        child.send(OPEN_MEASURING, opening)
         return child
 
     return start
@@ -379,27 +398,26 @@ def opened(small_stage, tmp_path):
 
 @pytest.mark.slow
 def test_a_crash_ends_one_job(opened) -> None:
-    digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
-    dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0})
-    wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
+    wrong = FindErrors(index=0, reference=["a", "b"], runs=[])
     with Processes(1, partial(opened, Dying), within_s=60.0) as processes:
-        first, crashed, refused, last = processes.run([digest, dies, wrong, digest])
-    assert first.failed is None
-    assert first.result == last.result
-    assert "SIGKILL" in str(crashed.failed)
-    assert "is not the render that was written" in str(refused.failed)
+        (first,) = processes.run(RAYCAST, RENDER_DIGEST, [ONCE])
+        (crashed,) = processes.run(RAYCAST, COMPARE_LABELS, [0])
+        (refused,) = processes.run(RAYCAST, FIND_ERRORS, [wrong])
+        (last,) = processes.run(RAYCAST, RENDER_DIGEST, [ONCE])
+    assert isinstance(first, str)
+    assert first == last
+    assert "SIGKILL" in str(crashed)
+    assert "is not the render that was written" in str(refused)
 
 
 def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
     """After it was heard of, which is when it has opened."""
-    digest = {"index": 0, "effort": {"samples": 1}, "seed": 5}
-    job = Job(kind=RAYCAST, what="render_digest", arguments=digest)
-    endless = Job(kind=RAYCAST, what="render_digest", arguments=digest | {"effort": {"samples": 10**6}})
+    endless = structs.replace(ONCE, effort=Effort(samples=10**6))
     with Processes(1, partial(opened, Child), within_s=60.0) as processes:
-        assert processes.run([job])[0].failed is None
+        assert isinstance(processes.run(RAYCAST, RENDER_DIGEST, [ONCE])[0], str)
         processes.within_s = 0.2
-        (answer,) = processes.run([endless])
-    assert "of processor time, more than its limit of 0.2 s" in str(answer.failed)
+        (answer,) = processes.run(RAYCAST, RENDER_DIGEST, [endless])
+    assert "of processor time, more than its limit of 0.2 s" in str(answer)
 
 
 def test_the_time_limit_grows_with_the_samples() -> None:
@@ -413,23 +431,19 @@ def test_the_time_limit_grows_with_the_samples() -> None:
 
 
 def test_where_no_process_opens_it_is_said(opened) -> None:
-    job = Job(kind=RAYCAST, what="labels", arguments={"index": 0})
     with (
         Processes(1, partial(opened, Child, variant="nothing"), within_s=60.0) as processes,
         pytest.raises(StageError, match="nothing"),
     ):
-        processes.run([job])
+        processes.run(RAYCAST, COMPARE_LABELS, [0])
 
 
 def test_several_processes_share_the_jobs(opened) -> None:
-    jobs = [
-        Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": seed})
-        for seed in (5, 6, 5)
-    ]
+    requests = [structs.replace(ONCE, seed=seed) for seed in (5, 6, 5)]
     with Processes(2, partial(opened, Child), within_s=60.0) as processes:
-        answers = processes.run(jobs)
-    assert [each.failed for each in answers] == [None, None, None]
-    assert answers[0].result == answers[2].result
+        answers = processes.run(RAYCAST, RENDER_DIGEST, requests)
+    assert all(isinstance(each, str) for each in answers)
+    assert answers[0] == answers[2]
 
 
 def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, spin_usd) -> None:

@@ -14,10 +14,10 @@ from typing import Never
 
 import psutil
 import pytest
-from msgspec import to_builtins
 
+from spin_usd.commands.render.calls import MakePicture, OpenWorker
 from spin_usd.commands.render.run import render_dataset
-from spin_usd.commands.render.worker import Worker
+from spin_usd.commands.render.worker import RenderWorker
 from spin_usd.errors import InputError, RenderError
 from spin_usd.files.folder import Folder
 from spin_usd.options import RunOptions
@@ -245,15 +245,15 @@ def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tm
     """Its labels are made before its image fails; the pictures beside it keep all that they have."""
     settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
     options = WorkerOptions(root=str(dataset), work=str(tmp_path), stage="stage/dataset.usda", settings=settings)
-    worker = Worker(options=to_builtins(options))
+    worker = RenderWorker(OpenWorker(options=options))
 
     def fail(*_, **__) -> Never:
         raise RenderError("no light")
 
-    monkeypatch.setattr(worker.maker.renderer, "radiance", fail)
+    monkeypatch.setattr(worker.studio.open_renderer(), "radiance", fail)
     before = digests(dataset)
     with pytest.raises(RenderError, match="no light"):
-        worker.picture(variant="nominal", index=1, kinds=("image", "depth", "segmentation"))
+        worker.picture(MakePicture(variant="nominal", index=1, kinds=("image", "depth", "segmentation")))
     kept = {path: digest for path, digest in before.items() if "img000002" not in path}
     assert digests(dataset) == kept
     assert all((dataset / path).is_file() for path in kept)

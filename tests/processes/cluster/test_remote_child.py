@@ -9,6 +9,7 @@ import psutil
 import pytest
 from msgspec import to_builtins
 
+from spin_usd.commands.render.calls import MAKE_PICTURE, OPEN_WORKER, MakePicture, OpenWorker
 from spin_usd.errors import InputError
 from spin_usd.picture.versions import library_versions
 from spin_usd.planning.worker_options import WorkerOptions
@@ -33,7 +34,13 @@ def opening(tmp_path):
     settings = RenderSettings(renderer="raycast", effort=Effort(), seed=0)
     options = WorkerOptions(root="", work="", stage="none.usda", settings=settings)
     output = SharedFolder(root=str(tmp_path), work=str(tmp_path), seen=SEEN, token=TOKEN)
-    return WorkerOpening(output=output, options=to_builtins(options), versions=library_versions(), number=0)
+    return WorkerOpening(
+        output=output,
+        call=OPEN_WORKER,
+        request=to_builtins(OpenWorker(options=options)),
+        versions=library_versions(),
+        number=0,
+    )
 
 
 def first_event(opening):
@@ -76,7 +83,7 @@ def test_its_death_is_an_event_with_its_cause(opening) -> None:
         while not list(pool.wait()):
             pass
         (worker,) = set(psutil.Process().children()) - before
-        pool.send("one", "picture", within_s=60, variant="", index=0, kinds=[])
+        pool.send("one", MAKE_PICTURE, MakePicture(variant="", index=0, kinds=()), within_s=60)
         os.kill(worker.pid, signal.SIGKILL)
         reasons = []
         while len(pool):

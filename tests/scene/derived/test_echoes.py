@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.commands.render.record import recorded_lidar
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.echoes import echoes, laser_range
 from spin_usd.scene.lidar import Lidar, RangeFinder
+from spin_usd.studio.record import recorded_lidar
 from tests.authorities.first_hit import first_hit
 from tests.cases.scenes import box, pose, scene, soup, target
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.commands.check.answers import CrossAnswer
+from spin_usd.commands.check.calls import CheckPicture, CrossAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN
 from spin_usd.commands.check.in_child.picture import read_arrays
 from spin_usd.errors import SpinError
@@ -48,10 +48,10 @@ Labels = Mapping[str, NDArray[Any]]
 """Some of segmentation (H, W), depth (H, W) and dense_pose (H, W, 3), as their files hold them, by name."""
 
 
-def cross_findings(*, dataset: str, record: str) -> CrossAnswer:
-    """Compare the labels of the picture whose record is the file `record`. Nothing is said of a record or a file that
-    cannot be used: `check` does that by itself."""
-    root = Path(dataset)
+def cross_findings(request: CheckPicture) -> CrossAnswer:
+    """Compare the labels of a picture. There is no finding on a record or a file that cannot be used: `check` has one
+    by itself."""
+    root, record = Path(request.dataset), request.record
     try:
         content = read_record(Folder(root), record)
     except SpinError:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.faults import reading
+from spin_usd.commands.check.calls import CheckEvents
 from spin_usd.commands.check.digests import EVENTS_AGAIN, digest_findings
 from spin_usd.errors import InputError, MissingPackageError, SpinError
 from spin_usd.files.folder import FileIn, Folder
@@ -26,9 +27,10 @@ HOT_ALONE, HOT_AROUND, HOT_PIXELS = 10, 2, 4  # times the fewest of the busiest 
 IDS = 2**16
 
 
-def event_findings(*, dataset: str, variant: str, progress: Callable[..., None]) -> list[Finding]:
-    """Return what is wrong with the events of the `variant`, of which there is a record."""
-    folder, where, name = Folder(Path(dataset)), event_record_of(variant), events_of(variant)
+def event_findings(request: CheckEvents, progress: Callable[..., None]) -> list[Finding]:
+    """Return what is wrong with the events of a variant that has a record of them."""
+    folder, variant = Folder(Path(request.dataset)), request.variant
+    where, name = event_record_of(variant), events_of(variant)
     try:
         with reading(where):
             record = read_event_record(folder, variant)

@@ -10,7 +10,7 @@ from msgspec import convert
 from numpy.typing import NDArray
 
 from spin_usd.basics.faults import reading
-from spin_usd.commands.check.answers import ListedPicture, PictureAnswer
+from spin_usd.commands.check.calls import CheckPicture, ListedPicture, PictureAnswer
 from spin_usd.commands.check.digests import MAKE_AGAIN, digest_findings
 from spin_usd.commands.check.in_child.boxes import box_findings
 from spin_usd.commands.check.in_child.checked_picture import CheckedPicture
@@ -31,9 +31,9 @@ from spin_usd.store.names import picture_of
 from spin_usd.store.read_documents import read_dataset_json
 
 
-def picture_findings(*, dataset: str, record: str) -> PictureAnswer:
-    """Return what is wrong with the picture whose record is the file `record` of the dataset."""
-    root = Path(dataset)
+def picture_findings(request: CheckPicture) -> PictureAnswer:
+    """Return what is wrong with a picture."""
+    root, record = Path(request.dataset), request.record
     try:
         with reading(record):
             content = convert(read_json(Folder(root), record, "record-1"), Record)

@@ -1,17 +1,17 @@
 """The child's part of `check`: findings on a stage and what its pictures show."""
 
 from spin_usd.basics.progress import Progress
-from spin_usd.commands.check.answers import StageAnswer
+from spin_usd.commands.check.calls import CheckStage, StageAnswer
 from spin_usd.renderers.embree.face_findings import face_findings
 from spin_usd.scene.derived.views import Views
 from spin_usd.stage.check.check_stage import check_stage
 
 
-def stage_findings(*, stage: str, progress: Progress) -> StageAnswer:
-    """Find all that is wrong with the stage whose root layer is `stage`."""
+def stage_findings(request: CheckStage, progress: Progress) -> StageAnswer:
+    """Find all that is wrong with a stage."""
     views: list[Views] = []
     found = check_stage(
-        stage,
+        request.stage,
         progress=progress,
         target_rule=face_findings,
         on_views=views.append,

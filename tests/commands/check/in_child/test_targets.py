@@ -13,16 +13,16 @@ from spin_usd.commands.check.in_child.checked_target import targets_of
 from spin_usd.commands.check.in_child.keypoints import depths_around, keypoint_findings
 from spin_usd.commands.check.in_child.labels import count_findings
 from spin_usd.commands.check.in_child.pose import MIN_DEGREES, pose_error, pose_findings
-from spin_usd.commands.render.record import recorded_target
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.picture.target_facts import target_facts
-from spin_usd.planning.opened_stage import described_parts, described_target
+from spin_usd.planning.plan_calls import described_parts, described_target
 from spin_usd.records.descriptions import DatasetDescription, StageEntry
 from spin_usd.records.record import RecordedCamera
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
+from spin_usd.studio.record import recorded_target
 from tests.cases.records import record_saying
 from tests.cases.scenes import BARREL, SPEEDPLUS, boxes, pose, scene, target, with_first
 

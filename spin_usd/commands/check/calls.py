@@ -1,11 +1,33 @@
-"""What children of `check` answer about a stage or a picture."""
+"""The calls of children that check: a stage, a picture, its labels against Cycles, and the events of a variant."""
 
 from msgspec import Struct
 
+from spin_usd.processes.call import Call
 from spin_usd.records.record import StageProvenance
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import Finding
 from spin_usd.store.cache import Purpose
+
+
+class CheckPicture(Struct, frozen=True, kw_only=True):
+    """The request to check a picture of a dataset."""
+
+    dataset: str
+    record: str
+    """Name of the record."""
+
+
+class CheckEvents(Struct, frozen=True, kw_only=True):
+    """The request to check the events of a variant."""
+
+    dataset: str
+    variant: str
+
+
+class CheckStage(Struct, frozen=True, kw_only=True):
+    """The request to check a stage."""
+
+    stage: str
 
 
 class StageAnswer(Struct, frozen=True, kw_only=True):
@@ -41,3 +63,10 @@ class CrossAnswer(Struct, frozen=True, kw_only=True):
     findings: list[Finding]
     compared: bool
     """Whether they were compared."""
+
+
+_IN_CHILD = "spin_usd.commands.check.in_child"
+CHECK_STAGE = Call(f"{_IN_CHILD}.stage:stage_findings", CheckStage, StageAnswer)
+CHECK_PICTURE = Call(f"{_IN_CHILD}.picture:picture_findings", CheckPicture, PictureAnswer)
+CHECK_EVENTS = Call(f"{_IN_CHILD}.events:event_findings", CheckEvents, list[Finding])
+CROSS_PICTURE = Call(f"{_IN_CHILD}.cross:cross_findings", CheckPicture, CrossAnswer)

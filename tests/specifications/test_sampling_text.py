@@ -4,7 +4,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.formats.checked_document import check_document
-from spin_usd.formats.sampling_text import is_sampling_text, sampling_document
+from spin_usd.specifications.sampling_text import is_sampling_text, sampling_document
 
 
 def poses(text):

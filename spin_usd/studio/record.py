@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -42,7 +41,7 @@ from spin_usd.records.record import (
 )
 from spin_usd.renderers.background.sky import place_image
 from spin_usd.scene.body import Body, BodyMotion
-from spin_usd.scene.derived.content_keys import background_seed, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import RenderSettings, background_seed, picture_seed, render_seed
 from spin_usd.scene.derived.echoes import LaserRange
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.keypoints import KeypointState
@@ -56,39 +55,45 @@ OF_THE_SUN = RENDERED | {LIT.name}
 
 @dataclass(kw_only=True)
 class CurrentPicture:
-    """A picture while it is made.
-
-    kinds: of file · keys: of its content · watch: the time that it takes · keep_render, keep_labels: whether the cache
-    keeps them for others · recorded: whether there will be a record, for which facts, notes, tones and laser are made ·
-    passes: which were made for it, and which are shared · shown: the bodies that its labels show, where they say so ·
-    facts, notes, tones, laser: what its record must say of its targets, of how it was made, of the target's brightness,
-    and of what a laser range finder meets.
-    """
+    """A picture while it is made."""
 
     scene: Scene
     kinds: Sequence[str]
+    """Kinds of file that are wanted."""
     keys: Mapping[str, str]
+    """Keys of its content, by name."""
+    settings: RenderSettings
     watch: Stopwatch
+    """Seconds that it takes, by kind of work."""
     keep_render: bool = True
+    """Whether its sink keeps the render for other pictures."""
     keep_labels: bool = True
+    """Whether its sink keeps the labels for other pictures."""
     recorded: bool = True
+    """Whether there will be a record, for which facts, notes, tones and laser are made."""
     passes: dict[str, str] = field(default_factory=dict)
+    """For "labels" and "render": "made" for it, or "shared" with others."""
     shown: ShownBodies | None = None
+    """Bodies that its labels show, where a label has them."""
     facts: Sequence[TargetFacts] = ()
     notes: dict[str, float] = field(default_factory=dict)
+    """Numbers on how it was made, by name."""
     tones: RecordedTones | None = None
+    """Brightness of the target in the image."""
     laser: LaserRange | None = None
+    """Distances that a laser range finder measures."""
+    files: dict[str, RecordedFile] = field(default_factory=dict)
+    """Entries of its files in the record."""
 
 
 def make_record(
-    stage: Mapping[str, Any],
+    stage: StageProvenance,
     picture: CurrentPicture,
     options: WorkerOptions,
-    files: dict[str, RecordedFile],
     versions: dict[str, str],
 ) -> Record:
-    """Return the picture's record. `stage`: what planning.in_child.stage_provenance says."""
-    scene = picture.scene
+    """Return the record of a picture of that stage."""
+    scene, files = picture.scene, picture.files
     sun = (
         sunlight(scene.lights, scene.bodies[0].T_cam_body) if files.keys() & OF_THE_SUN else None
     )  # others stay when it moves
@@ -105,7 +110,7 @@ def make_record(
         targets=[recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         sun=recorded_sun(sun) if sun else UNSET,
         next=recorded_next(scene.next_frame) if scene.next_frame else UNSET,
-        appearance=recorded_appearance(picture, options) if IMAGE in files else UNSET,
+        appearance=recorded_appearance(picture) if IMAGE in files else UNSET,
         rig=recorded_rig(scene.rig) if scene.rig else UNSET,
         paired=recorded_pair(scene.paired) if scene.paired else UNSET,
         tones=picture.tones or UNSET,
@@ -117,11 +122,11 @@ def make_record(
 
 
 def _provenance(
-    stage: Mapping[str, Any], picture: CurrentPicture, options: WorkerOptions, versions: dict[str, str]
+    stage: StageProvenance, picture: CurrentPicture, options: WorkerOptions, versions: dict[str, str]
 ) -> Provenance:
-    scene, settings, region = picture.scene, options.settings, picture.scene.picture_region
+    scene, settings, region = picture.scene, picture.settings, picture.scene.picture_region
     return Provenance(
-        stage=StageProvenance(root=options.stage, **stage),
+        stage=stage,
         keys={name: key for name, key in picture.keys.items() if key},
         render=RecordedRender(
             renderer=settings.renderer,
@@ -140,11 +145,11 @@ def _provenance(
     )
 
 
-def recorded_appearance(picture: CurrentPicture, options: WorkerOptions) -> RecordedAppearance:
+def recorded_appearance(picture: CurrentPicture) -> RecordedAppearance:
     """Return what the record says of the image's exposure, noise and light."""
     scene, sensor = picture.scene, picture.scene.sensor
     plate, factor = scene.environment.back_plate, picture.notes.get("auto_exposure")
-    placed = place_image(plate, background_seed(scene, options.settings)) if plate else None
+    placed = place_image(plate, background_seed(scene, picture.settings)) if plate else None
     same = ("exposure", "time", "iso", "gain", "full_well", "read_noise", "dark_current")
     return RecordedAppearance(
         **{name: float(getattr(sensor, name)) for name in same},

@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from spin_usd.commands.author.background_choice import background_choice
 from spin_usd.errors import InputError
-from spin_usd.formats.augmentation_spec import AugmentationEntry, read_augmentation_spec
-from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import stream
-from spin_usd.scene.environment import BACKGROUND, Environment
-from spin_usd.stage.augment.background import is_picture, photograph
+from spin_usd.scene.environment import BACKGROUND
+from spin_usd.specifications.augmentation_spec import AugmentationEntry, read_augmentation_spec
+from spin_usd.specifications.background_choice import background_choice
+from spin_usd.specifications.sample_table import SampleEntry
+from spin_usd.stage.augment.background import is_picture
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,16 +46,3 @@ def _appearance(entry: AugmentationEntry, spec: str) -> Appearance:
             do = "draw photographs, and render environments as variants"
             raise InputError(f"{name} needs a new render", where=where, do=do)
     return Appearance(entry=entry, folder=folder, others=others, background=behind)
-
-
-class Photographs:
-    """Photographs behind pictures, each opened once."""
-
-    def __init__(self) -> None:
-        self._known: dict[Path, Environment] = {}
-
-    def behind(self, file: Path) -> Environment:
-        """Return the surroundings that are the photograph in the file. Raises InputError."""
-        if file not in self._known:
-            self._known[file] = Environment(back_plate=photograph(file))
-        return self._known[file]

@@ -1,6 +1,6 @@
 """What is kept is what was used last, and no more of it than fits."""
 
-from spin_usd.simulator.recently_used import RecentlyUsed
+from spin_usd.studio.recently_used import RecentlyUsed
 
 
 def test_what_was_not_used_for_longest_goes_first() -> None:

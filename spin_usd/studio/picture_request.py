@@ -1,4 +1,4 @@
-"""What is asked of a simulator, and what its child answers, as text between processes."""
+"""A request for a picture of an open stage, and the values of users that it is made of."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -12,10 +12,7 @@ from msgspec import Struct
 from spin_usd.basics.arrays import digest
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.geometry.transform import Transform
-from spin_usd.records.descriptions import PartEntry, TargetEntry
-from spin_usd.records.record import RecordedCamera, RecordedPose
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
-from spin_usd.simulator.shared_arrays import Entry
 
 NAME_DIGITS = 12
 LONGEST = 60  # characters of a value in a message
@@ -70,43 +67,6 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
             return self.name
         own = [self.time, sorted(self.poses.items()), sorted(self.parts.items())]
         return f"pose_{digest([self.frame, repr(own)])[:NAME_DIGITS]}"
-
-
-class OpenedSimulator(Struct, frozen=True, kw_only=True):
-    """A stage that is opened to be simulated."""
-
-    frames: list[str]
-    variants: list[str]
-    seed: int
-    targets: list[TargetEntry]
-    parts: dict[str, PartEntry]
-    logged: int = 0
-    """How many pictures its log has."""
-
-
-class DevelopedImage(Struct, frozen=True, kw_only=True):
-    """A stored picture's image developed anew, in `arrays` as MadeInMemory has them, and what was drawn for it."""
-
-    arrays: list[Entry]
-    augmentation: str
-    values: dict[str, Any]
-
-
-class MadeInMemory(Struct, frozen=True, kw_only=True):
-    """A picture whose `arrays` are in memory, by entries of SharedArrays."""
-
-    frame: str
-    variant: str
-    index: int
-    camera: RecordedCamera
-    pose: RecordedPose
-    arrays: list[Entry]
-    request: PictureRequest | None = None
-    """What it shows, where that was drawn."""
-    record: str | None = None
-    """JSON, where it was asked for."""
-    saved: bool = True
-    """Whether all that a log has so far is on disk."""
 
 
 def pose_matrix(pose: Any, what: str) -> Matrix:

@@ -10,8 +10,6 @@ import numpy as np
 
 from spin_usd.basics.arrays import Float
 from spin_usd.basics.progress import Progress, no_progress
-from spin_usd.commands.author.sample_pictures import SampledPictures, sample_pictures
-from spin_usd.commands.author.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
@@ -19,6 +17,8 @@ from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.sample import stream
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.scene.scene import NOMINAL
+from spin_usd.specifications.sample_pictures import SampledPictures, sample_pictures
+from spin_usd.specifications.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine

@@ -10,12 +10,12 @@ from scipy.stats import kstest, loguniform, uniform
 
 from spin_usd.basics.resources import bundled
 from spin_usd.commands.author.in_child import author_stage
-from spin_usd.commands.author.part_pictures import part_pictures, sample_poses
-from spin_usd.commands.author.sampling_spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.geometry.framing import framed_shares
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.sampling.sample import stream
+from spin_usd.specifications.part_pictures import part_pictures, sample_poses
+from spin_usd.specifications.sampling_spec import open_spec
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners
 from spin_usd.stage.author.target_asset import describe

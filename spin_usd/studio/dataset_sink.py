@@ -1,6 +1,5 @@
 """The files of a picture as a worker writes them: encoded, linked from the cache or kept in it, and their record."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -26,7 +25,7 @@ from spin_usd.store.names import record_of
 from spin_usd.store.read_documents import read_record, recorded_files
 
 
-class FileWriter:
+class DatasetSink:
     """Writes the files of pictures into the dataset of `store`. `work`: the folder of its temporary files."""
 
     def __init__(self, store: Store, cache: Cache, *, work: Path, image_suffix: str) -> None:
@@ -45,19 +44,17 @@ class FileWriter:
         """Keep a render in the cache."""
         self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, rendered))
 
-    def write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
-        """Write one file; returns its entry in the record."""
+    def write(
+        self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels, *, key: str | None = None
+    ) -> RecordedFile:
+        """Write one file; with `key` it is a label that the cache keeps too. Return its entry in the record."""
         name = self._name(scene, kind)
-        encode = _encoding(name, kind, array, channels)
-        digest = write_atomically(self._store.folder, name, encode, work=self._work, forced=False)
+        encode = partial(encoded_array, array, PurePosixPath(name).suffix, kind=kind, channels=channels)
+        if key is None:
+            digest = write_atomically(self._store.folder, name, encode, work=self._work, forced=False)
+        else:
+            digest = self._cache.keep(kind, key, LABELS[kind].suffix, encode, also=name).sha256
         return RecordedFile(path=name, sha256=digest, **channels.described)
-
-    def write_label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> RecordedFile:
-        """Write one label, which the cache keeps too; returns its entry in the record."""
-        name = self._name(scene, kind)
-        encode = _encoding(name, kind, array, channels)
-        kept = self._cache.keep(kind, key, LABELS[kind].suffix, encode, also=name)
-        return RecordedFile(path=name, sha256=kept.sha256, **channels.described)
 
     def link(self, scene: Scene, cached: CacheEntry) -> RecordedFile:
         """Link one label that the cache had; returns its entry in the record."""
@@ -89,11 +86,6 @@ class FileWriter:
         had = recorded_files(before, record.variant, record.frame).values()
         for stale in set(had) - {file.path for file in record.files.values()}:
             remove_file(self._store.folder, stale)
-
-
-def _encoding(name: str, kind: str, array: NDArray[Any], channels: Channels) -> Callable[[], bytes]:
-    """Return the function that encodes the file `name` of that `kind`."""
-    return partial(encoded_array, array, PurePosixPath(name).suffix, kind=kind, channels=channels)
 
 
 def _suffix_of(kind: str, image_suffix: str) -> str:

@@ -13,9 +13,9 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.checked_document import check_document, read_as
-from spin_usd.formats.sample_table import SampleEntry, samples_of
 from spin_usd.formats.text_file import tables_in
 from spin_usd.scene.scene import NOMINAL
+from spin_usd.specifications.sample_table import SampleEntry, samples_of
 
 SCHEMA = "augment-1"
 IN_TURN = "in_turn"

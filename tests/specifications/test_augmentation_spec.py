@@ -6,7 +6,7 @@ import runpy
 import pytest
 
 from spin_usd.errors import InputError
-from spin_usd.formats.augmentation_spec import read_augmentation_spec
+from spin_usd.specifications.augmentation_spec import read_augmentation_spec
 from tests.conftest import REPOSITORY
 
 SHIPPED = sorted((REPOSITORY / "stages" / "augmentations").glob("*.toml"))

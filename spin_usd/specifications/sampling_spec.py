@@ -8,13 +8,13 @@ from typing import Any
 from msgspec import structs
 
 from spin_usd.basics.resources import bundled
-from spin_usd.commands.author.sampling_tables import Frame, PartTable, SamplingTables
 from spin_usd.errors import InputError
 from spin_usd.formats.checked_document import check_document, read_as
-from spin_usd.formats.sample_table import SampleEntry, samples_of
-from spin_usd.formats.sampling_text import is_sampling_text, read_sampling_file, sampling_document
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
+from spin_usd.specifications.sample_table import SampleEntry, samples_of
+from spin_usd.specifications.sampling_tables import Frame, PartTable, SamplingTables
+from spin_usd.specifications.sampling_text import is_sampling_text, read_sampling_file, sampling_document
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 
 SCHEMA = "sample-1"

@@ -10,12 +10,12 @@ from msgspec import structs
 
 from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.sample_table import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
 from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
 from spin_usd.scene.environment import Sky
 from spin_usd.scene.material import LIMITS
+from spin_usd.specifications.sample_table import SampleEntry
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.body_axes import body_rotations
 from spin_usd.stage.augment.lights import SUNS

@@ -1,0 +1,99 @@
+"""An executor of real children: answers in order, deaths, interrupts, and what is forgotten."""
+
+import threading
+import time
+
+import psutil
+import pytest
+
+from spin_usd.errors import InputError
+from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
+from spin_usd.processes.executor import Executor, done_in_order
+from spin_usd.processes.open_renderer import TRY_RENDERER
+from spin_usd.processes.task import Task
+
+pytestmark = pytest.mark.children
+
+
+def tasks(*names):
+    return [Task(call=TRY_RENDERER, request=name, tries=READING_TRIES) for name in names]
+
+
+def kill_children() -> None:
+    for child in psutil.Process().children():
+        child.kill()
+
+
+def test_tasks_end_in_their_order() -> None:
+    first, second, third = done_in_order(tasks("raycast", "no such", "raycast"), 2)
+    assert "embreex" in first.result
+    assert isinstance(second.failure, InputError)
+    assert third.result == first.result
+
+
+def test_a_task_of_which_children_die_fails_by_their_death() -> None:
+    """Every child that appears is killed until the task has failed."""
+    ended = threading.Event()
+
+    def kill() -> None:
+        while not ended.wait(0.05):
+            kill_children()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        (task,) = done_in_order(tasks("raycast"), 1)
+    finally:
+        ended.set()
+        killer.join()
+    assert isinstance(task.failure, ChildDiedError)
+
+
+def test_a_child_that_dies_once_is_replaced() -> None:
+    """It is killed as soon as it appears."""
+
+    def kill() -> None:
+        while not (children := psutil.Process().children()):
+            time.sleep(0.01)
+        children[0].kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    first, second = done_in_order(tasks("raycast", "no such"), 1)
+    killer.join()  # or it would kill what a later test starts
+    assert "embreex" in first.result
+    assert isinstance(second.failure, InputError)
+
+
+class _InterruptError(BaseException):
+    """What Ctrl-C raises, wherever that is."""
+
+
+def test_an_interrupted_task_is_forgotten_and_its_answer_meets_no_other(monkeypatch) -> None:
+    with Executor[None]() as executor:
+        executor.call(TRY_RENDERER, "raycast")
+        first, second = tasks("no such", "raycast")
+        executor.submit(first)
+        executor.step(within_s=0)  # it is sent
+        wait = executor._crew._pool.wait
+
+        def interrupted(**how) -> None:
+            list(wait(**how))  # its answer may be read already
+            raise _InterruptError
+
+        monkeypatch.setattr(executor._crew._pool, "wait", interrupted)
+        with pytest.raises(_InterruptError):
+            executor.wait(first)
+        monkeypatch.setattr(executor._crew._pool, "wait", wait)
+        assert "embreex" in executor.result(executor.submit(second))
+        assert not first.ended
+
+
+def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> None:
+    with Executor[None]() as executor:
+        executor.interrupt()
+        (task,) = tasks("raycast")
+        with pytest.raises(ChildDiedError, match="interrupted"):
+            executor.wait(executor.submit(task))
+        executor.restart()
+        assert "embreex" in executor.call(TRY_RENDERER, "raycast")
