@@ -42,7 +42,7 @@ class PoseFormat:
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
     """The files in a data set's folder that may be its lists, in order; those that the format recognises are."""
     rotation: str = SCALAR_FIRST
-    """What the file's own numbers of a rotation must be, in words."""
+    """Requirement on the file's own numbers of a rotation, in words."""
 
 
 def files_like(*patterns: str) -> Callable[[Path], Sequence[Path]]:

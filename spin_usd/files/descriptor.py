@@ -16,7 +16,7 @@ NO_FILES = {
 FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
 POINTER, MAX_POINTER = b"version https://git-lfs.github.com/spec/", 1024
-"""What a repository holds in place of a large file begins with, and how many bytes it has at most."""
+"""First bytes of the pointer that a repository holds in place of a large file, and its largest size in bytes."""
 
 
 def checked(descriptor: int, max_bytes: int, where: object) -> int:

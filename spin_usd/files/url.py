@@ -27,7 +27,7 @@ PACKAGES = {
     "file": None,
     "memory": None,
 }
-"""What fsspec needs to open URLs by their schemes; None where that is nothing more."""
+"""Packages that fsspec needs to open URLs, by scheme; None if it needs none."""
 
 _URL = re.compile(r"(?:[a-z][a-z0-9+.-]+::)*([a-z][a-z0-9+.-]+)://(/*)[^/].*", re.DOTALL | re.IGNORECASE)
 _BEGINNING = re.compile(r"([a-z][a-z0-9+.-]+):", re.IGNORECASE)  # one letter is a drive

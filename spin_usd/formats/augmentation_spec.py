@@ -88,7 +88,7 @@ class Specification:
     name: str
     """The file's stem."""
     sha256: str
-    """That of the file's bytes."""
+    """SHA-256 of the file's bytes."""
     seed: int
     augmentations: tuple[AugmentationEntry, ...]
     """Each entry as often as its count says."""

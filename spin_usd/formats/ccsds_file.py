@@ -27,7 +27,7 @@ OF_AEM_2 = (
     (r"(?m)^(TIME_SYSTEM\s*=)", r"ATTITUDE_DIR = A2B\n\1"),
     (r"(?m)^(ATTITUDE_TYPE\s*=.*)$", r"\1\nQUATERNION_TYPE = LAST"),
 )
-"""What version 2 of an AEM says without a line of it, as version 1 says it."""
+"""Lines that version 2 of an AEM implies and version 1 requires."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 
 

@@ -19,7 +19,7 @@ T = TypeVar("T")
 FEW = 8  # names that a sentence can list
 
 IN_TOML = {"object": "a table { ... }", "array": "a list [ ... ]"}
-"""What TOML's users call JSON's types."""
+"""Names of JSON's types for users of TOML."""
 
 
 def check_document(document: Any, schema: str, where: object) -> None:

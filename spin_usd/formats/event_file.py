@@ -26,7 +26,7 @@ GROUP = "events"
 COLUMNS = {"t": "<u4", "x": "<u2", "y": "<u2", "p": "|u1"}
 """Types of the columns in the file."""
 LABELS = {"target": "<u2", "part": "<u2"}
-"""Those that it has where labels were asked for: ids as in the labels `instance` and `segmentation`, 0 for none."""
+"""Types of the label columns, if labels were requested: ids as in `instance` and `segmentation`, 0 for none."""
 
 
 class EventFileWriter:

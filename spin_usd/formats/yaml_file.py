@@ -16,7 +16,7 @@ from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import lines_of
 
 Lines = deque[tuple[int, str]]
-"""What is left of a file: the indent of each line, and its text."""
+"""The rest of a file: the indent of each line, and its text."""
 QUOTED = r'"[^"]*"|\'[^\']*\''
 KEY = re.compile(rf"({QUOTED}|[^\s\[\]{{}},#\"'-][^:]*?|-[^\s:][^:]*?)\s*:(?:\s+(.*))?$")
 COMMENT = re.compile(r"(^|\s)#.*$")

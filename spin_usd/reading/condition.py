@@ -16,7 +16,7 @@ from spin_usd.reading.measures import MEASURES, OF_PICTURE
 from spin_usd.reading.picture import Picture
 
 Value = Callable[[Picture], Any]
-"""What a part of an expression is in a picture."""
+"""Value of a part of an expression in a picture."""
 
 OF_NAME: Mapping[str, Value] = {
     "frame": lambda picture: picture.frame,

@@ -60,11 +60,11 @@ class DescribedPart:
     id: int
     """Its number in the segmentation."""
     path: str
-    """That of its prim."""
+    """Path of its prim."""
     name: str
-    """What the stage calls it."""
+    """Name in the stage."""
     class_name: str
-    """What kind of part it is."""
+    """Class of the part."""
     target: int
     """The id of the target it is a part of, 0 of an occluder."""
     materials: tuple[str, ...] = ()
@@ -78,9 +78,9 @@ class DescribedTarget:
     id: int
     """Its number in the label `instance`, from 1."""
     name: str
-    """What the stage calls it."""
+    """Name in the stage."""
     path: str
-    """That of its prim."""
+    """Path of its prim."""
     size: Float
     """(3,): edges of its bounding box along its own axes, metres."""
     box: Float
@@ -101,7 +101,7 @@ class Description:
     targets: Targets[DescribedTarget]
     """In order of their ids, also by their names."""
     parts: Mapping[int, DescribedPart]
-    """Those of all bodies, by their ids, the numbers in the segmentation."""
+    """Parts of all bodies, by their ids, the numbers in the segmentation."""
 
     def target(self, target: int | str) -> DescribedTarget:
         """Return the target of that id, or that name. Raises InputError where there is none."""

@@ -17,7 +17,7 @@ class Measure(NamedTuple):
     """A number that pictures are chosen and described by."""
 
     title: str
-    """What people call it."""
+    """Name for people."""
     unit: str
     """"" where it has none."""
     of: Callable[[Picture, PicturedTarget], float]

@@ -54,14 +54,14 @@ class IndexRow:
 
     path: str
     value: Any
-    """What that index's style takes."""
+    """Value for that index's style."""
     section: str = ""
     """The list that it goes to, in an index of several."""
 
 
 ExportFile: TypeAlias = LinkedFile | MadeFile | SecondName
 Output: TypeAlias = ExportFile | IndexRow
-"""What a format yields; paths are relative to the export's folder."""
+"""An output of a format; paths are relative to the export's folder."""
 
 Limit = Callable[[Survey], None]
 """Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""
@@ -108,11 +108,11 @@ class Layout:
     """The files that rows of many pictures go to, such as train.json, by their path, and their style
     (index_file.py)."""
     card_head: Callable[[ExportedDataset], str] = _no_head
-    """What stands before the card's text, such as the YAML that a hub reads."""
+    """Text before the card's own, such as the YAML that a hub reads."""
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     """Outputs that need the finished indexes, which lie in the folder given."""
     limits: tuple[Limit, ...] = ()
-    """What is refused (limits.py) after a survey (survey.py) has read every record."""
+    """Refusals (limits.py) after a survey (survey.py) has read every record."""
     refuse: Callable[[ExportedDataset], object] = _nothing_refused
     """Raises InputError or UnsupportedError for what a survey does not tell, before anything is written."""
     splits: Mapping[str, str] | None = None
@@ -120,7 +120,7 @@ class Layout:
     file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
     """The path of a picture's image, where that is not of the first output that `files` yields for it."""
     several: bool = False
-    """Whether it holds all targets of a picture, or the chosen one alone."""
+    """True if the format holds all targets of a picture, not only the chosen one."""
     first_centre: float = 0.5
     """Where the first pixel has its centre in the format's own files, CENTRE or CORNER."""
     visible_only: bool = False
@@ -169,9 +169,9 @@ class ExportFormat:
     holds: str
     """A phrase that says what it is."""
     layout: Layout | Callable[[Mapping[str, Any]], Layout]
-    """The one that it has, or what returns that for the values of its options, by name."""
+    """The layout, or a function that returns it for the values of the options, by name."""
     options: tuple[FormatOption, ...] = field(default=())
-    """Those that there are."""
+    """Options of the format."""
 
     def layout_for(self, options: Mapping[str, Any]) -> Layout:
         """Return the layout for these values of its options."""

@@ -33,7 +33,7 @@ class ExportedPicture:
     number: int
     """Its place in the export, from 0."""
     split: str
-    """What the format calls its split."""
+    """Name of the split in the format."""
     target_name: str
     """The target that formats of one target hold."""
 
@@ -122,7 +122,7 @@ class ExportedDataset:
     target: str
     """The name of the target that formats of one target hold."""
     cameras: tuple[Camera, ...] = ()
-    """Those of the pictures, each once."""
+    """Cameras of the pictures, each once."""
     farthest: float = 0.0
     """The greatest z of a target's origin, metres."""
     options: Mapping[str, Any] = field(default_factory=dict)

@@ -29,9 +29,9 @@ class FbxHead:
     up: str
     """The name of the axis that it calls up."""
     says_unit: bool
-    """Whether it says its unit."""
+    """True if the file states its unit."""
     moves: bool
-    """Whether it has animations."""
+    """True if the file has animations."""
 
 
 def read_fbx_head(path: Path) -> FbxHead:

@@ -72,7 +72,7 @@ class _PlacedNode:
     to_body: Float
     """(4, 4): from its axes to the body's."""
     visible: bool = True
-    """Whether it is."""
+    """True for a visible node."""
     groups: tuple[str, ...] = ()
     """Names of the nodes above it."""
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 HEAD, FACE = 84, 50  # bytes of a binary file
 LEAD = 1024  # bytes in which text says that it is one
 UNNAMED = "geometry_0"
-"""What trimesh calls the mesh of a binary file."""
+"""Name that trimesh gives the mesh of a binary file."""
 
 
 def read_stl(path: Path) -> MeshAsset:

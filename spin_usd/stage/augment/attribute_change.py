@@ -67,7 +67,7 @@ class BaseStage:
     metres: float = 1.0
     """The length of a stage unit."""
     chosen_camera: Usd.Prim | None = None
-    """The one of several whose attributes are changed; None for the first."""
+    """The camera of several whose attributes are changed; None for the first."""
 
     @property
     def camera(self) -> Usd.Prim:

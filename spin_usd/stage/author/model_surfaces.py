@@ -37,7 +37,7 @@ class ModelSurface:
     instances: tuple[Sdf.Path, ...]
     """Paths of the instances that hold it."""
     bare: bool
-    """Whether it has neither a material that says anything nor a colour."""
+    """True if it has no colour, and no material with a value."""
     color: Color | None
     """Its one opaque colour; None where it has none, several or an image, and where it shines by itself."""
     below: str

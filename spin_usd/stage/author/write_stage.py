@@ -47,7 +47,7 @@ class StageSources:
     camera: Sdf.Layer
     """As `author.camera_layer` makes it; it is changed."""
     camera_name: str = ""
-    """What the camera is called, if not as its prim."""
+    """Name of the camera, if not its prim's."""
     further: Sequence[FurtherCamera] = ()
     """Cameras mounted on the first, whose layers are changed too."""
     preset: Preset | None = None

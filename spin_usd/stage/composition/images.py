@@ -53,15 +53,15 @@ class ImageSource:
     rows: tuple[int, int]
     """The first and the end."""
     tile_rows: int
-    """Those of the tiles that the file is made of, 0 for rows alone."""
+    """Rows of a tile in the file, 0 for a file of rows."""
     channels: tuple[str, ...]
     """Their names."""
     levels: int | None
-    """Those of whole numbers, which stand for 0 to 1; None for others."""
+    """Number of levels of whole numbers, which stand for 0 to 1; None for others."""
     linearised: bool
     """Whether its colours are sRGB's, to be decoded."""
     orientation: int = 1
-    """That of EXIF to turn it by, 1 for none."""
+    """EXIF orientation to turn it by, 1 for none."""
 
     @property
     def size(self) -> tuple[int, int]:

@@ -41,7 +41,7 @@ class Opening:
     """The share of that between the first row's opening and the last row's."""
     clock: Clock | None = None
     of_exposure: bool = False
-    """Whether it follows exposure:time, because nothing is authored of the shutter."""
+    """True if the opening follows exposure:time, because no shutter is authored."""
 
     def time_codes(self, count: int) -> list[float]:
         """Return `count` time codes, an odd number, equally far apart in time from its start to its end."""

@@ -23,7 +23,7 @@ class Output:
     shader: UsdShade.Shader
     name: str
     where: str
-    """That input."""
+    """Path of that input."""
 
     @property
     def node(self) -> str:

@@ -18,7 +18,7 @@ from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, is_always_invisible, own_purpose, purpose_of
 
 State = tuple[Labels, str]
-"""What a prim inherits: its part and class, and its purpose."""
+"""State that a prim inherits: its part and class, and its purpose."""
 
 
 @dataclass(eq=False)

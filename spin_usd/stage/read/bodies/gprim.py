@@ -82,9 +82,9 @@ class MaterialUse:
     prim: Usd.Prim
     """The gprim, or the subset that binds it."""
     primvars: frozenset[str]
-    """Those that the gprim has."""
+    """Primvars of the gprim."""
     amount: Any
-    """That of displacement."""
+    """Amount of displacement."""
     absent: bool
     """Whether its faces are left out."""
     number: int | None

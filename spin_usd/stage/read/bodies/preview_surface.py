@@ -51,7 +51,7 @@ class MaterialTemplate:
     """The material, or the gprim whose displayColor it is."""
     path: str
     fields: dict[str, Any] = field(default_factory=dict)
-    """Those of Material, with PrimvarInput for primvars."""
+    """Fields of Material, with PrimvarInput for primvars."""
     displacement: Any = 0.0
 
     @property

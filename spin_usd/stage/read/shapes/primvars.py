@@ -26,11 +26,11 @@ class FoundPrimvar:
     indices: Int
     """(N,): the value of each element."""
     interpolation: str
-    """What an element is."""
+    """Interpolation: constant, per face and so on."""
     where: str
     """For messages."""
     prim: Usd.Prim
-    """The one that authors it."""
+    """Prim that authors it."""
     clamped: bool = False
     """Whether values above 1 were set to 1."""
 
