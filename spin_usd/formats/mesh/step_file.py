@@ -17,7 +17,7 @@ INSTALL = "run pip install '.[step]' where spin_usd's source is, or convert it t
 
 def convert_step(*, source: str, to: str) -> dict[str, object]:
     """Write the model at `source` to the GLB `to`. Return the length of its unit in metres as "metres_per_unit", and
-    "notes". Raises InputError for a file that is no STEP, and where cascadio is not installed."""
+    "notes". Raises InputError for a file that is not STEP, and if cascadio is not installed."""
     try:
         import cascadio  # not above: it is an extra
     except ImportError:
