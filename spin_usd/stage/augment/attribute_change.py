@@ -31,7 +31,7 @@ class ChangedAttribute:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CopiedPrim:
-    """A prim to define that is like another: as that one is in the stage, and as it is changed."""
+    """A prim to define as a copy of another, with the same changes."""
 
     path: str
     of: str

@@ -26,7 +26,7 @@ STEP_RAD = np.radians(5.0)  # a chord of this angle is off its arc by a thousand
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
 READOUTS = EXPOSURE_TIMES = Range(0, 1e6)  # seconds
 EXPOSURE_TIME = "exposure:time"
-EXACT = 1e-9  # of a time code: what rounding leaves
+EXACT = 1e-9  # of a time code: tolerance for rounding
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -178,9 +178,9 @@ OMNI_PROJECTION = "cameraProjectionType"
 PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""
 LOG = "log"
-"""The key in it that says whether the layer is what a simulator was asked for."""
+"""Key in it of a flag for layers that are a simulator's log."""
 INTENSITY_UNIT = "spin:intensityUnit"
-"""The key in a light's customData that says which unit its inputs:intensity has."""
+"""Key in a light's customData for the unit of its inputs:intensity."""
 INTENSITY_UNITS = ("W/m2", "W/m2/sr", "W/sr")
 """Of a normalised distant light, of any that is not normalised, of the other normalised ones."""
 
