@@ -18,7 +18,7 @@ from spin_usd.store.read_documents import read_dataset_json
 
 
 class Named(Protocol):
-    """What has an id and a name."""
+    """An object with an id and a name."""
 
     @property
     def id(self) -> int: ...
@@ -96,7 +96,7 @@ class DescribedTarget:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Description:
-    """What dataset.json says of the bodies."""
+    """The bodies in dataset.json."""
 
     targets: Targets[DescribedTarget]
     """In order of their ids, also by their names."""
@@ -104,7 +104,7 @@ class Description:
     """Parts of all bodies, by their ids, the numbers in the segmentation."""
 
     def target(self, target: int | str) -> DescribedTarget:
-        """Return the target of that id, or that name. Raises InputError where there is none."""
+        """Return the target of that id or name. Raises InputError if there is none."""
         if isinstance(target, str):
             return self.targets[target]
         for each in self.targets:
@@ -115,8 +115,7 @@ class Description:
 
 
 def read_description(root: Path) -> Description:
-    """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
-    one."""
+    """Read the description of the dataset in the folder `root`. Raises InputError if it is missing or invalid."""
     if os.path.isfile(root):
         raise InputError("is a file", where=root, do="give its folder")
     folder = Folder(root)
