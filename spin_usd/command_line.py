@@ -61,8 +61,8 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def common(
     context: typer.Context,
-    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks; may stand anywhere.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress; may stand anywhere.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks; allowed anywhere on the line.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress; allowed anywhere on the line.")] = False,
     version: Annotated[
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
@@ -75,7 +75,7 @@ def common(
 
 
 RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
-"""Commands that go on where an earlier run was stopped."""
+"""Commands that resume an earlier run that was stopped."""
 
 COMMANDS = (
     *(demo, list_names, author, keypoints, augment, plan, measure, render, merge),
@@ -99,7 +99,7 @@ def run() -> NoReturn:
     except SystemExit as e:
         code = e.code
     except Stopped as e:
-        resumes = "; run the same command again, it takes up where it stopped" if RESUMED & set(arguments) else ""
+        resumes = "; run the same command again to resume" if RESUMED & set(arguments) else ""
         code = _report(e, f"{e}{resumes}", STOPPED + e.number, debug)
     except Exception as e:
         if error := expected(e):
@@ -111,7 +111,7 @@ def run() -> NoReturn:
 
 
 def _arrived(output: LastingStream, code: Any) -> Any:
-    """Return the exit code: also of a command that did all it should, but whose output could not be written."""
+    """Return the exit code, also for a command that succeeded but whose output could not be written."""
     sys.stdout.flush()
     if output.fault is None or code not in (DONE, FINDINGS):
         return code

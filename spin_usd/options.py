@@ -1,9 +1,8 @@
-"""The options of the commands: each stands here or with its command once, with type, default, help and limits.
+"""The options of the commands: each is defined once, here or with its command, with type, default, help and limits.
 
-A command's options are a frozen dataclass. Each field is an option of the command line (`terminal.parameters`),
-an argument of the function that `import spin_usd` offers (`takes`), and what the work itself is given: the command
-line builds it and hands it over whole (`run_with`). A field without an `Option`, such as `on_progress`, is the
-function's alone.
+A command's options are a frozen dataclass. Each field is an option of the command line (`terminal.parameters`) and
+an argument of the function in `import spin_usd` (`takes`). The command line builds the dataclass and passes it to the
+work as a whole (`run_with`). A field without an `Option`, such as `on_progress`, belongs to the function only.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -34,16 +33,16 @@ MAX_WORKERS = 1024  # more than any machine has processors for, and a slip of th
 
 @dataclass(frozen=True)
 class Option:
-    """What is said of an option besides its name, type and default.
+    """The description of an option besides its name, type and default.
 
-    metavar: what stands for its value in the help
-    flag: on the command line, where that is not the name
-    words: what a shell completes it to
+    metavar: placeholder of the value in the help
+    flag: name on the command line, if it differs from the field's
+    words: completions for a shell
     at_least, at_most: limits of a number
-    url: a path that may be a URL
-    name_or_path: a path in whose place a name may stand
-    repeated: a list; the flag is given again for each entry
-    also: a sentence for the function's docstring alone
+    url: the path may be a URL
+    name_or_path: a name may replace the path
+    repeated: a list; the flag is repeated for each entry
+    also: a sentence for the function's docstring only
     """
 
     help: str
@@ -64,7 +63,7 @@ def flag_of(name: str, option: Option | None = None) -> str:
 
 
 class Argument(Option):
-    """An option that is given by its place."""
+    """A positional argument."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class Options:
                 _refuse_beyond(field.name, value, option)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the options as JSON has them, for a child process, which makes them of it again; no callbacks."""
+        """Return the options as JSON values without callbacks; a child process builds the options from them again."""
         hints = get_type_hints(type(self), include_extras=True)
         named = (field.name for field in fields(self) if described(hints[field.name])[1])
         return {name: _as_json(getattr(self, name)) for name in named}
@@ -92,7 +91,7 @@ class Options:
 
 @dataclass(frozen=True, kw_only=True)
 class Listening(Options):
-    """on_progress: called with what is counted, how many are done and how many there are."""
+    """on_progress: called with the name of the counted things, the number done and the total."""
 
     on_progress: Progress | None = None
 
@@ -101,13 +100,13 @@ class Listening(Options):
         return no_progress if self.on_progress is None else self.on_progress
 
     def telling(self, on_progress: Progress) -> Self:
-        """Return the options with that listener; all else was validated."""
+        """Return the options with that listener; the other fields are validated already."""
         return _with_listeners(self, on_progress=on_progress)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ListeningToNotes(Listening):
-    """on_note: called with what is to be said meanwhile, a sentence each."""
+    """on_note: called with each message of the running work, one sentence."""
 
     on_note: Note | None = None
 
@@ -116,12 +115,12 @@ class ListeningToNotes(Listening):
         return no_note if self.on_note is None else self.on_note
 
     def telling(self, on_progress: Progress, on_note: Note | None = None) -> Self:
-        """Return the options with these listeners; all else was validated."""
+        """Return the options with these listeners; the other fields are validated already."""
         return _with_listeners(self, on_progress=on_progress, on_note=on_note)
 
 
 class PublicFunction(Protocol[P, O, R]):
-    """A function that takes the fields of options as its arguments; what is wrapped takes them whole."""
+    """A function that takes the fields of options as arguments; the wrapped function takes the dataclass."""
 
     __wrapped__: Callable[[O], R]
 
@@ -129,8 +128,8 @@ class PublicFunction(Protocol[P, O, R]):
 
 
 def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], PublicFunction[P, O, R]]:
-    """Return a decorator that gives a function the fields of the `options`, a dataclass, as its arguments; its
-    docstring then says what each is."""
+    """Return a decorator that gives a function the fields of the dataclass `options` as its arguments, and adds their
+    descriptions to its docstring."""
 
     def decorate(function: Callable[[O], R]) -> PublicFunction[P, O, R]:
         hints, own = get_type_hints(options), signature(options).parameters.values()
@@ -152,13 +151,13 @@ def takes(options: Callable[P, O]) -> Callable[[Callable[[O], R]], PublicFunctio
 
 
 def run_with(function: PublicFunction[P, O, R], options: O) -> R:
-    """Run the function on options that are built already, as a command's are."""
+    """Run the function with an options object, as commands do."""
     with reading():
         return function.__wrapped__(options)
 
 
 def described(hint: Any) -> tuple[Any, Option | None]:
-    """Return the plain type in a field's type, and what is said of it."""
+    """Return the plain type in a field's type, and its `Option`."""
     if get_origin(hint) is not Annotated:
         return hint, None
     return get_args(hint)[0], next((each for each in get_args(hint)[1:] if isinstance(each, Option)), None)
@@ -170,27 +169,27 @@ def required(field: "Field[Any]") -> bool:
 
 
 def names_in(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Names, from a list of them or from text with commas between."""
+    """Return the names in a list or in comma-separated text."""
     names = given.split(",") if isinstance(given, str) else given
     return tuple(name.strip() for name in names if name.strip())
 
 
 def refuse_together(**given: object) -> None:
-    """Raise InputError where more than one of these options is given; None stands for one that is not."""
+    """Raise InputError if more than one of these options is given, that is, not None."""
     names = [name for name, value in given.items() if value is not None]
     if len(names) > 1:
         raise InputError(f"{' and '.join(names)} are given together", do="give one of them")
 
 
 def plain(value: object) -> object:
-    """Return numpy's numbers and truth values as Python's; anything else as it is."""
+    """Return numpy's numbers and truth values as Python's; anything else unchanged."""
     if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
         value = value.item()  # type: ignore[attr-defined]
     return value
 
 
 def _with_listeners(options: O, **listeners: Callable[..., None] | None) -> O:
-    """Return a copy of the options with these listeners. It is not validated again, as one that is built is."""
+    """Return a copy of the options with these listeners, without validating it again."""
     told = copy(options)
     for name, listener in listeners.items():
         object.__setattr__(told, name, listener)
@@ -212,20 +211,20 @@ _NAMES = {
     type(None): "None",
 }
 _CALLBACKS = {
-    "on_progress": "called with what is counted, how many are done and how many there are.",
-    "on_note": "called with what is to be said meanwhile, a sentence each.",
+    "on_progress": "called with the name of the counted things, the number done and the total.",
+    "on_note": "called with each message of the running work, one sentence.",
 }
 
 
 def _place(parameter: Parameter) -> int:
-    """Return where the argument stands: what is given by its place, what must be given, and callbacks last."""
+    """Return the order of the argument: positional ones first, then required ones, callbacks last."""
     if parameter.name in _CALLBACKS:
         return 3
     return (parameter.kind is Parameter.KEYWORD_ONLY) + (parameter.default is not Parameter.empty)
 
 
 def _documented(text: str, options: Callable[..., Any], names: Sequence[str]) -> str:
-    """Return the docstring with what each argument is before its last paragraph, which says what is raised."""
+    """Return the docstring with the arguments inserted before its last paragraph, which lists the exceptions."""
     hints, lines = get_type_hints(options, include_extras=True), ["Args:"]
     for name in names:
         option = described(hints[name])[1]
@@ -243,7 +242,7 @@ def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
 
 
 def _refuse_unless_paths(name: str, value: object, *, url: bool) -> None:
-    """Raise InputError where a path among the values is none."""
+    """Raise InputError if a path among the values is empty or a URL that is not allowed."""
     for each in value if isinstance(value, Collection) and not isinstance(value, str) else (value,):
         if isinstance(each, str | Path) and not (url and each != "" and is_url(each)):
             refuse_unless_path(each, name)
@@ -256,7 +255,7 @@ def _refuse_beyond(name: str, value: float, option: Option) -> None:
 
 
 def _choices(hint: Any) -> tuple[Any, ...]:
-    """Return the types that a union has; any other type is alone."""
+    """Return the types of a union; any other type alone."""
     return get_args(hint) if isinstance(hint, UnionType) else (hint,)
 
 
@@ -276,33 +275,33 @@ def _is_of(value: object, kind: Any) -> bool:
 
 
 def _name(kind: Any) -> str:
-    """Return what to call the type in a sentence."""
+    """Return the name of the type for a sentence."""
     if get_origin(kind) is Sequence:
         return f"a list, each {' or '.join(map(_name, _choices(get_args(kind)[0])))}"
     return _NAMES.get(kind, "a function")
 
 
-STAGE = "A stage's root layer, or the folder of its dataset.usda."
+STAGE = "A stage's root layer, or the folder with its dataset.usda."
 Stage = Annotated[str | Path, Argument(STAGE)]
 Dataset = Annotated[str | Path, Argument("A dataset's folder.")]
-Frames = Annotated[str | None, Option("Some of the frames, counted from 0 as Python slices.", "A:B:STEP")]
-Frame = Annotated[str, Option("A frame's name, such as img000001, or its number from 0.", "FRAME")]
+Frames = Annotated[str | None, Option("A subset of the frames, as a Python slice that counts from 0.", "A:B:STEP")]
+Frame = Annotated[str, Option("A frame's name, such as img000001, or its number, counted from 0.", "FRAME")]
 Variant = Annotated[str, Option("The variant of the frame.", "NAME")]
 Variants = Annotated[
     str | Sequence[str],
-    Option("Names, or patterns such as 'noisy_*', or all; the stage's own if not given.", "NAME,..."),
+    Option("Names, patterns such as 'noisy_*', or all; the variants that the stage lists if not given.", "NAME,..."),
 ]
-UnitsPerMetre = Annotated[float | None, Option("The model's units in a metre: 100 for centimetres.", "X")]
-Prim = Annotated[str | None, Option("The prim of a USD target that is taken; / for all root prims.", "PATH")]
-AnySize = Annotated[bool, Option("Take a model of any size, even one with the camera inside it.")]
-Seed = Annotated[int | None, Option("Seed of all that is random, instead of the stage's own.", "N")]
+UnitsPerMetre = Annotated[float | None, Option("The model's units per metre: 100 for centimetres.", "X")]
+Prim = Annotated[str | None, Option("The prim to use of a USD target; / for all root prims.", "PATH")]
+AnySize = Annotated[bool, Option("Accept a model of any size, even one with the camera inside it.")]
+Seed = Annotated[int | None, Option("Seed of all random numbers, instead of the stage's own.", "N")]
 Workers = Annotated[
     int | None, Option("Worker processes; as many as fit if not given.", "N", at_least=1, at_most=MAX_WORKERS)
 ]
 Quality = Annotated[
     str | None,
     Option(
-        "Settings by a name: preview, draft, standard (the default) or reference.",
+        "Named settings: preview, draft, standard (the default) or reference.",
         "NAME",
         words=listed_in("spin_usd.scene.effort", "QUALITIES"),
     ),
@@ -310,7 +309,7 @@ Quality = Annotated[
 RendererName = Annotated[
     str | None,
     Option(
-        "blender, the default, or raycast.",
+        "blender (the default) or raycast.",
         "NAME",
         flag="--renderer",
         words=listed_in("spin_usd.processes.open_renderer", "RENDERERS"),
@@ -320,7 +319,7 @@ RendererName = Annotated[
 
 @dataclass(frozen=True)
 class ChosenPictures(Options):
-    """Which pictures of a stage are meant."""
+    """The chosen pictures of a stage."""
 
     stage: Stage
     _: KW_ONLY
@@ -330,17 +329,16 @@ class ChosenPictures(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class EffortOptions(Options):
-    """What a picture's light may cost: there are several ways to say it."""
+    """The effort for a picture's light, given in one of several ways."""
 
     samples: Annotated[
         int | None,
-        Option("Light samples per pixel instead of the 16 of quality standard; the denoiser stays on.", "N"),
+        Option("Light samples per pixel, instead of the 16 of quality standard; the denoiser stays on.", "N"),
     ] = None
     effort: Annotated[
         str | None,
         Option(
-            "Settings of the renderer, such as samples=16,denoiser=fast; docs/how-to/speed-against-accuracy.md lists "
-            "them.",
+            "Settings of the renderer, such as samples=16,denoiser=fast; see docs/how-to/speed-against-accuracy.md.",
             "NAME=VALUE,...",
         ),
     ] = None
@@ -349,31 +347,31 @@ class EffortOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class ResolvedOptions(EffortOptions, ChosenPictures):
-    """What decides pictures and stands in their records as what became of it: effort, seeds, files and the like."""
+    """Options that change pictures, and whose effects are in the records: effort, seeds, files and the like."""
 
     error: Annotated[
         str | float | None,
         Option(
-            "The cheapest settings whose relative error spin-usd measure found to be X at most, such as 0.05; auto "
-            "for the noise of the stage's own detector.",
+            "Use the cheapest settings with a relative error of at most X, such as 0.05, as spin-usd measure found; "
+            "auto takes the noise of the stage's own detector.",
             "X",
         ),
     ] = None
     measured: Annotated[
         str | Path | None,
-        Option("For error: the folder that spin-usd measure wrote; the one beside the stage if not given.", "PATH"),
+        Option("With --error: the output folder of spin-usd measure; the one beside the stage if not given.", "PATH"),
     ] = None
     seed: Seed = None
     labels: Annotated[
         str | Sequence[str], Option("Labels to write, such as default,range; or all, or none.", "NAME,...")
     ] = "default"
-    labels_only: Annotated[bool, Option("Write labels, and no image.")] = False
+    labels_only: Annotated[bool, Option("Write labels, but no images.")] = False
     renderer: RendererName = None
     device: Annotated[
         str,
         Option(
-            "What renders the light: cpu, optix, cuda, hip, metal or oneapi; auto for the best that is there. Labels "
-            "are always the CPU's.",
+            "Device that renders the light: cpu, optix, cuda, hip, metal or oneapi; auto for the best available. "
+            "Labels always run on the CPU.",
             "NAME",
             words=listed_in("spin_usd.processes.devices", "DEVICES", "auto"),
         ),
@@ -383,14 +381,14 @@ class ResolvedOptions(EffortOptions, ChosenPictures):
 
 @dataclass(frozen=True, kw_only=True)
 class PictureOptions(ResolvedOptions):
-    """What decides the pictures of `render` and `plan`. What stands here is in each record by its name, where it is not
-    as usual: an option that changes pictures goes here. Workers are given it too."""
+    """Options that change the pictures of `render` and `plan`. A record contains each of this class, by its name,
+    whose value is not the default. Workers get them too."""
 
     image_format: Annotated[str, Option("png or jpg.", "NAME")] = "png"
 
     @property
     def recorded(self) -> dict[str, Any]:
-        """The options that records say by their names."""
+        """The options that records contain, by their names."""
         own = [field for field in fields(PictureOptions) if field.name not in _RESOLVED]
         return {field.name: value for field in own if (value := getattr(self, field.name)) != field.default}
 
@@ -400,41 +398,41 @@ _RESOLVED = {field.name for field in fields(ResolvedOptions)}
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(Options):
-    """How a run of `render` goes on: what changes no byte of a picture."""
+    """How `render` runs; these options change no byte of a picture."""
 
     workers: Workers = None
     cluster: Annotated[
         str | None, Option("Render on a Ray cluster: auto, HOST:PORT, or ray://HOST:PORT.", "ADDRESS")
     ] = None
     no_cache: Annotated[bool, Option("Keep no renders for later runs; changes no byte of a picture.")] = False
-    prune: Annotated[bool, Option("Remove the dataset's pictures that the stage does not have.")] = False
+    prune: Annotated[bool, Option("Remove pictures from the dataset that are not in the stage.")] = False
     replace: Annotated[
         bool,
         Option(
-            "Where the dataset was made from another stage, remove all its pictures first; it is refused otherwise."
+            "If the dataset was made from another stage, remove all its pictures first; otherwise this is an error."
         ),
     ] = False
     verify: Annotated[
         bool,
         Option(
-            "First compare every file that is there with its digest, and make damaged pictures again. (check --repair "
-            "does so without the stage.)"
+            "First compare every existing file with its digest, and make damaged pictures again. (check --repair does "
+            "the same without the stage.)"
         ),
     ] = False
     shard: Annotated[
         str | None,
         Option(
-            "Make part I, counted from 0, of a run in N parts; spin-usd merge puts them together. See "
+            "Make part I, counted from 0, of a run in N parts; spin-usd merge joins the parts. See "
             "docs/how-to/cluster.md.",
             "I/N",
-            also="Each shard writes a folder of its own.",
+            also="Each shard writes its own folder.",
         ),
     ] = None
     picture_timeout: Annotated[
         float | None,
         Option(
-            "The processor time of the busiest thread for one picture, 1 s to a week: then it is tried once more, and "
-            "then reported as failed. If not given, ten times what is expected, and a minute at least.",
+            "Limit of the processor time of the busiest thread for one picture, 1 s to a week. A picture beyond it is "
+            "retried once, then reported as failed. If not given, ten times the expected time, at least a minute.",
             "SECONDS",
             at_least=1,
             at_most=WEEK_S,

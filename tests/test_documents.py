@@ -211,7 +211,7 @@ def test_schemas_that_documents_name_are_there() -> None:
 
 
 def test_the_readme_is_short() -> None:
-    assert len(README.read_text().splitlines()) <= 150
+    assert len(README.read_text().splitlines()) <= 70
 
 
 def test_every_page_of_docs_is_linked_from_the_first() -> None:

@@ -24,7 +24,7 @@ class SettingChoice:
     """A setting, and why it was chosen."""
 
     outcome: Outcome
-    """What was measured of it."""
+    """Measured result of the setting."""
     bound: float
     """The most that its error by the criterion may be in each picture."""
     criterion: Criterion

@@ -32,7 +32,7 @@ linear light (`light`) or after the detector (`image`); `--error` chooses from i
 """
 
 PLAIN = Effort(samples=64)
-"""What a choice is held against: samples of every pixel, and nothing else."""
+"""Setting that a choice is compared with: samples of every pixel, and nothing else."""
 ASKED_PLAIN = f"--effort {PLAIN.text}"
 AUTOMATIC = "--error auto"
 HEADINGS = (

@@ -86,10 +86,10 @@ ORBIT: Mapping[str, str] = {
     "sgp4": "sgp4",
     "spiceypy": "spiceypy",
 }
-"""Those of the extra [orbit] likewise."""
+"""Packages of the extra [orbit], in the same form."""
 
 EVENTS: Mapping[str, str] = {"faery": "faery", "h5py": "h5py"}
-"""Those of the extra [events] likewise."""
+"""Packages of the extra [events], in the same form."""
 
 OF_UNIX = ("fcntl", "resource")
 """Modules that Python has on Linux and macOS alone. Reading a dataset and scoring predictions need none of them."""

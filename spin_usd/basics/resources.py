@@ -17,7 +17,7 @@ class BundledKind:
     pattern: str
     """Their paths below `stages`."""
     instead: str
-    """What a user may give in place of a name."""
+    """Value that a user may give in place of a name."""
     default_prim: str = ""
     """Distinguishes layers of this kind from others in their folder; "" where all are of this kind."""
 

@@ -52,7 +52,7 @@ class StopRequest:
     """What was asked for meanwhile."""
 
     number: int | None = None
-    """That of the first signal; None before one came."""
+    """Number of the first signal; None before one came."""
 
 
 @contextmanager

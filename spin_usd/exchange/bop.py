@@ -58,7 +58,7 @@ DEPTH = "depth"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
 INDEXES = ("scene_camera", "scene_gt", "scene_gt_info")
 TARGETS = "test_targets_bop19.json"
-SEEN = 0.1  # of a body must be visible for BOP's challenge to ask for its pose
+SEEN = 0.1  # of a body must be visible for BOP's challenge to require its pose
 FIRST_CENTRE = 0.0  # where the first pixel has its centre, as in OpenCV
 CONVENTIONS = (
     "Lengths are millimetres: poses, models and their boxes and diameters. A depth image times its depth_scale is "
@@ -67,26 +67,24 @@ CONVENTIONS = (
     "cam_K, and cx and cy in camera.json, are in pixels whose centres are at whole numbers: half a pixel less than in "
     "the dataset.",
     "Boxes are x, y, width and height, these being the greatest pixel less the least, as bop_toolkit counts them; "
-    "bbox_obj is that of the whole silhouette's pixels, out of the frame too. Where nothing is visible they are "
-    "-1 -1 -1 -1.",
-    "bop_toolkit's OpenGL renderers count (cx, cy) from the first pixel's corner: give them cx + 0.5 and cy + 0.5. Its "
-    "other programs read K as it is.",
-    "A scene is a variant in a split, and an image has the number of its place in the stage. mask is the silhouette as "
-    "if nothing else were there, mask_visib what is seen of it.",
+    "bbox_obj is the box of the whole silhouette, also outside the frame. Boxes of invisible bodies are -1 -1 -1 -1.",
+    "bop_toolkit's OpenGL renderers count (cx, cy) from the first pixel's corner: give them cx + 0.5 and cy + 0.5. "
+    "Its other programs read K unchanged.",
+    "A scene is a variant in a split, and an image has the number of its place in the stage. mask is the silhouette "
+    "without occlusion, mask_visib its visible part.",
     "Several cameras of a stage are in one scene: their folders and files end in _CAMERA, and cam_R_w2c and cam_t_w2c "
     "take the first one's axes to theirs.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",
 )
 FILE = "scene_gt.json"
 SCALES = (0.1, 1.0)
-"""Steps of depth, millimetres. Beyond the last they would be too coarse: BOP's tools decide what is visible at 5 mm and
-15 mm."""
+"""Steps of depth, millimetres. Larger steps would be too coarse: BOP's tools decide visibility at 5 mm and 15 mm."""
 WITHOUT_DEPTH = "export without depth: --option depth=no"
 
 
 def depth_scale(dataset: ExportedDataset) -> float:
-    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does, and
-    where there are occluders, for nobody knows how far they are."""
+    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last if none does, or if
+    there are occluders, whose distance is unknown."""
     if any(part.target == OCCLUDER for part in dataset.dataset.parts.values()):
         return SCALES[-1]
     deepest = (dataset.farthest + reach(dataset.dataset.targets)) * MILLIMETRES
@@ -94,7 +92,7 @@ def depth_scale(dataset: ExportedDataset) -> float:
 
 
 def amodal_known(survey: Survey) -> None:
-    """Raise UnsupportedError where a body can hide another, and pictures do not say what is behind it."""
+    """Raise UnsupportedError if a body can hide another, and pictures lack the label of hidden parts."""
     if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
@@ -125,7 +123,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
 
 
 def _asked_for(dataset: ExportedDataset, picture: ExportedPicture, seen: list[dict[str, Any]]) -> Iterator[Output]:
-    """Yield the entries of the list of bodies whose poses are asked for in a test."""
+    """Yield the entries of the list of bodies whose poses a test requires."""
     place = {"im_id": image_number(picture), "scene_id": _scene_number(dataset, picture.variant)}
     for target, visibility in zip(picture.targets, seen, strict=True):
         if visibility["visib_fract"] >= SEEN:
@@ -150,7 +148,7 @@ def _scene_number(dataset: ExportedDataset, variant: str) -> int:
 
 
 def _sensor(picture: ExportedPicture) -> str:
-    """Return what BOP adds to the names of a scene's folders and files of one of several cameras."""
+    """Return BOP's suffix for the folders and files of one of several cameras."""
     rig = picture.picture.recorded.rig
     return "" if rig is UNSET else f"_{rig.camera}"
 
@@ -254,7 +252,8 @@ def _object(body: Any) -> int:
 
 
 def _scene_name(path: Path) -> str:
-    """Return the name of the scene: its folder's; in SwissCube that of the sequence around it, which has one scene."""
+    """Return the name of the scene: its folder's; in SwissCube the name of the enclosing sequence, which has one
+    scene."""
     folder = path.resolve().parent
     return folder.parent.name if folder.parent.name.startswith("seq_") else folder.name
 

@@ -1,4 +1,4 @@
-"""BOP's scenes: their files, and the entries of these, in millimetres: cameras, poses, and what is visible.
+"""BOP's scenes: their files, and the entries in millimetres: cameras, poses and visibility.
 
 A scene is a variant in a split; its images are numbered by their places in the stage. Source: the format's description
 in bop_toolkit (docs/bop_datasets_format.md), and its scripts `calc_gt_info.py` and `calc_model_info.py`, which make
@@ -71,7 +71,7 @@ def mask_file(picture: ExportedPicture, folder: str, place: int, mask: NDArray[n
 
 
 def model_files(dataset: ExportedDataset) -> Iterator[MadeFile]:
-    """Yield the models, and what is measured of them."""
+    """Yield the models, and their measures."""
     models = body_models(dataset)
     for number, model in models.items():
         yield MadeFile(path=f"models/obj_{number:06d}.ply", write=partial(_write_model, model))
@@ -106,10 +106,10 @@ def visibility_entry(
     *, visible: NDArray[np.bool_], amodal: NDArray[np.bool_], fraction: float, outline: Float
 ) -> dict[str, Any]:
     """Return the entry of `scene_gt_info.json` for an object, with its masks (H, W), the visible share of its whole
-    silhouette (NaN where that is empty), and pixels (N, 2) whose box is that of the silhouette, out of the frame too.
+    silhouette (NaN where that is empty), and pixels (N, 2) with the box of the silhouette, also outside the frame.
 
-    A box is x, y, width and height of BOP's kind: the greatest pixel less the least, so 0 of a single one. It is
-    -1, -1, -1, -1 where nothing is visible.
+    A box is x, y, width and height of BOP's kind: the greatest pixel less the least, so 0 for a single pixel. It is -1,
+    -1, -1, -1 if nothing is visible.
     """
     count = int(visible.sum())
     whole = round(count / fraction) if count and fraction > 0 else int(amodal.sum())
@@ -124,8 +124,8 @@ def visibility_entry(
 
 
 def model_entry(model: Model) -> dict[str, float]:
-    """Return the entry of `models_info.json`: diameter and box, millimetres. No symmetries are said, for nobody knows
-    them."""
+    """Return the entry of `models_info.json`: diameter and box, millimetres. Symmetries are left out, since they are
+    unknown."""
     low = model.points.min(0) * MILLIMETRES
     size = np.ptp(model.points, axis=0) * MILLIMETRES
     corner = {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
@@ -139,9 +139,9 @@ def _box_of_mask(mask: NDArray[np.bool_]) -> list[int]:
 
 
 def _box_of_silhouette(amodal: NDArray[np.bool_], outline: Float) -> list[int]:
-    """Return the box of the silhouette's pixels, as bop_toolkit counts them in its own renders: those of the mask
-    (H, W), and beyond a side of the frame that it touches, those whose centres lie within the outline's extent. There
-    a tip so thin that it lies between the centres of pixels counts too.
+    """Return the box of the silhouette's pixels, as bop_toolkit counts them in its own renders: the mask's (H, W), and
+    beyond each side of the frame that it touches, all whose centres lie within the outline's extent. There a tip so
+    thin that it lies between pixel centres counts too.
 
     In the outline's pixels (0, 0) is the corner of the image, so pixel i has its centre half a pixel further, at
     i + 0.5.

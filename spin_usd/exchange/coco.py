@@ -1,8 +1,8 @@
 """COCO: images in a folder for each split, and a JSON file of their boxes, masks, keypoints and poses.
 
 COCO itself has no poses; exports add them to each image as the member `poses`, with q_cam_body and t_cam_body of each
-target. The pose that is read of an image is that of its target of the least category. Source: the format's description
-by its authors (data format, object and keypoint detection), and pycocotools.
+target. We read the pose of an image's target with the lowest category. Source: the format's description by its authors
+(data format, object and keypoint detection), and pycocotools.
 """
 
 import re
@@ -39,7 +39,7 @@ CONVENTIONS = (
     "in the dataset. v is 2 where visible, 1 where hidden by the target itself or by another body, and 0, with x and "
     "y 0, where out of the frame or behind the camera.",
     "Masks are of the visible pixels, in run lengths (RLE) down the columns, compressed as pycocotools reads them.",
-    "An image's member poses is none of COCO's, and its readers pass over it. It has every target, visible or not: "
+    "An image's member poses is an addition to COCO, and readers ignore it. It has every target, visible or not: "
     "q_cam_body, scalar first, and t_cam_body, metres, take the body's axes to the camera's, which are OpenCV's: x "
     "right, y down, z forward.",
     "A category is a target, and its id is the target's; iscrowd is 0. A target of which nothing is visible has no "
@@ -51,7 +51,7 @@ HEAD = re.compile(r'\s*\{\s*"(info|licenses|images|annotations|categories)"\s*:'
 
 
 def annotation(target: PicturedTarget, mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return what COCO says of a target with the visible pixels `mask` (H, W), one at least."""
+    """Return COCO's entry of a target with the visible pixels `mask` (H, W), at least one."""
     x0, y0, x1, y1 = target.box_visible.tolist()
     said = {
         "category_id": target.id,
@@ -84,7 +84,7 @@ def keypoint_numbers(pixels: Float, states: tuple[str, ...]) -> list[float]:
 
 
 def category(target: DescribedTarget) -> dict[str, Any]:
-    """Return what COCO says of all pictures' targets of that id."""
+    """Return COCO's entry of the targets with that id in all pictures."""
     said = {"id": target.id, "name": target.name, "supercategory": "spacecraft"}
     names = list(target.keypoints.names)
     return said | {"keypoints": names, "skeleton": []} if names else said
@@ -148,7 +148,7 @@ def _images(path: Path) -> list[dict[str, Any]]:
 def _first(poses: Any, where: str) -> dict[str, Any]:
     """Return the pose of the least category. Raises InputError."""
     if not isinstance(poses, list) or not all(isinstance(each, dict) for each in poses):
-        raise InputError("has poses that are no list of objects", where=where)
+        raise InputError("has poses that are not a list of objects", where=where)
     return min(poses, key=_category)
 
 

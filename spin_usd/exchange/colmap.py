@@ -142,8 +142,8 @@ def _points_text(dataset: ExportedDataset, images: Path) -> str:
 
 
 def _tracks(images: Path) -> Iterator[tuple[int, NDArray[np.int32]]]:
-    """Yield each point that is seen, and for each image that sees it the image's number and the point's place among
-    those of the image (N, 2)."""
+    """Yield each visible point, and for each image that sees it the image's number and the point's index in it (N,
+    2)."""
     found = [np.empty((0, 3), np.int32)]
     for _, line, seen in _image_lines(images):
         points = np.array(seen.split()[2::3], np.int32)
@@ -199,7 +199,7 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
         words = line.split(maxsplit=9)
         if len(words) < 10:
             do = "give IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID and NAME, and a line of points after each"
-            raise InputError(f"has {len(words)} words, which is no image", where=where, do=do)
+            raise InputError(f"has {len(words)} words, which is not an image", where=where, do=do)
         try:
             numbers = [float(word) for word in words[1:8]]
         except ValueError:

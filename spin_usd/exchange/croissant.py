@@ -52,7 +52,7 @@ NUMBERS = {
     "p2": "lens distortion",
     "k3": "lens distortion",
 }
-# The context that the specification gives in its appendix 1, by the terms that stand for others of their own name.
+# The context from the specification's appendix 1, by the terms that map to others of their own name.
 _OWN = (
     "citeAs column extract field fileObject fileProperty fileSet format includes isLiveDataset jsonPath key md5 "
     "parentField path recordSet references regex repeated replace samplingRate separator source subField transform"
@@ -73,9 +73,9 @@ CONTEXT = {
 }
 CONVENTIONS = (
     f"{METADATA} is JSON-LD by Croissant 1.0; licence, creator, citation and address are its owner's to add.",
-    f"{TABLE} has a row a picture; {METADATA} says what each column is.",
+    f"{TABLE} has a row a picture; {METADATA} describes each column.",
     "p_cam = R(q) p_body + t: the quaternion is scalar first, Hamilton; metres. Camera axes are OpenCV's: x right, y "
-    "down, z forward. Body axes are those of the target's model. Numbers have all their digits.",
+    "down, z forward. Body axes are the axes of the target's model. Numbers have all their digits.",
     "Images and labels are the dataset's own files.",
 )
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
@@ -185,7 +185,7 @@ LAYOUT = Layout(
 
 
 CROISSANT = ExportFormat(
-    name="croissant", holds="as they are, with Croissant metadata (MLCommons, JSON-LD)", layout=LAYOUT
+    name="croissant", holds="unchanged, with Croissant metadata (MLCommons, JSON-LD)", layout=LAYOUT
 )
 
 

@@ -1,8 +1,7 @@
 """A table of poses with named columns, as people write their own: CSV with commas, semicolons or tabs.
 
-Columns may stand in any order, beside others, in capitals or not. A name, where there is one, is the picture's;
-q_cam_body is a unit quaternion, and t_cam_body the origin of the body's axes in the camera's, in metres:
-p_cam = R(q) p_body + t.
+Columns may be in any order, among others, in any case. The name, if present, is the picture's; q_cam_body is a unit
+quaternion, and t_cam_body the origin of the body's axes in the camera's, in metres: p_cam = R(q) p_body + t.
 """
 
 import re
@@ -37,7 +36,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "M": 1.0, "MM": 1e-3, "CM
 """By units as heads have them, some in capitals throughout; "Mm" is a megametre, or is not."""
 UTC_HEADS = ("utc", "time_utc")
 TIMES = (*UTC_HEADS, "time", "time_s", "seconds")
-"""The first of them that there is says when a pose is: seconds, or UTC as ISO 8601 has it."""
+"""Columns for the time of a pose, of which the first present counts: seconds, or UTC in ISO 8601."""
 UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?")
 """A heading, and the unit that may stand after it in brackets."""
 WANTED = (
@@ -91,7 +90,7 @@ def _time(text: str, unit: str, utc: bool, where: str) -> float | datetime:
 
 
 def _whole(cell: Mapping[str, str], known: tuple[tuple[str, ...], ...]) -> list[tuple[str, ...]]:
-    """Return those of the known groups of columns that the row has whole."""
+    """Return the known groups of columns that are complete in the row."""
     return [columns for columns in known if all(column in cell for column in columns)]
 
 

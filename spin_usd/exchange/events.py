@@ -1,7 +1,7 @@
-"""Events in the files that programs of event cameras read: one for each variant.
+"""Events in the file formats of event cameras: one file for each variant.
 
-faery writes them, but for Prophesee's RAW: of faery's EVT 3.0 (0.7.1) nobody reads back times after a pause that
-crosses a multiple of 16.8 s. Source: Prophesee's specification of EVT 3.0, and how its OpenEB reads that.
+faery writes them, except Prophesee's RAW: in faery's EVT 3.0 (0.7.1) times after a pause that crosses a multiple of
+16.8 s cannot be read back. Source: Prophesee's specification of EVT 3.0, and how its OpenEB reads that.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -24,9 +24,9 @@ CONVENTIONS = (
     "start; x is a column and y a row from the upper left pixel, which is (0, 0); on is brighter.",
     "Labels of events, and poses, are in the dataset alone.",
 )
-EVT3_SIDE = 2**11  # pixels that 11 bits tell apart
+EVT3_SIDE = 2**11  # pixels that 11 bits can number
 ADDRESS_Y, ADDRESS_X, TIME_LOW, TIME_HIGH = 0x0000, 0x2000, 0x6000, 0x8000
-"""Words of EVT 3.0: the upper four bits say what the other twelve are."""
+"""Words of EVT 3.0: the upper four bits give the meaning of the other twelve."""
 BRIGHTER = 1 << 11
 
 

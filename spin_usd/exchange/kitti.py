@@ -34,18 +34,18 @@ from spin_usd.scene.scene import augmentation_and_camera
 
 STEPS = 256.0  # of a metre, or a pixel
 FIRST_CENTRE = 0.0  # where the first pixel has its centre
-PARALLEL = 1e-9  # between axes, radians, and of a baseline's parts across, metres: what rounding leaves
+PARALLEL = 1e-9  # tolerance for rounding: between axes, radians; of a baseline's parts across, metres
 CONVENTIONS = (
     "AUGMENTATION/AUGMENTATION_drive_0001_sync is a recording, as KITTI has DATE/DATE_drive_NUMBER_sync, and a file's "
     "number is the picture's place in the stage. image_00 (grey) or image_02 (colour) is the first camera's, image_01 "
-    f"or image_03 the second's. {SAYS} oxts has nothing else: the record's pose says how the target moves.",
+    f"or image_03 the second's. {SAYS} oxts has nothing else; the motion of the target is in the record's pose.",
     "P_rect and K have pixels whose centres are at whole numbers: half a pixel less than in the dataset. The four "
     "cameras of the calibration are two, each in grey and in colour.",
-    "velodyne_points are those of the LiDAR in its own axes, x forward, y left, z up, metres, with reflectance 1; "
+    "velodyne_points are the LiDAR's points in its own axes, x forward, y left, z up, metres, with reflectance 1; "
     "calib_velo_to_cam.txt takes them to the first camera's.",
-    "proj_depth/groundtruth/image_0x is depth of every pixel that shows something, 1/256 m; disp_occ/image_0x is "
-    "disparity, 1/256 px, and disp_noc/image_0x that of pixels whose point both cameras see, which the label disparity "
-    "says. Numbers that 16 bits do not hold are 0.",
+    "proj_depth/groundtruth/image_0x is depth of every pixel with a surface, 1/256 m; disp_occ/image_0x is "
+    "disparity, 1/256 px, and disp_noc/image_0x disparity of pixels whose point both cameras see, from the label "
+    "disparity. Numbers beyond 16 bits are 0.",
 )
 
 
@@ -72,7 +72,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
-    """Timestamps of what there is of each recording."""
+    """Timestamps of the files of each recording."""
     found: dict[str, IndexFile] = {}
     for variant in dataset.variants:
         first = dataset.first(variant)
@@ -111,7 +111,7 @@ def _refuse_unless_rectified(pictures: Sequence[ExportedPicture], rig: Transform
     turned = float(np.abs(rig.rotation - np.eye(3)).max())
     aside = np.abs(rig.translation[1:]).max() > PARALLEL or rig.translation[0] < 0
     if turned > PARALLEL or aside or pictures[0].camera != pictures[-1].camera:
-        found = "is no rectified pair: one camera is turned, not to the right of the other or of another K"
+        found = "is not a rectified pair: one camera is turned, not to the right of the other, or has another K"
         raise UnsupportedError(found, where=pictures[-1].variant, do="author --camera NAME --camera NAME:BASELINE,0,0")
 
 
@@ -126,8 +126,8 @@ def _refuse_another_calibration(dataset: ExportedDataset, picture: ExportedPictu
 
 
 def _rig(dataset: ExportedDataset, variant: str) -> Transform:
-    """Return T_first_cam of the variant's camera; of a stereo pair's first that of the second, whose baseline is the
-    same."""
+    """Return T_first_cam of the variant's camera; for the first of a stereo pair the second's, with the same
+    baseline."""
     augmentation, _ = augmentation_and_camera(variant)
     others = (each for each in dataset.variants if each != variant and each.startswith(f"{augmentation}-"))
     return _recorded_rig(dataset.first(variant if variant != augmentation else next(others, variant)).picture)
@@ -206,7 +206,7 @@ def _write_disparity(picture: ExportedPicture, baseline: float, seen_by_both: bo
 
 
 def _write_steps(path: Path, values: Float) -> None:
-    """Write (H, W) in steps of 1/256; what 16 bits do not hold is 0."""
+    """Write (H, W) in steps of 1/256; numbers beyond 16 bits become 0."""
     steps = np.rint(values * STEPS)
     write_image(path, np.where(steps <= UINT16_MAX, steps, 0).astype(np.uint16), channels=("Y",))
 

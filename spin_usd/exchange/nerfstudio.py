@@ -2,8 +2,8 @@
 
 A frame's `transform_matrix`, 4 x 4, takes OpenGL's camera axes (x right, y up, looking along -z) to the world's, which
 in an export are the target's body axes, in metres. `file_path` names its image. Source: nerfstudio's documentation of
-its data format ("Data conventions"), and its loader `nerfstudio_dataparser.py`: `*_filenames` are its splits, all of
-which it wants where there is one; depth is in millimetres; `orientation_override` keeps it from turning the axes.
+its data format ("Data conventions"), and its loader `nerfstudio_dataparser.py`: `*_filenames` are its splits, of which
+it needs all or none; depth is in millimetres; `orientation_override` keeps it from turning the axes.
 """
 
 from collections.abc import Iterator, Mapping
@@ -56,11 +56,11 @@ CONVENTIONS = (
     f"{CLOUD} has up to {POINTS} points of the target's surface, of the label dense_pose, with normals and the colours "
     "of the images.",
     "nerfstudio moves and scales poses and points by itself; --center-method none --auto-scale-poses False keeps the "
-    "body's axes and metres. orientation_override, which is none, keeps them from being turned.",
-    "Where there are several splits, train_filenames, val_filenames and test_filenames list them; nerfstudio wants all "
-    "three, so where one of the latter two is not asked for it is the other.",
-    "The target stands still, and the Sun and the background move around it as it turned: what is seen of a place may "
-    "differ in brightness from picture to picture.",
+    "body's axes and metres. orientation_override = none keeps them from being turned.",
+    "Where there are several splits, train_filenames, val_filenames and test_filenames list them; nerfstudio needs "
+    "all three, so a missing one of the latter two repeats the other.",
+    "The target stands still, and the Sun and the background move around it as it turned: the brightness of a point "
+    "may differ from picture to picture.",
 )
 IN_MILLIMETRES = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
 
@@ -72,7 +72,7 @@ def camera_to_world(T_cam_body: Transform) -> list[list[float]]:
 
 
 def lens(camera: Camera) -> dict[str, Any]:
-    """Return what transforms.json says of a camera; of a fisheye its model too, which it says of any other once."""
+    """Return the camera's entries in transforms.json, for a fisheye with its model, which otherwise is stated once."""
     sizes = {"w": camera.width, "h": camera.height}
     lengths = {"fl_x": camera.fx, "fl_y": camera.fy, "cx": camera.cx, "cy": camera.cy}
     if camera.fisheye:
@@ -116,7 +116,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
 
 
 def _splits_with(dataset: ExportedDataset, split: str) -> Iterator[str]:
-    """Yield the split, and the other of those that are held out where that one was not asked for."""
+    """Yield the split, and the other held-out split if it was not requested."""
     yield split
     held_out = ("val", "test")
     if split in held_out:
@@ -175,8 +175,8 @@ def read_poses(path: Path) -> Iterator[PoseEntry | str]:
 
 
 def _applied(document: Mapping[str, Any], where: str) -> tuple[Transform, float]:
-    """Return what nerfstudio had already done to the poses that it wrote: how it turned and moved their world, and by
-    how much it then scaled it. Raises InputError."""
+    """Return the transformation that nerfstudio applied to the poses it wrote: rotation and translation of their world,
+    then the scale. Raises InputError."""
     (scale,) = finite_numbers([document.get("applied_scale", 1.0)], 1, "applied_scale", where)
     if scale <= 0:
         raise InputError(f"applied_scale is {scale:g}", where=where, do="give a number above 0")

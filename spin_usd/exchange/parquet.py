@@ -2,8 +2,8 @@
 
 A picture's target is q_cam_body, scalar first, and t_cam_body in metres; these are read again. An image is a struct of
 its file's bytes and its name. Sources: the documentation of `datasets` (features, "Image feature") and of the hub
-(dataset cards, "Data files configuration"), and `datasets/features/features.py` for what it looks for in a table's
-metadata. pyarrow is an extra.
+(dataset cards, "Data files configuration"), and `datasets/features/features.py` for the expected metadata of a table.
+pyarrow is an extra.
 """
 
 import json
@@ -64,11 +64,11 @@ CONVENTIONS = (
     "p_cam = R(q) p_body + t: q_cam_body is a unit quaternion, scalar first, Hamilton; t_cam_body is in metres. Camera "
     "axes are OpenCV's: x right, y down, z forward. Body axes are those of the target's model.",
     "K and all pixels have (0, 0) at the corner of the image; distortion is k1, k2, p1, p2, k3 of OpenCV.",
-    "A row's own pose is that of the target that this card names. Its targets are all, visible or not: boxes are x0, "
-    "y0, x1, y1, the last two past the last pixel; box_amodal is as if nothing else were there; keypoints are u, v. "
-    "What there is not, is null.",
-    "image has 8 bits. segmentation has the ids of parts, 0 for nothing, in 16 bits, as the dataset's file; other "
-    "labels that are PNG are there too, but for those of 16 bits in colour, which Pillow reads as 8.",
+    "A row's own pose is the pose of the target that this card names. Its targets are all, visible or not: boxes are "
+    "x0, y0, x1, y1, the last two past the last pixel; box_amodal ignores occlusion; keypoints are u, v. Missing "
+    "values are null.",
+    "image has 8 bits. segmentation has the ids of parts, 0 for nothing, in 16 bits, like the dataset's file; other "
+    "PNG labels are included, except 16-bit colour ones, which Pillow reads as 8-bit.",
 )
 IN_MILLIMETRES = "depth is planar z in whole millimetres, 16 bits, 0 for nothing."
 
@@ -204,7 +204,7 @@ def _target(target: PicturedTarget) -> dict[str, Any]:
 
 
 def _known(values: Float) -> Any:
-    """Return the numbers, or None where there are none."""
+    """Return the numbers, or None if missing."""
     return None if np.isnan(values).any() else values.tolist()
 
 

@@ -8,10 +8,9 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PoseEntry:
-    """One pose of a file: the picture's file name, perhaps with folders before it, the scalar-first unit quaternion
-    q_cam_body, t_cam_body in metres, the line that it ends in, 0 where entries are counted instead, and by how much the
-    file's matrix missed being a rotation. What they say together, such as names that repeat, is checked for all formats
-    alike."""
+    """One pose of a file: the picture's file name, optionally with folders before it, the scalar-first unit quaternion
+    q_cam_body, t_cam_body in metres, the line that it ends in, 0 if entries are counted instead, and the error of the
+    file's matrix as a rotation. Conditions across entries, such as unique names, are checked for all formats alike."""
 
     filename: str
     q_cam_body: Sequence[float]
@@ -37,12 +36,12 @@ class PoseFormat:
     recognises: Callable[[Path, str], bool]
     """Whether a file is of it, from its path and its first characters."""
     read: Callable[[Path], Iterator[PoseEntry | str]]
-    """Gives the file's entries in order, and between them, as text, what a user should know of how it is read. Raises
-    InputError that names the file and the entry."""
+    """Yields the file's entries in order, and between them notes for the user as text. Raises InputError that names the
+    file and the entry."""
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
-    """The files in a data set's folder that may be its lists, in order; those that the format recognises are."""
+    """Candidate lists in a data set's folder, in order; the format must also recognise them."""
     rotation: str = SCALAR_FIRST
-    """What the file's own numbers of a rotation must be, in words."""
+    """Requirement on the file's own numbers of a rotation, in words."""
 
 
 def files_like(*patterns: str) -> Callable[[Path], Sequence[Path]]:

@@ -20,9 +20,9 @@ FEW_DECIMALS = 1e-3  # by which one of three or four does
 
 
 def csv_rows(path: Path, *, delimiter: str = ",", skip: int = 0) -> Iterator[tuple[int, str, Mapping[str, str]]]:
-    """Yield the line of each row of a CSV file with headings, where that is, for messages, and its cells by heading;
-    `skip` lines stand before. Raises InputError for a heading that stands twice, and for a row with more cells than
-    there are headings, unless they are empty."""
+    """Yield the line number of each row of a CSV file with headings, its place for messages, and its cells by heading;
+    `skip` lines precede them. Raises InputError for a repeated heading, and for a row with more non-empty cells than
+    headings."""
     lines = islice(lines_of(path, MAX_POSE_LIST), skip, None)
     rows = csv.DictReader(lines, skipinitialspace=True, delimiter=delimiter)
     headings_once(rows.fieldnames, path)
@@ -64,15 +64,15 @@ def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float
 def one_pose(
     rotations: Sequence[Sequence[float]], places: Sequence[Sequence[float]], where: str
 ) -> tuple[Sequence[float], Sequence[float]]:
-    """Return the first of the quaternions and of the positions by which a file says one pose. Raises InputError where
-    others contradict them by more than few decimals do."""
+    """Return the first quaternion and position of one pose in a file. Raises InputError if others contradict them
+    beyond rounding."""
     if len(rotations) == len(places) == 1:
         return rotations[0], places[0]
     q, t = np.array(rotations, np.float64), np.array(places, np.float64)
     q = np.where(q @ q[:1].T < 0, -q, q)  # which is the same rotation
     for name, each, size in (("rotations", q, 1.0), ("positions", t, max(np.abs(t).max(), 1.0))):
         if np.abs(each - each[0]).max() > FEW_DECIMALS * size:
-            raise InputError(f"says two {name} that differ", where=where, do="leave one of them out")
+            raise InputError(f"has two contradicting {name}", where=where, do="leave one of them out")
     return rotations[0], places[0]
 
 
@@ -83,7 +83,7 @@ def quaternion_of(rows: Any, name: str, where: str) -> tuple[list[float], float]
     off, right_handed = off_rotation(matrix)
     if off > FEW_DECIMALS or not right_handed:
         scale = float(np.linalg.norm(matrix) / np.sqrt(3))
-        found = f"{name} is no rotation (off by {off:.3g})"
+        found = f"{name} is not a rotation (off by {off:.3g})"
         if right_handed and scale and off_rotation(matrix / scale)[0] <= FEW_DECIMALS:
             found = f"{name} is a rotation times {scale:.6g}"
             raise InputError(found, where=where, do="divide it by that; poses have no scale")

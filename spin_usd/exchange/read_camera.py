@@ -15,7 +15,7 @@ LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5
 
 
 def read_camera(path: str | Path) -> CameraFile:
-    """Read the camera of the file at `path`. Raises InputError that names the file and what it lacks."""
+    """Read the camera of the file at `path`. Raises InputError that names the file and the missing value."""
     path, head = Path(path), ""
     with suppress(InputError, OSError), open_file(path, MAX_SPECIFICATION) as file:
         head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
@@ -42,11 +42,11 @@ def read_camera(path: str | Path) -> CameraFile:
         aside = f"has its principal point {point} outside its picture of {size} pixels"
         notes.append(f"{aside}: check that this is the size of the calibration")
     if camera.blind(camera.frame) is not None:
-        notes.append("sees more than half a turn in its corners: what is beyond is black, and nothing in labels")
+        notes.append("sees more than half a turn in its corners; directions beyond are black, and 0 in labels")
     sentences = tuple(f"{path.name} {note}" for note in notes)
     return CameraFile(camera=camera, pixel_pitch=said.pixel_pitch, source=str(path), notes=sentences)
 
 
 def lens_in_words(camera: Camera) -> str:
-    """Return what kind of lens the camera has."""
+    """Return the kind of the camera's lens."""
     return "a fisheye" if camera.fisheye else "a pinhole with distortion" if camera.distorted else "a pinhole"

@@ -35,7 +35,7 @@ def read_pose_list(path: str | Path) -> PoseList:
     path = Path(path)
     lists = _lists_in(path) if path.is_dir() else ((path, _format_of(path)),)
     notes: list[str] = []
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+    with np.errstate(over="ignore", invalid="ignore"):  # values that are not finite are refused
         entries = [entry for file, of in lists for entry in _entries(file, of, notes)]
     entries, renamed = _renamed(entries)
     if len(lists) > 1 and repeated_name([entry.name for entry in entries]):
@@ -76,7 +76,7 @@ def _times(entries: "Sequence[NamedPose]", notes: list[str]) -> tuple[Float | No
         return None, ""
     for before, time, entry in zip(times, times[1:], entries[1:], strict=False):
         if time <= before:
-            notes.append(f"its times are left out: that of {entry.where} is {time - before:g} s after the one before")
+            notes.append(f"its times are left out: {entry.where} is {time - before:g} s after the entry before")
             return None, ""
     return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
@@ -96,7 +96,7 @@ class NamedPose:
 
 
 def _entries(file: Path, of: PoseFormat, notes: list[str]) -> Iterator[NamedPose]:
-    """Yield the entries of the list, and add what is to be known of it to the notes. Raises InputError."""
+    """Yield the entries of the list, and add its notes. Raises InputError."""
     count = 0
     for pose in _read(file, of):
         if isinstance(pose, str):
@@ -112,7 +112,7 @@ def _entries(file: Path, of: PoseFormat, notes: list[str]) -> Iterator[NamedPose
 
 
 def _read(file: Path, of: PoseFormat) -> Iterator[PoseEntry | str]:
-    """Yield what the format reads. Raises InputError where its numbers form no pose."""
+    """Yield the format's entries. Raises InputError if the numbers of one do not form a pose."""
     try:
         yield from of.read(file)
     except GeometryError as error:
@@ -120,8 +120,8 @@ def _read(file: Path, of: PoseFormat) -> Iterator[PoseEntry | str]:
 
 
 def _renamed(entries: list[NamedPose]) -> tuple[list[NamedPose], tuple[str, ...]]:
-    """Return the entries with names that can be pictures', and a note where those of the list cannot: with the folders
-    before them where several end in the same, "_" for what no name has, and a number where that makes two alike."""
+    """Return the entries with valid picture names, and a note if names were changed: folders are prefixed if several
+    end alike, "_" replaces invalid characters, and a number makes equal names unique."""
     names = [entry.name for entry in entries]
     folders = [entry.pose.filename.replace("\\", "/").split("/")[:-1] for entry in entries]
     if any(folders) and repeated_name(names):
@@ -156,7 +156,7 @@ def pose_files(path: Path) -> tuple[Path, ...]:
 
 
 def _lists_in(folder: Path) -> tuple[tuple[Path, PoseFormat], ...]:
-    """Return the lists in the folder, which are of one format. Raises InputError where there is none, or another."""
+    """Return the lists in the folder, all of one format. Raises InputError if there is none, or a second format."""
     found = [(file, each) for each in POSE_FORMATS for file in each.lists(folder) if _format_of(file) == each]
     if not found:
         do = "give a pose list, or the folder of a data set that has one"

@@ -26,8 +26,8 @@ STEP_S = 5.0
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
 CONVENTIONS = (
     *POSE_CONVENTIONS,
-    "The list is one trajectory, in its order; metadata.json has its seconds a picture (cam_step) and the mount of the "
-    "camera on the servicer (pMdl), which is none: poses are of the camera.",
+    "The list is one trajectory, in its order; metadata.json has its seconds a picture (cam_step) and the mount of "
+    "the camera on the servicer (pMdl), here the identity: poses are of the camera.",
     GREY_JPEG,
 )
 
@@ -53,7 +53,7 @@ def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
 
 
 def _step(dataset: ExportedDataset) -> float:
-    """Return the seconds from the first picture to the second; SHIRT's own where nothing says when they were taken."""
+    """Return the seconds from the first picture to the second; SHIRT's own if pictures have no times."""
     times = [dataset.picture(number).picture.time_s for number in range(min(len(dataset), 2))]
     first, second = times if len(times) == 2 else (None, None)
     return STEP_S if first is None or second is None else second - first
@@ -85,7 +85,7 @@ SHIRT = ExportFormat(
         ),
         FormatOption(
             name="step",
-            meaning="seconds from picture to picture; those of the stage, or 5, if not given",
+            meaning="seconds between pictures; the stage's, or 5, if not given",
             default="",
             read=lambda text: float(text) if text else None,
         ),

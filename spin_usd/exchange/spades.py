@@ -2,9 +2,8 @@
 
 h5/RTnnn.h5 has events/xs, ys, ts and ps, and labels/data, a table of filename, position in metres, quaternion, scalar
 last, and timestamp. Times count 100 us from the trajectory's start; so do those of its synthetic half, while its real
-half counts microseconds and has no labels. Sources: the set's description, its loader and its camera.json, as
-StaffordHo/spark2026-pose-estimation has them. Where the images that labels name lie is not public: here in
-images/RTnnn.
+half counts microseconds and has no labels. Sources: the set's description, its loader and its camera.json, from
+StaffordHo/spark2026-pose-estimation. The folder of the images that labels name is not public: here images/RTnnn.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,13 +32,13 @@ EVENTS = {"events/xs": "x", "events/ys": "y", "events/ts": "t", "events/ps": "p"
 LABELS = "labels/data"
 POSITION, QUATERNION = ("Tx", "Ty", "Tz"), ("Qx", "Qy", "Qz", "Qw")
 NUMBERS = (*POSITION, *QUATERNION, "timestamp")
-INTEGER = "<i8"  # the set says int: no sum of a reader's overflows
-HDF5 = "HDF\r\n\x1a\n"  # of a file's head, after its first byte, which is no text
+INTEGER = "<i8"  # the set has int: sums in readers do not overflow
+HDF5 = "HDF\r\n\x1a\n"  # of a file's head, after its first byte, which is not text
 CONVENTIONS = (
     "h5/RTnnn.h5 is one variant: events/xs, ys, ts, ps are column, row, time and sign, 1 brighter; x and y from the "
     "upper left pixel, which is (0, 0). It has all events of its variant, whichever pictures are exported.",
-    "Times are whole 100 us since the stream's start, as in the set's synthetic half: events lose what is between, "
-    "labels are rounded.",
+    "Times are whole 100 us since the stream's start, as in the set's synthetic half: event times are cut to them, "
+    "label times are rounded.",
     "labels/data: p_cam = R(q) p_body + T; Qx, Qy, Qz, Qw is the unit quaternion, scalar last, Hamilton, of the "
     "rotation from the body's axes to the camera's; T is the body's origin in the camera's axes, in metres.",
     "Camera axes are OpenCV's: x right, y down, z forward. camera.json: cameraMatrix in pixels, (0, 0) being the "

@@ -1,7 +1,7 @@
-"""SPARK: its three layouts for classification and detection, and that of stream 2, for poses of trajectories.
+"""SPARK: its three layouts for classification and detection, and the layout of stream 2 for poses of trajectories.
 
-A row of stream 2, which CubeSat-CDT is taken to share, has a file name, the sequence that it belongs to, t_cam_body in
-metres and q_cam_body, scalar last. A file name is unique in its sequence alone. Sources: the "SPARK utils" of the
+A row of stream 2, which CubeSat-CDT is assumed to share, has a file name, its sequence, t_cam_body in
+metres and q_cam_body, scalar last. A file name is unique only in its sequence. Sources: the "SPARK utils" of the
 challenges. 2021: SPLIT_rgb/CLASS, SPLIT_depth/CLASS and SPLIT_labels.csv; stream 1 of 2022: SPLIT and SPLIT.csv; of
 2024: images/CLASS/SPLIT, mask/CLASS/SPLIT and SPLIT.csv; stream 2 of both: SPLIT.csv and SPLIT/images/GTnnn.
 """
@@ -48,9 +48,9 @@ CONVENTIONS = (
     "p_cam = R(q) p_body + T: Qx, Qy, Qz, Qw is the unit quaternion, scalar last, Hamilton, of the rotation from the "
     "body's axes to the camera's; T is the body's origin in the camera's axes, in metres. Numbers have all "
     "their digits.",
-    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are those of the target's model.",
+    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are the axes of the target's model.",
     "A sequence GTnnn is one variant of the dataset, in the order of its frames. Images are PNG, as the dataset's.",
-    "The format has no camera file: K is that of the table below.",
+    "The format has no camera file: K is in the table below.",
 )
 
 

@@ -37,7 +37,7 @@ from spin_usd.formats.json_file import read_json_file
 
 TWICE = (
     "Readers that look for a mask under its image's name find it: masks/NAME.jpg is the same PNG, without loss; "
-    "programs that open images go by what a file holds, not by its name."
+    "programs open images by a file's content, not by its name."
 )
 MASKS = {"silhouette": mask_image, "parts": part_image}
 MEANING = {
@@ -49,7 +49,7 @@ SPLITS = {"train": "train", "validation": "validation", "test": "test"}
 POSE_CONVENTIONS = (
     "p_cam = R(q) p_body + r: q is the unit quaternion, scalar first, Hamilton, of the rotation from the body's axes "
     "to the camera's; r is the body's origin in the camera's axes, in metres. Numbers have all their digits.",
-    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are those of the target's model.",
+    "Camera axes are OpenCV's: x right, y down, z forward. Body axes are the axes of the target's model.",
     "camera.json: cameraMatrix in pixels, (0, 0) being the corner of the image as in SPEED+ (cx = width / 2 is its "
     "middle); distCoeffs are k1, k2, p1, p2, k3 of OpenCV; fx and fy there are metres, cameraMatrix times the pixel "
     "pitch ppx, for which the pitch of SPEED+'s camera is taken.",
@@ -126,7 +126,7 @@ SPEEDPLUS = ExportFormat(
         ),
         FormatOption(name="image", meaning="the images' files", default="jpg", choices=("jpg", "png")),
         FormatOption(
-            name="masks", meaning="what masks hold", default="silhouette", choices=("silhouette", "parts", "none")
+            name="masks", meaning="content of masks", default="silhouette", choices=("silhouette", "parts", "none")
         ),
     ),
 )
@@ -162,7 +162,7 @@ def _entries(document: Any, path: Path) -> Sequence[Any]:
 
 
 def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[list[float]]:
-    """`count` finite numbers under each of `keys` that is there."""
+    """`count` finite numbers under each existing one of `keys`."""
     if not (there := [key for key in keys if key in entry]):
         raise InputError(f"has neither '{keys[0]}' nor '{keys[1]}'", where=where)
     return [finite_numbers(entry[key], count, f"'{key}'", where) for key in there]
@@ -183,7 +183,7 @@ def _begins_with(file: Path, words: bytes) -> bool:
 
 SPEEDPLUS_POSES = PoseFormat(
     name="SPEED+",
-    recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
+    recognises=lambda path, head: True,  # tried last: its reader reports the fault of a file
     read=read_poses,
     lists=_lists,
 )

@@ -35,8 +35,8 @@ CONVENTIONS = (
     "Lengths are millimetres: poses, models and the corners of their boxes.",
     POSES_TO_CAMERA,
     "cam_K is in pixels with (0, 0) at the corner of the image, as in the dataset.",
-    "A sequence is a variant in a split, and an image has the number of its place in the stage. mask_visib is what is "
-    "seen of a body.",
+    "A sequence is a variant in a split, and an image has the number of its place in the stage. mask_visib is the "
+    "visible part of a body.",
     "swisscube_bbox.json has the eight corners of each model's box along the body's axes, z changing fastest.",
 )
 

@@ -73,7 +73,7 @@ POSE_FORMATS: tuple[PoseFormat, ...] = (
     CSV_POSES,
     SPEEDPLUS_POSES,
 )
-"""The formats of pose lists, in the order in which they are asked whether they recognise a file."""
+"""The formats of pose lists, in the order in which they are tried on a file."""
 
 CAMERA_FORMATS: tuple[CameraFormat, ...] = (
     SPEEDPLUS_CAMERA,
@@ -84,7 +84,7 @@ CAMERA_FORMATS: tuple[CameraFormat, ...] = (
     ROS_CAMERA,
     OPENCV_CAMERA,
 )
-"""The formats of calibrations, in the order in which they are asked whether they recognise a file."""
+"""The formats of calibrations, in the order in which they are tried on a file."""
 
 
 def format_named(name: str) -> ExportFormat:

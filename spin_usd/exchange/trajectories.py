@@ -1,12 +1,12 @@
 """Trajectories of a camera in a world, as odometry and SLAM write them: of TUM, EuRoC and KITTI.
 
-TUM's is written too. It has a time in seconds, a position and a scalar-last quaternion in each line, apart by blanks;
-EuRoC nanoseconds, a position and a scalar-first quaternion, apart by commas; KITTI twelve numbers, a matrix of three
-rows. All take the camera's axes, which are OpenCV's, to the world's, in metres. The world is taken for the body. A time
-is the name of its picture, as it is of the images of TUM and EuRoC; pictures have it in seconds since the first. Poses
-of EuRoC are of the body that carries the camera, its IMU: where that camera is on it (T_BS of sensor.yaml) is not in
-the list. Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry
-devkit.
+TUM's is written too. Each line has a time in seconds, a position and a scalar-last quaternion, separated by blanks;
+EuRoC has nanoseconds, a position and a scalar-first quaternion, separated by commas; KITTI has twelve numbers, a matrix
+of three rows. All transform the camera's axes, which are OpenCV's, to the world's, in metres. We use the world as the
+body. A time is the name of its picture, as for the images of TUM and EuRoC; pictures have it in seconds since the
+first. Poses of EuRoC are of the body that carries the camera, its IMU: the camera's pose on it (T_BS of sensor.yaml) is
+not in the list. Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's
+odometry devkit.
 """
 
 import re
@@ -44,7 +44,7 @@ Pose = Callable[[list[float], str], tuple[Sequence[float], Sequence[float], floa
 
 
 def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed: bool) -> Iterator[PoseEntry | str]:
-    """Yield a note and the entries. headed: whether columns have heads, and more may follow those that are read."""
+    """Yield a note and the entries. headed: whether columns have headings, and further columns may follow."""
     yield NOTE.format(name)
     if headed:
         yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
@@ -76,7 +76,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
 
 
 def _check_heads(line: str, where: str) -> None:
-    """Raise InputError where heads name other columns than those that are read, or other units than metres."""
+    """Raise InputError for headings of other columns than we read, or of other units than metres."""
     heads = [re.sub(r"\s*\[m?\]$", "", head.strip()) for head in line.split(",")[1:8]]
     if len(heads) == 7 and [head[-1:] for head in heads] != list("xyzwxyz"):
         do = "give the position in metres, and the quaternion scalar first"

@@ -35,7 +35,7 @@ CONVENTIONS = (
     "Hamilton's), of the rotation from the body's axes, of which y is mirrored, to the camera's, x right, y up, z "
     "forward: with (w, a, b, c) = q_cam_body of this package it is (a, -b, c, w).",
     "Numbers have all their digits. N_rgb.png is picture N of pictures.csv, in 8 bits as the dataset's.",
-    "The format has no camera file: K is that of the table below.",
+    "The format has no camera file: K is in the table below.",
 )
 
 

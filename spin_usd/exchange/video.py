@@ -52,8 +52,8 @@ def one_size(survey: Survey) -> None:
 
 
 def frame_of(picture: ExportedPicture, overlay: str) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 3) in 8 bits as OpenCV has colours, blue first, H and W even, with what is laid over
-    it."""
+    """Return the picture (H, W, 3) in 8 bits in OpenCV's order of colours, blue first, H and W even, with its
+    overlay."""
     image = eight_bits(picture.image)
     colours = np.repeat(image[..., None], 3, -1) if image.ndim == 2 else image[..., ::-1]
     frame = np.ascontiguousarray(np.pad(colours, ((0, len(image) % 2), (0, image.shape[1] % 2), (0, 0)), "edge"))
@@ -96,7 +96,7 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
 
 
 def _write_video(dataset: ExportedDataset, numbers: list[int], path: Path) -> None:
-    """Write the pictures of these numbers, and see that all are there: VideoWriter says nothing of a full disk."""
+    """Write the pictures of these numbers, and check that all are present: VideoWriter does not report a full disk."""
     import cv2
 
     overlay, fps = dataset.options["overlay"], dataset.options["fps"]
@@ -119,7 +119,7 @@ def _write_video(dataset: ExportedDataset, numbers: list[int], path: Path) -> No
 
 
 def _real_rate(dataset: ExportedDataset, numbers: list[int]) -> float:
-    """Return how many pictures a second were taken. Raises UnsupportedError where that is not known, or not steady."""
+    """Return the pictures per second. Raises UnsupportedError if the rate is unknown, or not constant."""
     times = [dataset.picture(number).picture.time_s for number in numbers]
     known = np.array([time for time in times if time is not None])
     where, do = dataset.entries[numbers[0]].variant, "give fps a number"
@@ -154,8 +154,6 @@ VIDEO = ExportFormat(
             default="10",
             read=lambda text: text if text == REAL else from_one(text),
         ),
-        FormatOption(
-            name="overlay", meaning="what is drawn over pictures", default=NOTHING, choices=(NOTHING, BOX, AXES, ALL)
-        ),
+        FormatOption(name="overlay", meaning="overlay on pictures", default=NOTHING, choices=(NOTHING, BOX, AXES, ALL)),
     ),
 )

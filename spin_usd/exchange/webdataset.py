@@ -1,9 +1,9 @@
 """WebDataset: shards, which are tar files of pictures one after another, and an index of them for each split.
 
 Source: the description of the format in webdataset's documentation: the files of one sample follow each other, and have
-the same name up to the first dot. The index is what its library `wids` reads. Hugging Face's `datasets` takes each
-KEY.json for a row of one table, whose types it learns from the first five: every value has one type, and none is null.
-Poses are read of KEY.json, be it such a table or a record of spin_usd.
+the same name up to the first dot. Its library `wids` reads the index. Hugging Face's `datasets` takes each KEY.json as
+a row of one table, whose types it learns from the first five: every value has one type, and none is null. We read poses
+from KEY.json, either such a row or a record of spin_usd.
 """
 
 import json
@@ -41,8 +41,9 @@ CONVENTIONS = (
     "Each sample has the files of one picture as the dataset has them, KEY.KIND.SUFFIX, such as img000001.depth.exr, "
     "its record, KEY.record.txt, which is JSON, and of that KEY.json: names, camera and targets as tables of one type, "
     "for readers that want the same types in all samples.",
-    "KEY.json differs from the record: a target's `keypoints` are [u, v] alone, and their words are `keypoint_states`; "
-    "where the record has null, it has 0: boxes of what is not visible, points that the lens does not see.",
+    "KEY.json differs from the record: a target's `keypoints` are only [u, v], and their words are "
+    "`keypoint_states`; where the record has null, it has 0: boxes of invisible targets, points outside the lens's "
+    "view.",
     "All conventions are the dataset's: pixels with (0, 0) at the corner of the image, metres, quaternions scalar "
     "first, the camera's axes x right, y down, z forward.",
     "A dot in a picture's name is written %2E in its key, for a key ends at the first dot.",
@@ -80,7 +81,7 @@ def _write_shard(dataset: ExportedDataset, numbers: list[int], path: Path) -> No
 
 
 def _members(picture: ExportedPicture) -> Iterator[Member]:
-    """Yield the picture's files in the order of their kinds, then its record, and what is a table of it last."""
+    """Yield the picture's files in the order of their kinds, then its record, then its row of a table."""
     key = key_of(picture.name)
     for kind in sorted(picture.picture.files):
         source = picture.file(kind)
@@ -91,7 +92,7 @@ def _members(picture: ExportedPicture) -> Iterator[Member]:
 
 
 def _row(picture: ExportedPicture) -> dict[str, Any]:
-    """Return what every record has, each number of the type that it has in all pictures."""
+    """Return the common fields of every record, each number with one type in all pictures."""
     camera = picture.camera
     lens = {name: float(getattr(camera, name)) for name in ("fx", "fy", "cx", "cy")}
     return {
@@ -129,7 +130,7 @@ def _target_row(target: PicturedTarget) -> dict[str, Any]:
 
 
 def _numbers(values: Float | float) -> Any:
-    """Return the values as lists of numbers, 0 for those that there are not."""
+    """Return the values as lists of numbers, 0 for missing ones."""
     return np.where(np.isnan(values), 0.0, values).tolist()
 
 
@@ -172,19 +173,19 @@ def _opened(shard: BufferedReader, path: Path) -> tarfile.TarFile:
     with decoding(path):
         try:
             return tarfile.open(fileobj=shard)
-        except tarfile.ReadError:  # it says so of every kind of compression, in a line each
+        except tarfile.ReadError:  # one line for each kind of compression
             raise InputError("is not a tar file", where=path, do="export it again") from None
 
 
 def _read_to_end(tar: tarfile.TarFile, path: Path) -> None:
-    """Raise InputError where no block of zeros follows the last member: `tarfile` takes anything for the end. Raises
-    EOFError where the end of what is compressed is not there."""
+    """Raise InputError if no block of zeros follows the last member: `tarfile` accepts anything as the end. Raises
+    EOFError if compressed data ends early."""
     file = tar.fileobj
     assert file is not None
     file.seek(tar.offset)
     if file.read(tarfile.BLOCKSIZE) != tarfile.NUL * tarfile.BLOCKSIZE:
         raise InputError("is not a whole tar file", where=path, do="export it again")
-    file.seek(MAX_SHARD)  # of what is compressed, this reads all
+    file.seek(MAX_SHARD)  # for compressed data, this reads all
 
 
 def _parsed(text: bytes, where: str) -> object:

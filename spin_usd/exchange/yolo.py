@@ -44,7 +44,7 @@ CONVENTIONS = (
     "or by another body; 0 0 0 where out of the frame or behind the camera.",
     "A target of which nothing is visible has no line. The lens distortion is in the images and in all labels.",
     "poses.json has the poses, which YOLO's labels do not hold, in the form of SPEED+.",
-    "Ultralytics trains with a train and a validation split, and data.yaml names those that there are.",
+    "Ultralytics trains with a train and a validation split, and data.yaml names the existing ones.",
 )
 
 
@@ -127,6 +127,6 @@ YOLO = ExportFormat(
     holds="images with boxes, outlines or keypoints, for Ultralytics",
     layout=_layout,
     options=(
-        FormatOption(name="task", meaning="what the labels are for", default=DETECT, choices=(DETECT, SEGMENT, POSE)),
+        FormatOption(name="task", meaning="purpose of the labels", default=DETECT, choices=(DETECT, SEGMENT, POSE)),
     ),
 )

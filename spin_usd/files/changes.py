@@ -1,4 +1,4 @@
-"""Change what lies below a folder, over no link: make folders, put files into place, remove what is there."""
+"""Change the contents of a folder, following no link: make folders, put files into place, remove files."""
 
 import errno
 import os
@@ -31,8 +31,8 @@ def put(folder: Folder, source: Path, name: str) -> None:
 
 
 def write_bytes(folder: Folder, name: str, data: bytes) -> None:
-    """Write the file `name` with this `data`, without waiting for a reader where it is a pipe. Raises OSError, and
-    InputError for what is not a file."""
+    """Write the file `name` with this `data`, without waiting for a reader if it is a pipe. Raises OSError, and
+    InputError if it is not a file."""
     *folders, last = parts_of(name, folder.root)
     holder = descend(folder.root, folders)
     try:
@@ -44,8 +44,8 @@ def write_bytes(folder: Folder, name: str, data: bytes) -> None:
 
 
 def link(source: FileIn, path: Path) -> bool:
-    """Make `path` another name of the file `source`, and return whether that could be done. Raises InputError where the
-    source is no file."""
+    """Make `path` another name of the file `source`, and return whether that succeeded. Raises InputError if the source
+    is not a file."""
     with source.open() as file:
         *folders, last = parts_of(source.name, source.folder.root)
         with suppress(OSError):
@@ -61,13 +61,12 @@ def link(source: FileIn, path: Path) -> bool:
 
 
 def make_folder(folder: Folder, name: str) -> None:
-    """Make the folder `name`, and those that lead there, where they are not. Raises OSError."""
+    """Make the folder `name` and its parents, if missing. Raises OSError."""
     os.close(_made(folder.root, parts_of(name, folder.root)))
 
 
 def remove_file(folder: Folder, name: str) -> None:
-    """Remove the file `name`, if there is one. Raises OutputError where that cannot be done, and InputError where
-    something else is there."""
+    """Remove the file `name`, if it exists. Raises OutputError if that fails, and InputError if it is not a file."""
     *folders, last = parts_of(name, folder.root)
     try:
         holder = descend(folder.root, folders)
@@ -77,7 +76,7 @@ def remove_file(folder: Folder, name: str) -> None:
         raise InputError(f"is reached over no folder ({error.strerror})", where=folder.root / name) from None
     try:
         if folder.type_of(name) not in (NodeType.FILE, None):
-            raise InputError("is not a file", where=folder.root / name, do="look what it is, and remove it")
+            raise InputError("is not a file", where=folder.root / name, do="inspect it, and remove it")
         with suppress(FileNotFoundError):
             os.unlink(last, dir_fd=holder)
     except OSError as error:
@@ -88,7 +87,7 @@ def remove_file(folder: Folder, name: str) -> None:
 
 
 def remove_emptied(folder: Folder, name: str) -> None:
-    """Remove the folders that lead to `name`, from the innermost, as far as they are empty."""
+    """Remove the parent folders of `name`, from the innermost, as far as they are empty."""
     *folders, _ = parts_of(name, folder.root)
     with suppress(OSError):  # not empty
         while folders:
@@ -101,8 +100,7 @@ def remove_emptied(folder: Folder, name: str) -> None:
 
 
 def remove_tree(folder: Folder, name: str) -> None:
-    """Remove the folder `name` and all in it, links themselves and not what they lead to; what cannot be removed
-    stays."""
+    """Remove the folder `name` and its contents, links but not their targets; undeletable files stay."""
     *folders, last = parts_of(name, folder.root)
     with suppress(OSError):
         holder = descend(folder.root, folders)
@@ -114,7 +112,7 @@ def remove_tree(folder: Folder, name: str) -> None:
 
 def _made(root: Path, folders: list[str]) -> int:
     """Make the folders that are not there, and open the innermost."""
-    with suppress(FileNotFoundError):  # mostly they are there
+    with suppress(FileNotFoundError):  # mostly they exist
         return descend(root, folders)
     os.makedirs(root, exist_ok=True)
     descriptor = os.open(root, FOLDER_FLAGS)

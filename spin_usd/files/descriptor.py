@@ -12,11 +12,11 @@ NO_FILES = {
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
 }
-# A pipe that nobody writes to would be waited for at opening; no child process inherits the file.
+# Opening a pipe without a writer would block; no child process inherits the file.
 FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
 POINTER, MAX_POINTER = b"version https://git-lfs.github.com/spec/", 1024
-"""What a repository holds in place of a large file begins with, and how many bytes it has at most."""
+"""First bytes of the pointer that a repository holds in place of a large file, and its largest size in bytes."""
 
 
 def checked(descriptor: int, max_bytes: int, where: object) -> int:
@@ -41,7 +41,7 @@ def to_read(descriptor: int, max_bytes: int, where: object) -> int:
     if os.fstat(descriptor).st_size <= MAX_POINTER:
         if os.read(descriptor, len(POINTER)) == POINTER:
             os.close(descriptor)
-            found = "is a pointer of Git LFS, not the file that it stands for"
+            found = "is a pointer of Git LFS, not the file itself"
             raise InputError(found, where=where, do="run git lfs pull")
         os.lseek(descriptor, 0, os.SEEK_SET)
     return descriptor
@@ -52,7 +52,7 @@ def read_all(descriptor: int, where: object) -> bytes:
     size = os.fstat(descriptor).st_size
     try:
         data = os.read(descriptor, size + 1)
-        while 0 < len(data) < size and (more := os.read(descriptor, size + 1 - len(data))):  # what one call has not
+        while 0 < len(data) < size and (more := os.read(descriptor, size + 1 - len(data))):  # one call may read less
             data += more
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=where, do="check the disk") from None

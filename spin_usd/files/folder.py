@@ -1,8 +1,8 @@
-"""What lies below a folder, reached from that folder's descriptor, part by part, over no link.
+"""The contents of a folder, reached from its descriptor, part by part, following no link.
 
-The folder's own path is a user's and may be a link. The names below it come from data, or from the disk. Where the
-system opens nothing relative to a folder (Windows), each part of a path is looked at before the whole is opened: what
-becomes a link in between is followed.
+The folder's own path is a user's and may be a link. The names below it come from data, or from the disk. If the system
+cannot open relative to a folder (Windows), each part of a path is checked before the whole is opened: a link created in
+between is followed.
 """
 
 import errno
@@ -30,13 +30,13 @@ BY_DESCRIPTOR = os.open in os.supports_dir_fd
 
 @dataclass(frozen=True)
 class Folder:
-    """The folder `root` and all below it. Names are relative to it, with slashes. What cannot be opened as a file, is
-    larger than said, or is reached over a link, is an InputError with its place."""
+    """The folder `root` and its contents. Names are relative to it, with slashes. A file that cannot be opened, is
+    larger than allowed, or is reached over a link, is an InputError with its place."""
 
     root: Path
 
     def type_of(self, name: str) -> NodeType | None:
-        """Return the type of what has that name; None where nothing has, or no folder leads there."""
+        """Return the type of the entry of that name; None if it does not exist."""
         *folders, last = parts_of(name, self.root)
         try:
             with Holder.of(self.root, folders) as holder:
@@ -84,7 +84,7 @@ class Folder:
         return self.root / name
 
     def walk(self, within: str = "") -> Iterator[Node]:
-        """Yield all that lies below the folder `within`, ordered by name; nothing where there is no such folder."""
+        """Yield the contents of the folder `within`, ordered by name; nothing if there is no such folder."""
         folders = parts_of(within, self.root) if within else []
         try:
             holder = Holder.of(self.root, folders)
@@ -97,7 +97,7 @@ class Folder:
         return (node.name for node in self.walk(within) if node.type is NodeType.FILE)
 
     def special_files(self, names: Iterable[str]) -> Iterator[Node]:
-        """Yield what is neither file nor folder, of what has these names and of all below."""
+        """Yield entries of these names, and below them, that are neither file nor folder."""
         for name in names:
             own = self.type_of(name)
             nodes = [Node(name, own)] if own else []
@@ -126,7 +126,7 @@ class Folder:
         return to_read(descriptor, max_bytes, self.root / name)
 
     def _walk(self, folder: "Holder", within: str, depth: int) -> Iterator[Node]:
-        """Yield what lies below the open folder, which is closed in the end."""
+        """Yield the contents of the open folder, which is closed in the end."""
         before = f"{within}/" if within else ""
         with folder as holder:
             for last, type in self._entries(holder, within):
@@ -151,7 +151,7 @@ class Folder:
             raise self._unreadable(name, error.strerror) from None
 
     def _unreadable(self, name: str, reason: str | None) -> InputError:
-        return InputError(f"cannot be read ({reason})", where=self.root / name, do="look what it is")
+        return InputError(f"cannot be read ({reason})", where=self.root / name, do="inspect it")
 
 
 class FileIn(NamedTuple):
@@ -195,13 +195,13 @@ class Holder:
             os.close(self.at)
 
     def mode(self, last: str) -> int:
-        """Return the mode of what has that name in the folder, of a link itself. Raises OSError."""
+        """Return the mode of the entry of that name in the folder, of a link itself. Raises OSError."""
         if isinstance(self.at, int):
             return os.stat(last, dir_fd=self.at, follow_symlinks=False).st_mode
         return os.lstat(self._path(self.at, last)).st_mode
 
     def open(self, last: str) -> int:
-        """Open the file of that name in the folder, which is no link. Raises OSError."""
+        """Open the file of that name in the folder, but not a link. Raises OSError."""
         if isinstance(self.at, int):
             return os.open(last, FLAGS | NO_LINK, dir_fd=self.at)
         if stat.S_ISLNK(self.mode(last)):
@@ -209,7 +209,7 @@ class Holder:
         return os.open(self._path(self.at, last), FLAGS)
 
     def inner(self, last: str) -> "Holder":
-        """Open the folder of that name in the folder, which is no link. Raises OSError."""
+        """Open the folder of that name in the folder, but not a link. Raises OSError."""
         if isinstance(self.at, int):
             return Holder(os.open(last, FOLDER_FLAGS | NO_LINK, dir_fd=self.at))
         if not stat.S_ISDIR(self.mode(last)):
@@ -218,8 +218,8 @@ class Holder:
 
     @staticmethod
     def _path(folder: Path, last: str) -> Path:
-        """Return the path of what has that name in the folder; a name that leads elsewhere, as one with a backslash
-        does on Windows, is no name there. Raises OSError."""
+        """Return the path of the entry of that name in the folder; a name that leads elsewhere, such as one with a
+        backslash on Windows, is invalid. Raises OSError."""
         if os.path.basename(last) != last or os.path.splitdrive(last)[0]:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), last)
         return folder / last

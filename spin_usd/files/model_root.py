@@ -1,7 +1,7 @@
-"""The folder in which all files that a model names must lie: its own, or while a stage is authored from it a wider one.
+"""The folder of all files that a model may name: its own, or a wider one while a stage is authored from it.
 
-Models come in folders beside which their textures and parts lie, as ROS packages have them. A user who authors from a
-model trusts its surroundings more than those of a stage that somebody sent.
+Models often come in folders beside the folders of their textures and parts, as in ROS packages. A user who authors from
+a model trusts its surroundings more than a received stage's.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,7 +23,7 @@ def root_of(model: Path) -> Path:
 
 @contextmanager
 def model_roots(models: Iterable[Path], root: Path | None) -> Iterator[None]:
-    """Let the `models` name files below `root` within the block; None for the folder around that of each. Raises
+    """Let the `models` name files below `root` within the block; None for the parent of each model's folder. Raises
     InputError for a model that is not below `root`."""
     found = {}
     for model in models:

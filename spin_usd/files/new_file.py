@@ -1,7 +1,7 @@
 """New files, written so that a full disk is noticed.
 
 Libraries that write files by themselves report success on a full disk. So they encode into memory, and the bytes are
-written here, where each call of the system says how many it has taken.
+written here, where each system call reports how many it has taken.
 """
 
 import os
@@ -14,9 +14,10 @@ from spin_usd.files.descriptor import read_all
 
 
 def write_whole(path: Path, data: bytes, *, forced: bool = False) -> None:
-    """Write the `data` to the file `path`, in place of what it holds; `forced` waits until it is on the disk, else that
-    is only begun. Raises OSError where the system does not take all of it: the disk is full, or a quota or the limit of
-    a file's size is reached. A network's file system may say so only when the file is closed, or forced to disk."""
+    """Write the `data` to the file `path`, in place of what it holds; `forced` waits until it is on the disk, otherwise
+    writing is only started. Raises OSError if the system does not accept all of it: the disk is full, or a quota or the
+    limit of a file's size is reached. A network file system may report this only when the file is closed, or forced to
+    disk."""
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_CLOEXEC", 0), 0o666)
     try:
         left = memoryview(data)
@@ -25,7 +26,7 @@ def write_whole(path: Path, data: bytes, *, forced: bool = False) -> None:
         if forced:
             os.fsync(descriptor)
         elif hasattr(os, "posix_fadvise"):
-            with suppress(OSError):  # a hint: Linux starts to write what is not on the disk yet
+            with suppress(OSError):  # a hint: Linux starts to write unsaved data
                 os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_DONTNEED)
     finally:
         os.close(descriptor)

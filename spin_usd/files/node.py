@@ -1,4 +1,4 @@
-"""What lies below a folder, itself: a link is a link wherever it leads."""
+"""An entry of a folder: a link is a link, regardless of its target."""
 
 import os
 import stat
@@ -20,20 +20,20 @@ _TYPES = {stat.S_IFREG: NodeType.FILE, stat.S_IFDIR: NodeType.FOLDER, stat.S_IFL
 
 
 class Node(NamedTuple):
-    """Something below a folder: its name relative to that, with slashes, and what it is."""
+    """An entry below a folder: its relative name, with slashes, and its type."""
 
     name: str
     type: NodeType
 
 
 def type_of_mode(mode: int) -> NodeType:
-    """Return the type that a status's mode says."""
+    """Return the type from a status's mode."""
     return _TYPES.get(stat.S_IFMT(mode), NodeType.OTHER)
 
 
 def type_of_entry(entry: os.DirEntry[str]) -> NodeType:
-    """Return the type of what a listing has found, without asking the file system once more where it said so."""
-    if entry.is_file(follow_symlinks=False):  # asked first: most are
+    """Return the type of a listing's entry, without another system call if the listing has it."""
+    if entry.is_file(follow_symlinks=False):  # tested first: most are
         return NodeType.FILE
     if entry.is_dir(follow_symlinks=False):
         return NodeType.FOLDER

@@ -1,7 +1,7 @@
-"""URLs, and what to do where one is given and a path is expected, or where one is mistyped.
+"""URLs, and remedies for a URL in place of a path, or a mistyped one.
 
-A path is nearly any text: a URL taken for one would silently become a folder of that name. So whatever begins as URLs
-do is one; a folder that is called so is given by its absolute path.
+A path is nearly any text: a URL taken for a path would silently become a folder of that name. So text that begins like
+a URL is one; a folder with such a name needs its absolute path.
 """
 
 import re
@@ -27,7 +27,7 @@ PACKAGES = {
     "file": None,
     "memory": None,
 }
-"""What fsspec needs to open URLs by their schemes; None where that is nothing more."""
+"""Packages that fsspec needs to open URLs, by scheme; None if it needs none."""
 
 _URL = re.compile(r"(?:[a-z][a-z0-9+.-]+::)*([a-z][a-z0-9+.-]+)://(/*)[^/].*", re.DOTALL | re.IGNORECASE)
 _BEGINNING = re.compile(r"([a-z][a-z0-9+.-]+):", re.IGNORECASE)  # one letter is a drive
@@ -42,7 +42,7 @@ def without_password(url: str) -> str:
 
 
 def is_url(given: str | Path) -> bool:
-    """Return whether that is a URL, and not a path. Raises InputError for what is neither: a mistyped URL."""
+    """Return whether that is a URL, not a path. Raises InputError for a mistyped URL."""
     scheme = _scheme(given)
     if scheme is None:
         return False
@@ -63,7 +63,7 @@ def refuse_unless_path(given: str | Path, name: str) -> None:
 
 
 def _instead(url: str, name: str) -> str:
-    """Say what to do where the argument called `name` is a URL: what to give, or how to come by a folder."""
+    """Return the remedy for an argument `name` that is a URL: the expected value, or a way to get a folder."""
     if local := _LOCAL.fullmatch(url):
         return f"give {local[1]}"
     if name.removeprefix("--") in _WRITTEN:
@@ -79,8 +79,8 @@ def to_install(url: str) -> str:
 
 
 def _scheme(given: str | Path) -> str | None:
-    """Return the scheme of what begins as a URL: with one that is known, or with "NAME:/" or "NAME::"."""
-    text = str(Path(given))  # ./s3:/x is s3:/x, as soon as it is a Path
+    """Return the scheme of text that begins like a URL: with a known one, or with "NAME:/" or "NAME::"."""
+    text = str(Path(given))  # ./s3:/x is s3:/x once it is a Path
     found = _BEGINNING.match(text)
     if not found or not (found[1].lower() in PACKAGES or text[found.end() :][:1] in ("/", ":")):
         return None

@@ -1,6 +1,6 @@
-"""Files that a user names: regular files alone, opened without waiting, none larger than its kind can be.
+"""Files that a user names: only regular files, opened without waiting, none larger than its kind allows.
 
-A user's own path may be a link, and is followed. What data names below a folder is opened otherwise.
+A user's own path may be a link, and is followed. Names from data, below a folder, are opened differently.
 """
 
 import os
@@ -32,7 +32,7 @@ def read_text(path: str | Path, max_bytes: int) -> str:
 
 
 def names_in(folder: Path) -> list[str]:
-    """List the names of what lies in a folder, in order; none where there is no such folder, or it cannot be read."""
+    """List the names in a folder, in order; none if there is no such folder, or it cannot be read."""
     try:
         return sorted(os.listdir(folder))
     except OSError:
@@ -57,6 +57,6 @@ def _opened(path: str | Path, max_bytes: int) -> int:
         descriptor = os.open(path, FLAGS)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=path, do="check the path") from None
-    except ValueError:  # NUL, or what no file system's encoding has
+    except ValueError:  # NUL, or a character outside the file system's encoding
         raise InputError("cannot be the path of a file", where=path, do="check the path") from None
     return to_read(descriptor, max_bytes, path)

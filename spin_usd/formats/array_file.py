@@ -105,7 +105,7 @@ def _read_ply(file: BufferedReader) -> Cloud:
     head, _, body = file.read().partition(END)
     words = [line.split() for line in head.decode().splitlines()]
     if words[:2] != [["ply"], ["format", "binary_little_endian", "1.0"]]:
-        raise ValueError("its head is not that of a binary PLY")
+        raise ValueError("its head is not a binary PLY's")
     (count,) = (int(line[2]) for line in words if line[:2] == ["element", "vertex"])
     fields: list[Any] = [(line[2], NUMPY_TYPES[line[1]]) for line in words if line[:1] == ["property"]]
     if [name for name, _ in fields[:3]] == list(AXES):

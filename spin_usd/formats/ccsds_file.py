@@ -22,18 +22,18 @@ AS_READ = (
     (r"(CCSDS_OEM_VERS\s*=\s*)1\.0", r"\g<1>2.0"),  # which has all of it
     (r"(CCSDS_AEM_VERS\s*=\s*)2\.0", r"\g<1>1.0"),
 )
-"""Versions of messages that ccsds-ndm does not read, and those with the same lines that it does."""
+"""Message versions that ccsds-ndm does not read, and versions with the same lines that it reads."""
 OF_AEM_2 = (
     (r"(?m)^(TIME_SYSTEM\s*=)", r"ATTITUDE_DIR = A2B\n\1"),
     (r"(?m)^(ATTITUDE_TYPE\s*=.*)$", r"\1\nQUATERNION_TYPE = LAST"),
 )
-"""What version 2 of an AEM says without a line of it, as version 1 says it."""
+"""Lines that version 2 of an AEM implies and version 1 requires."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EphemerisSegment:
-    """What of a message has one frame and one time system."""
+    """A part of a message with one frame and one time system."""
 
     frame: str
     time_system: str
@@ -84,7 +84,7 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
 
 def _segment(frame: str, about: Any, times: list[str], rows: Float, path: Path) -> EphemerisSegment:
     if not (len(rows) and np.isfinite(rows).all()):
-        raise InputError("has a segment without states, or with such as are not finite", where=path)
+        raise InputError("has a segment without states, or with states that are not finite", where=path)
     system = str(getattr(about.time_system, "value", about.time_system))
     return EphemerisSegment(frame=frame, time_system=system, times=tuple(times), rows=rows)
 
@@ -101,5 +101,5 @@ def _segments(path: Path, kind: str) -> Iterator[Any]:
     with decoding(path):
         message = NdmIo().from_string(text)
     if type(message).__name__ != kind:
-        raise InputError(f"is no {kind.upper()} of CCSDS", where=path, do="give one, as KVN or XML")
+        raise InputError(f"is not a CCSDS {kind.upper()}", where=path, do="give one, as KVN or XML")
     yield from message.body.segment

@@ -1,4 +1,4 @@
-"""What is wrong with a document that a user wrote, in a sentence that names its key; and the document as its type."""
+"""Validation of a user's document: a sentence with the key of the first fault, or the document as its type."""
 
 import json
 import re
@@ -19,7 +19,7 @@ T = TypeVar("T")
 FEW = 8  # names that a sentence can list
 
 IN_TOML = {"object": "a table { ... }", "array": "a list [ ... ]"}
-"""What TOML's users call JSON's types."""
+"""Names of JSON's types for users of TOML."""
 
 
 def check_document(document: Any, schema: str, where: object) -> None:
@@ -72,7 +72,7 @@ def _sentence(error: ValidationError) -> str:
 
 
 def _choices_of_missing(error: ValidationError) -> str:
-    """Return a hint on what to add for the missing key, "" where the schema does not list its values."""
+    """Return a hint on the value of the missing key, "" if the schema does not list values."""
     schema: Any = error.schema
     document: Any = error.instance
     missing = next(key for key in schema["required"] if key not in document)
@@ -81,7 +81,7 @@ def _choices_of_missing(error: ValidationError) -> str:
 
 
 def _of_any(validator: Any, forms: Any, instance: Any, schema: Mapping[str, Any]) -> Iterator[ValidationError]:
-    """Yield what is wrong with what fits none of the forms; of those that a key names, with the named one alone."""
+    """Yield the faults of a value that fits none of the forms; if a key names the form, of that form only."""
     if "discriminator" not in schema or not isinstance(instance, dict):
         yield from Draft202012Validator.VALIDATORS["anyOf"](validator, forms, instance, schema)
         return

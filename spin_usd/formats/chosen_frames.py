@@ -5,7 +5,7 @@ from spin_usd.scene.poses import PoseList
 
 
 def slice_of(text: str) -> slice:
-    """Return the slice that "A:B" or "A:B:STEP" says, as Python reads it; any of the three may be missing."""
+    """Return the Python slice of "A:B" or "A:B:STEP"; any of the three may be missing."""
     fields = text.split(":")
     try:
         if not 2 <= len(fields) <= 3:

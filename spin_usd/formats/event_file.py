@@ -26,7 +26,7 @@ GROUP = "events"
 COLUMNS = {"t": "<u4", "x": "<u2", "y": "<u2", "p": "|u1"}
 """Types of the columns in the file."""
 LABELS = {"target": "<u2", "part": "<u2"}
-"""Those that it has where labels were asked for: ids as in the labels `instance` and `segmentation`, 0 for none."""
+"""Types of the label columns, if labels were requested: ids as in `instance` and `segmentation`, 0 for none."""
 
 
 class EventFileWriter:
@@ -55,8 +55,8 @@ class EventFileWriter:
         self._columns.__exit__(*error)
 
     def append(self, events: Events) -> None:
-        """Add events (N,) with the fields of EVENT, at times from the stream's start on, none before that of an earlier
-        one. Raises InputError where they are not, or are later than 32 bits of microseconds reach."""
+        """Add events (N,) with the fields of EVENT, at times from the stream's start on, in order. Raises InputError
+        for times out of order, or beyond 32 bits of microseconds."""
         times = events["t"] - self._start
         if not len(times):
             return
@@ -70,9 +70,9 @@ class EventFileWriter:
         self._columns.append({f"{GROUP}/{name}": times if name == "t" else events[name] for name in self._names})
 
     def finish(self, duration_us: int, pose_times: NDArray[np.int64], poses: Float, names: Sequence[str]) -> None:
-        """Write what is held, the index and the poses. duration_us: of the stream, microseconds. poses: T_cam_body (M,
-        targets, 4, 4) of the targets of these `names` at the pose_times (M,), microseconds on the stage's clock.
-        Raises InputError for a stream that is longer than 32 bits of microseconds."""
+        """Write the buffered events, the index and the poses. duration_us: length of the stream, microseconds. poses:
+        T_cam_body (M, targets, 4, 4) of the targets of these `names` at the pose_times (M,), microseconds on the
+        stage's clock. Raises InputError for a stream that is longer than 32 bits of microseconds."""
         self._refuse_long(duration_us)
         self._columns.finish()
         size = -(-max(duration_us, self._last) // MILLISECOND) + 1
@@ -91,8 +91,8 @@ class EventFileWriter:
 
 
 class EventFile:
-    """An open event file, of which slices are read by time; no more of it is in memory than the index of its
-    milliseconds. Raises InputError for what is none, or is damaged, and MissingPackageError without h5py."""
+    """An open event file, read in slices of time; only the index of its milliseconds is in memory. Raises InputError
+    for another or a damaged file, and MissingPackageError without h5py."""
 
     def __init__(self, source: FileIn) -> None:
         self._path = source.path
@@ -111,7 +111,7 @@ class EventFile:
             (self._count,) = {len(column) for column in self._columns.values()}
             self._index: NDArray[np.uint64] = _own(file, "ms_to_idx", "<u8")[:]
             if not len(self._index) or self._index[-1] > self._count or (self._index[1:] < self._index[:-1]).any():
-                raise ValueError("ms_to_idx is no index of its events")
+                raise ValueError("ms_to_idx is not an index of its events")
             self.pose_times: NDArray[np.int64] = _own(file, "poses/t", "<i8")[:]
             """(M,) microseconds on the stage's clock."""
             self.poses = _own(file, "poses/T_cam_body", "<f8")
@@ -119,7 +119,7 @@ class EventFile:
             self.names = tuple(name.decode() for name in _attribute(file["poses"], "names", "S"))
             """Of the targets."""
             if self.poses.shape != (len(self.pose_times), len(self.names), 4, 4):
-                raise ValueError("its poses are not those of its targets and times")
+                raise ValueError("its poses do not match its targets and times")
         self._type = np.dtype([(name, EVENT[name]) for name in self._columns])
 
     def __len__(self) -> int:

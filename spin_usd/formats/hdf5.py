@@ -21,8 +21,8 @@ CHUNK = 2**16  # rows
 
 
 class _Bytes(FileIO):
-    """A file that HDF5 writes its bytes to. It keeps the first `fault` and takes what comes after it for written: where
-    HDF5 is told that a disk is full it cannot close its file, and ends the process when that ends."""
+    """A file that HDF5 writes its bytes to. It keeps the first `fault` and reports later writes as done: an HDF5 that
+    learns of a full disk cannot close its file, and ends the process at exit."""
 
     fault: OSError | None = None
 
@@ -45,9 +45,9 @@ class _Bytes(FileIO):
 
 class ColumnFile:
     """Writes an HDF5 file at `path`, which is new, with columns of the types in `columns`, by their paths in it; memory
-    does not grow with their length. It is whole after `finish`, at the block's end; `file` takes what else is in it.
+    does not grow with their length. It is complete after `finish`, at the block's end; `file` takes further contents.
 
-    Raises MissingPackageError without h5py, and OSError where the system does not take all bytes, once it is known.
+    Raises MissingPackageError without h5py, and OSError if the system does not accept all bytes.
     """
 
     def __init__(self, path: Path, columns: Mapping[str, str]) -> None:
@@ -88,7 +88,7 @@ class ColumnFile:
                 self._flush()
 
     def finish(self) -> None:
-        """Write what is held."""
+        """Write the buffered rows."""
         self._flush()
 
     def _flush(self) -> None:
@@ -104,7 +104,7 @@ class ColumnFile:
 
 
 def open_hdf5(source: BinaryIO) -> "h5py.File":
-    """Open the file to read it. Raises OSError for what is none, and MissingPackageError without h5py."""
+    """Open the file to read it. Raises OSError for any other file, and MissingPackageError without h5py."""
     with reading():
         import h5py
     return h5py.File(source, "r")

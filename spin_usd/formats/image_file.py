@@ -1,8 +1,8 @@
-"""Image files through OpenImageIO: every number comes back as it was written, and equal images are equal bytes.
+"""Image files through OpenImageIO: numbers are read back exactly as written, and equal images give equal bytes.
 
-OpenImageIO's traps, and what is done about them: names like "uint16" silently mean half in EXR (only its own type
-constants are used); EXR carries the time of writing (set to a constant); `write_image` and `close` report success on
-a full disk (so it writes into memory, and we to the disk), and end the process over a JPEG (Pillow encodes those).
+OpenImageIO's traps, and our measures: names like "uint16" silently mean half in EXR (only its own type constants are
+used); EXR carries the time of writing (set to a constant); `write_image` and `close` report success on a full disk (so
+it writes into memory, and we to the disk), and end the process over a JPEG (Pillow encodes those).
 """
 
 import math
@@ -37,7 +37,7 @@ CONSTANTS = {"DateTime": "2000:01:01 00:00:00", "Software": "spin_usd"}
 JPEG_QUALITY = 95
 
 oiio.attribute("threads", 1)  # a worker has one processor
-oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 is none
+oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 starts none
 PNG_HEAD = EXR_HEAD = 8  # bytes
 PNG_FRAME = 12  # bytes of a chunk beside its data: length, type and checksum
 EXR_ROWS = 16  # of a chunk that is compressed by ZIP
@@ -46,7 +46,7 @@ EXR_ROWS = 16  # of a chunk that is compressed by ZIP
 def write_image(
     path: Path, array: Image, *, channels: tuple[str, ...], header: Mapping[str, str] | None = None
 ) -> None:
-    """Write what `encoded_image` returns. Raises as that does, and OutputError when the file did not come out whole."""
+    """Write the result of `encoded_image`. Raises its errors, and OutputError if the file is incomplete."""
     try:
         write_whole(path, encoded_image(array, path.suffix, channels=channels, header=header))
     except SpinError as e:
@@ -122,8 +122,8 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
 
 
 def decoded_image(file: BufferedReader, path: Path, rows: range | None = None) -> tuple[Image, tuple[str, ...]]:
-    """Return what `read_image` does, of a `file` that is open already and lies at `path`: all of it, or these `rows`,
-    which cost as much less as they are fewer. Raises InputError."""
+    """Return the result of `read_image` for an open `file` at `path`: all of it, or only these `rows`, at a
+    proportional cost. Raises InputError."""
     with decoding(path):
         source = oiio.ImageInput.open(path_of(file))
         if source is None:
@@ -175,8 +175,8 @@ def _error(source: Any) -> str:
 
 
 def png_is_whole(data: bytes) -> bool:
-    """Return whether the chunks of a PNG follow one another up to its last byte, which ends the last: where some of
-    what was written is lost, what follows lies nearer to the start. Source: the PNG specification (W3C)."""
+    """Return whether the chunks of a PNG follow one another up to its last byte. If written bytes were lost, later
+    chunks lie nearer to the start. Source: the PNG specification (W3C)."""
     place: int = PNG_HEAD
     while place + PNG_FRAME <= len(data):
         size, kind = struct.unpack_from(">I4s", data, place)

@@ -1,4 +1,4 @@
-"""JSON that a user gives: every way in which a file can be none, said in a sentence."""
+"""JSON from a user, with one sentence for every way in which a file can be invalid."""
 
 import json
 from collections import Counter

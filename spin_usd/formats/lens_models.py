@@ -13,14 +13,14 @@ _PINHOLES = {each.replace("-", "_") for each in BROWN + RATIONAL}
 
 
 def is_fisheye(model: str) -> bool | None:
-    """Return whether the lens of that name is a fisheye, None if it is none of those that are read."""
+    """Return whether the lens of that name is a fisheye, None for an unknown name."""
     name = model.lower().replace("-", "_")
     return name in FISHEYES if name in (*FISHEYES, *_PINHOLES) else None
 
 
 def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous: bool = False) -> tuple[float, ...]:
-    """Return the coefficients of a lens that a file calls `model`. Raises InputError for one that is not ours, and,
-    where a file says no model and four may be of either lens, for those."""
+    """Return the coefficients of a lens that a file calls `model`. Raises InputError for a model that we do not have,
+    and for four coefficients without a model, which may be of either lens."""
     name, k = model.lower().replace("-", "_"), [float(each) for each in values]
     if name in FISHEYES:
         if len(k) > 4:
@@ -31,7 +31,7 @@ def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous:
         raise InputError(f"has a lens of the model {model!r}, which cannot be rendered", where=path, do=do)
     if ambiguous and not name and len(k) == 4 and any(k):
         do = "add distortion_model: plumb_bob, or equidistant"
-        found = "does not say whether its four coefficients are k1, k2, p1, p2 or a fisheye's"
+        found = "has four coefficients without a model: k1, k2, p1, p2 or a fisheye's"
         raise InputError(found, where=path, do=do)
     if any(k[5:]):
         do = "calibrate without CALIB_RATIONAL_MODEL, CALIB_THIN_PRISM_MODEL and CALIB_TILTED_MODEL"

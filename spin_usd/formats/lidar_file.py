@@ -64,7 +64,7 @@ def _span(numbers: list[float]) -> tuple[float, float]:
 
 
 def _mounting(given: Mapping[str, Any]) -> Transform:
-    """Return T_cam_lidar. Raises GeometryError for directions that do not say how it stands."""
+    """Return T_cam_lidar. Raises GeometryError for directions that do not determine its attitude."""
     forward, up = (np.array(given.get(name, usual), float) for name, usual in (("forward", FORWARD), ("up", UP)))
     left = np.cross(up, forward)
     if not np.linalg.norm(left) > PARALLEL * np.linalg.norm(up) * np.linalg.norm(forward):

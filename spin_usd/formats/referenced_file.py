@@ -6,16 +6,16 @@ from spin_usd.files.user_file import names_in
 
 
 def file_within(folder: Path, beside: Path, named: str) -> Path | None:
-    """Return the path of the file that something in the folder `beside` calls `named`: "x.mtl", "./x.mtl", or with
+    """Return the path of the file that a file in the folder `beside` calls `named`: "x.mtl", "./x.mtl", or with
     backslashes.
 
-    None when that is outside `folder`, links followed, or can be no path; what is returned need not exist. Where there
-    is no such file, but one whose name differs by capitals alone, which is the same to Windows, that one is returned.
+    None if the path is outside `folder`, links followed, or invalid; the file need not exist. If there is none, but one
+    whose name differs only in case, as on Windows, its path is returned.
     """
     path = Path(named.replace("\\", "/"))
     try:
         full = (beside / path).resolve()
-    except ValueError:  # NUL, or what no file system's encoding has
+    except ValueError:  # NUL, or a character outside the file system's encoding
         return None
     if path.is_absolute() or ":" in named or not full.is_relative_to(folder.resolve()):
         return None

@@ -59,7 +59,7 @@ class Row:
     """Where it stands, for messages."""
     name: str
     values: Mapping[str, Any]
-    """By column; those of a CSV file are text."""
+    """Values by column; those of a CSV file are text."""
 
 
 def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:
@@ -101,7 +101,7 @@ def _structured(document: Any, path: Path, table: Table) -> Iterator[tuple[str, 
 
 
 def _row(where: str, raw: Any, table: Table, shape: str) -> Row:
-    """`shape`: what a row looks like, for messages."""
+    """`shape`: form of a row, for messages."""
     columns = (table.key, *table.columns)
     if not isinstance(raw, dict):
         raise InputError(f"is not a row of {', '.join(table.columns)}", where=where, do=f"write {shape}")
@@ -154,7 +154,7 @@ def _metres(row: Row, axis: str) -> float:
 
 
 def _number(given: Any) -> float:
-    """Return the number that is given, NaN for what is none."""
+    """Return the given number, NaN for other text."""
     try:
         return math.nan if isinstance(given, bool) else float(given)
     except (TypeError, ValueError, OverflowError):
@@ -162,7 +162,7 @@ def _number(given: Any) -> float:
 
 
 def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
-    """Read the rules of the file at `path`, in its order; those of one part have one class. Raises InputError that
+    """Read the rules of the file at `path`, in its order; rules of one part have one class. Raises InputError that
     names the file and the row."""
     rows = read_table(path, PARTS)
     classes: dict[str, str] = {}
@@ -176,7 +176,7 @@ def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
 
 
 def read_materials_file(path: str | Path, table: Table = MATERIALS) -> tuple[MaterialRule, ...]:
-    """Read the rules for materials of the file at `path`, in its order: those of its rows that name a material. Raises
+    """Read the rules for materials of the file at `path`, in its order, from the rows that name a material. Raises
     InputError that names the file and the row."""
     rows = read_table(path, table)
     for row in rows:

@@ -1,4 +1,4 @@
-"""Tar files: equal members give equal bytes, whoever writes them and when."""
+"""Tar files: equal members give equal bytes, for any user at any time."""
 
 import io
 import os
@@ -21,11 +21,11 @@ class Member:
 
 
 def write_tar(path: Path, members: Iterable[Member]) -> None:
-    """Write a tar file with these members in their order. Names that are too long for the oldest kind of tar file get a
-    header of POSIX's. Raises OSError, and InputError for a source that is no file."""
+    """Write a tar file with these members in their order. Names too long for the oldest kind of tar file get a POSIX
+    header. Raises OSError, and InputError for a source that is not a file."""
     with tarfile.open(path, "w", format=tarfile.PAX_FORMAT) as tar:
         for member in members:
-            header = tarfile.TarInfo(member.name)  # of nobody, from the year 1970
+            header = tarfile.TarInfo(member.name)  # no user, the year 1970
             if isinstance(member.source, bytes):
                 header.size = len(member.source)
                 tar.addfile(header, io.BytesIO(member.source))

@@ -20,8 +20,8 @@ def lines_of(path: Path, max_bytes: int) -> Iterator[str]:
 
 
 def lines_in(text: str, path: Path) -> Iterator[str]:
-    """Yield the lines of the text of the file at `path`. Raises InputError for one longer than MAX_LINE, which no list
-    and no table has: what looks into lines takes its time by their length."""
+    """Yield the lines of the text file at `path`. Raises InputError for a line longer than MAX_LINE, which no list or
+    table has: parsing takes time by the length of lines."""
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > MAX_LINE:
             found = f"has {len(line)} characters, more than {MAX_LINE}"
@@ -30,22 +30,20 @@ def lines_in(text: str, path: Path) -> Iterator[str]:
 
 
 def delimiter_of(head: str) -> str:
-    """Return what separates the cells of a table whose first line is `head`: a comma, a semicolon or a tab, the one
-    that there are most of."""
+    """Return the separator of a table whose first line is `head`: the most frequent of comma, semicolon and tab."""
     return max(",;\t", key=head.count)
 
 
 def headings_once(headings: Sequence[str] | None, where: object) -> None:
-    """Raise InputError for a table with two columns of one heading: readers silently take the last. Numbers
-    are none: a table without headings begins with them."""
+    """Raise InputError for a table with two columns of one heading: readers silently take the last. Numbers are not
+    headings: a table without headings begins with them."""
     count = Counter(heading.strip() for heading in headings or ())
     if twice := [heading for heading in count if count[heading] > 1 and any(map(str.isalpha, heading))]:
         raise InputError(f"has the heading {twice[0]!r} twice", where=where, do="keep one of the columns")
 
 
 def refuse_long_lines(data: bytes, path: Path) -> None:
-    """Raise InputError where a line of the text in `data` has more than MAX_LINE bytes: for what is split into lines by
-    a library, before it is."""
+    """Raise InputError if a line of the text in `data` has more than MAX_LINE bytes, before a library splits it."""
     start = 0
     while start + MAX_LINE < len(data):
         end = max(data.rfind(mark, start, start + MAX_LINE + 1) for mark in (b"\n", b"\r"))
@@ -57,8 +55,8 @@ def refuse_long_lines(data: bytes, path: Path) -> None:
 
 
 def read_any_text(path: Path, max_bytes: int) -> str:
-    """Read the text of a file of at most `max_bytes`: UTF-16 where its byte order mark says so, else UTF-8, or Latin-1
-    where it is not.
+    """Read the text of a file of at most `max_bytes`: UTF-16 if it has such a byte order mark, else UTF-8, or Latin-1
+    if it is not valid UTF-8.
 
     Raises InputError for a file that cannot be read, or that is binary.
     """

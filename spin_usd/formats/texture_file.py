@@ -23,13 +23,13 @@ UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
 REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF", "PPM")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
 BAND = 256  # rows looked at together
-MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
+MAX_PIXELS = 2**26  # the limit of a stage's reader: 8192 x 8192
 
 
 def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
     """Return the image that `file`, the model or one of its libraries, names by a path relative to itself.
 
-    Raises InputError for what is missing, is not an image, or lies outside `folder`, the model's.
+    Raises InputError for a file that is missing, is not an image, or lies outside `folder`, the model's.
     """
     full = file_within(folder, file.parent, named)
     if full is None:
@@ -105,7 +105,7 @@ def _opened(name: str, data: bytes) -> Image.Image:
 
 @contextmanager
 def _refusing(name: str) -> Iterator[None]:
-    """Raise InputError for what is no image, or a damaged one."""
+    """Raise InputError for a file that is not an image, or is damaged."""
     try:
         with decoding(name):
             yield

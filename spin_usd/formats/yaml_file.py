@@ -1,6 +1,6 @@
-"""YAML as calibrations are written in it: blocks, lists in brackets, numbers and words; OpenCV's and ROS's of it too.
+"""The YAML of calibrations: blocks, lists in brackets, numbers and words; also OpenCV's and ROS's.
 
-There are no anchors, no texts of several lines, and tags such as !!opencv-matrix say nothing. JSON is read as JSON.
+It has no anchors and no multi-line texts; tags such as !!opencv-matrix are ignored. JSON is read as JSON.
 """
 
 import re
@@ -16,7 +16,7 @@ from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.text_file import lines_of
 
 Lines = deque[tuple[int, str]]
-"""What is left of a file: the indent of each line, and its text."""
+"""The rest of a file: the indent of each line, and its text."""
 QUOTED = r'"[^"]*"|\'[^\']*\''
 KEY = re.compile(rf"({QUOTED}|[^\s\[\]{{}},#\"'-][^:]*?|-[^\s:][^:]*?)\s*:(?:\s+(.*))?$")
 COMMENT = re.compile(r"(^|\s)#.*$")
@@ -25,7 +25,7 @@ TOKEN = re.compile(rf"\s*([\[\]{{}},]|:(?=\s|$)|{QUOTED}|[^\[\]{{}},:\s](?:[^\[\
 
 
 def read_yaml_file(path: Path) -> dict[str, Any]:
-    """Return what the file at `path` says, by its keys. Raises InputError."""
+    """Return the contents of the file at `path`, by its keys. Raises InputError."""
     text = list(lines_of(path, MAX_SPECIFICATION))
     do = "write names and values, lists as [1, 2, 3]"
     if next((line for line in map(str.lstrip, text) if line), "").startswith(("{", "[")):
@@ -37,17 +37,17 @@ def read_yaml_file(path: Path) -> dict[str, Any]:
         except InputError as error:
             raise InputError(error.found, where=path, do=error.do) from None
         except (IndexError, ValueError):
-            raise InputError("is no YAML that is read here", where=path, do=do) from None
+            raise InputError("is not in the supported subset of YAML", where=path, do=do) from None
         if lines:
-            raise InputError(f"is no YAML that is read here, at {lines[0][1][:40]!r}", where=path, do=do)
+            raise InputError(f"is not in the supported subset of YAML, at {lines[0][1][:40]!r}", where=path, do=do)
     if not isinstance(found, dict):
         raise InputError("holds no names with values", where=path, do=do)
     return found
 
 
 def _lines(text: list[str]) -> Lines:
-    """Return the lines that say something, without runs of blanks, over which patterns would take long; what is in
-    brackets on one line."""
+    """Return the lines with content, without runs of blanks, which would slow the patterns; brackets joined on one
+    line."""
     found: list[tuple[int, list[str]]] = []
     opened = 0
     for line in text:

@@ -25,15 +25,15 @@ class LabelFile(ABC):
     name: str
     """In `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"."""
     channels: Channels
-    """What its numbers are; `channels.meaning` is what dataset.json says of it."""
+    """Meaning of the numbers; dataset.json contains `channels.meaning`."""
     suffix: str
-    """That of its files."""
+    """Suffix of its files."""
     file_bytes: float
-    """What a pixel of the target takes in the file, compressed; `plan` expects that much."""
+    """Compressed bytes per pixel of the target, for the estimate of `plan`."""
     preview: Callable[[NDArray[Any]], NDArray[np.uint8]]
     """The label in colours for people, (H, W, 3) uint8 RGB."""
     faults: Callable[[LabelledPicture], Iterator[LabelFault]]
-    """What `check` finds wrong with it in a picture that has it."""
+    """Faults that `check` reports for a picture with this label."""
     target_s: float = 0.0
     """Seconds of one core that a pixel of the target takes to make, beyond what labels share; for `plan`."""
     default: bool = False
@@ -56,9 +56,9 @@ class Label(LabelFile):
     make: Callable[[Scene, Surface], NDArray[Any]]
     """The label (H, W), or (H, W, C) where it has several channels, of a scene and its visible surface."""
     usd_type: str
-    """That of a pixel in USD; authored stages list the default labels as UsdRender variables."""
+    """USD type of a pixel; authored stages list the default labels as UsdRender variables."""
     decided_by: Callable[[Scene], Any] | None = None
-    """What decides it beyond what the geometry key covers, which decides all others."""
+    """Inputs of the label beyond the geometry key, which covers all other labels."""
     takes: Literal["next_frame", "paired"] | None = None
     """Another view that `make` and `decided_by` take: scene.next_frame or scene.paired, by its name."""
     max_targets: int | None = None

@@ -43,15 +43,15 @@ LABELS: dict[str, Label | CloudLabel] = {label.name: label for label in _ALL}
 """By name, in the order in which they are made."""
 
 PIXEL_LABELS = {label.name: label for label in _ALL if isinstance(label, Label)}
-"""Those of every pixel."""
+"""Labels with a value for every pixel."""
 
 CLOUD_LABELS = {label.name: label for label in _ALL if isinstance(label, CloudLabel)}
-"""Those of a LiDAR, which not every stage has."""
+"""Labels of a LiDAR, which not every stage has."""
 
 NEEDS = dict.fromkeys(CLOUD_LABELS, "lidar") | {
     name: label.takes for name, label in PIXEL_LABELS.items() if label.takes == "paired"
 }
-"""What of a scene those need, by the names of their labels, that not every stage can have."""
+"""Part of a scene that a label needs and not every stage has, by the label's name."""
 
 DEFAULT_LABELS = tuple(name for name, label in PIXEL_LABELS.items() if label.default)
 """Names of those that `render` writes when none are named."""

@@ -1,1 +1,1 @@
-"""Where craft, Sun, Moon, Earth and stars are at given times, and how craft are turned."""
+"""Positions of spacecraft, Sun, Moon, Earth and stars at given times, and attitudes of spacecraft."""

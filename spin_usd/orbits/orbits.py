@@ -1,4 +1,4 @@
-"""The kinds of orbit that a scenario may name, each of which gives a craft's states at the scenario's moments."""
+"""The kinds of orbit in a scenario: each gives a craft's states at the scenario's epochs."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -29,14 +29,14 @@ from spin_usd.orbits.propagation import (
 )
 from spin_usd.sampling.distribution import Vector
 
-LONGEST_S = 3e6  # 12 s of work, for each of up to eight times that two craft are propagated
-CLOSE_M = 0.01  # that an ephemeris may be off between its states without a word
-MARGIN_S = 1.0  # outside a file's span, for which it is carried on
+LONGEST_S = 3e6  # takes 12 s, up to eight times for two craft
+CLOSE_M = 0.01  # error of an ephemeris between its states below which there is no note
+MARGIN_S = 1.0  # by which a file is extrapolated beyond its span
 FRESH_DAYS = 3.0  # of a TLE
 TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
-"""How far a TLE's orbit is off at its epoch, and how much more a day later. Source: Vallado and Crawford, "SGP4 orbit
+"""Error of a TLE's orbit at its epoch, and its growth per day. Source: Vallado and Crawford, "SGP4 orbit
 determination" (2008): about 1 km at the epoch, growing by 1 to 3 km a day."""
-MAX_AWAY = 2e9  # metres from the Earth's centre, where nothing orbits it any more
+MAX_AWAY = 2e9  # metres from the Earth's centre, beyond any orbit about it
 TLE_LINE = re.compile(r"[12] [ 0-9A-Z]\d{4}[U0-9A-Z ]? ")
 
 
@@ -46,14 +46,14 @@ At = Callable[[Float], Float]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flight:
-    """What an orbit is computed in."""
+    """The context in which an orbit is computed."""
 
     moments: Moments
     folder: Path
-    """In which the files lie that a scenario names."""
+    """Folder of the scenario's files."""
     j2: bool = True
     other: Float | None = None
-    """(6,) the other craft's state at second 0; None where that is not known."""
+    """(6,) the other craft's state at second 0; None if unknown."""
     notes: dict[str, None] = field(default_factory=dict)
     """Sentences for the user, in their order."""
 
@@ -66,9 +66,9 @@ class Flight:
         return np.asarray(middle.R_gcrf_itrf[0, :, 2])
 
     def propagated(self, start: Float, where: str) -> Float:
-        """Return the states (N, 6) from that at second 0, GCRF."""
+        """Return the states (N, 6), GCRF, propagated from `start` at second 0."""
         if not np.isfinite(start).all() or not np.linalg.norm(np.cross(start[:3], start[3:])) > 0:
-            raise InputError("is no orbit about the Earth", where=where, do="check the numbers and their units")
+            raise InputError("is not an orbit about the Earth", where=where, do="check the numbers and their units")
         if np.abs(self.moments.seconds).max() > LONGEST_S:
             do = "give an ephemeris (oem, spice) for longer"
             raise InputError(f"is propagated for more than {LONGEST_S / 86400:.0f} days", where=where, do=do)
@@ -79,11 +79,10 @@ class Flight:
 
 
 class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An orbit that a scenario names. `states` returns places and velocities (N, 6) in the axes of GCRF, metres, at the
-    flight's moments, and raises InputError.
+    """An orbit in a scenario. `states` returns positions and velocities (N, 6) in GCRF, metres, at the flight's epochs,
+    and raises InputError.
 
-    relative: whether it says where a craft is by the other one · propagated: whether it flies by our own forces ·
-    files: the names of its files.
+    relative: True if relative to the other craft · propagated: True if propagated by us · files: names of its files.
     """
 
     relative = False
@@ -105,8 +104,8 @@ class OrbitFile(_Orbit, frozen=True, kw_only=True):
 
 
 class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
-    """A CCSDS orbit ephemeris, KVN or XML. Between its states a craft moves by quintics that also have the acceleration
-    which the Earth gives it there."""
+    """A CCSDS orbit ephemeris, KVN or XML. Quintics between its states match positions, velocities and the Earth's
+    acceleration."""
 
     def states(self, flight: Flight) -> Float:
         from scipy.interpolate import BPoly
@@ -123,7 +122,7 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
             if off > CLOSE_M:
                 step = float(np.diff(times).max())
                 flight.notes[
-                    f"{path.name} has states up to {step:g} s apart: between them it may be off by {off:.2g} m"
+                    f"{path.name} has states up to {step:g} s apart; expect up to {off:.2g} m of error between them"
                 ] = None
             return times, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
 
@@ -131,14 +130,14 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
 
 
 def _off_between(times: Float, rows: Float) -> float:
-    """Return by about how much, metres, quintics between states (N, 6) are off: by Hermite's remainder, of a circle."""
+    """Return the approximate error, metres, of quintics between states (N, 6): Hermite's remainder for a circle."""
     far = np.linalg.norm(rows[:, :3], axis=1)
     turned = np.diff(times) * np.sqrt(GM / far[1:] ** 3)
     return float((far[1:] * turned**6 / 46080).max())  # 6! times 2^6
 
 
 class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
-    """Two-line elements, after which SGP4 flies."""
+    """Two-line elements, propagated by SGP4."""
 
     def states(self, flight: Flight) -> Float:
         from sgp4.api import SGP4_ERRORS, Satrec
@@ -148,25 +147,25 @@ class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
         lines = [line.rstrip() for line in read_any_text(path, MAX_SPECIFICATION).splitlines() if line.strip()]
         pair = [line for line in lines if TLE_LINE.match(line)]
         if [line[0] for line in pair] != ["1", "2"] or pair[0][2:7] != pair[1][2:7] or min(map(len, pair)) < 69:
-            raise InputError("is not the two lines of one TLE", where=path, do="give one, with or without its name")
+            raise InputError("does not contain one TLE", where=path, do="give its two lines, with or without its name")
         try:
             verify_checksum(*pair)
             craft = Satrec.twoline2rv(*pair)
         except ValueError as error:
-            raise InputError(f"is no TLE ({error})", where=path, do="copy it again") from None
+            raise InputError(f"is not a valid TLE ({error})", where=path, do="copy it again") from None
         times = moments.time.utc
         errors, places, velocities = craft.sgp4_array(times.jd1, times.jd2)
         if errors.any():
-            raise InputError(f"has no orbit then: {SGP4_ERRORS[int(errors.max())]}", where=path)
+            raise InputError(f"has no orbit at these epochs: {SGP4_ERRORS[int(errors.max())]}", where=path)
         days = float(np.abs(times.jd - craft.jdsatepoch - craft.jdsatepochF).max())
         if days > FRESH_DAYS:
             off = TLE_KM + TLE_KM_A_DAY * days
-            flight.notes[f"{path.name} is of {days:.0f} days away: expect it to be off by about {off:.0f} km"] = None
+            flight.notes[f"{path.name} is {days:.0f} days from its epoch; expect about {off:.0f} km of error"] = None
         return moments.states_from(TEME, np.concatenate([places, velocities], -1) * 1e3)
 
 
 class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
-    """SPICE kernels of the user's own."""
+    """The user's own SPICE kernels."""
 
     kernels: Annotated[tuple[str, ...], Meta(min_length=1, description="Beside the scenario; SPK.")]
     body: Annotated[str, Meta(description="Its name, or its number.")]
@@ -197,7 +196,7 @@ class _Propagated(_Orbit, frozen=True, kw_only=True):
 
 
 class Keplerian(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="keplerian"):
-    """Osculating elements at second 0, after which it is propagated."""
+    """Osculating elements at second 0, propagated from there."""
 
     semi_major_axis: float = named(name="semi_major_axis_m")
     eccentricity: Annotated[float, Meta(ge=0, lt=1)] = 0.0
@@ -209,8 +208,8 @@ class Keplerian(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="k
 
     def __post_init__(self) -> None:
         if not RADIUS < self.semi_major_axis * (1 - self.eccentricity) < MAX_AWAY:
-            do = f"let the perigee be more than {RADIUS / 1e3:.0f} km from the Earth's centre; metres"
-            raise InputError(f"semi_major_axis_m {self.semi_major_axis:g} meets the ground, or is far away", do=do)
+            do = f"give metres, with the perigee more than {RADIUS / 1e3:.0f} km from the Earth's centre"
+            raise InputError(f"semi_major_axis_m {self.semi_major_axis:g} meets the ground, or is too large", do=do)
 
     def states(self, flight: Flight) -> Float:
         angles = np.radians([self.inclination_deg, self.node_deg, self.perigee_deg, self.mean_anomaly_deg])
@@ -219,7 +218,7 @@ class Keplerian(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="k
 
 
 class StateVector(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="state"):
-    """A state at second 0, after which it is propagated."""
+    """A state at second 0, propagated from there."""
 
     place: Vector = named(name="place_m")
     velocity: Vector = named(name="velocity_m_s")
@@ -231,8 +230,8 @@ class StateVector(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag=
 
 
 class RelativeState(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_state"):
-    """Where it is by the other craft at second 0, in that one's radial, transverse and normal axes, which turn with it;
-    after which it is propagated."""
+    """A state relative to the other craft at second 0, in its rotating radial, transverse and normal axes; propagated
+    from there."""
 
     relative = True
     place: Vector = named(name="place_m")
@@ -244,8 +243,8 @@ class RelativeState(_Propagated, frozen=True, kw_only=True, tag_field="kind", ta
 
 
 class RelativeElements(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_elements"):
-    """Quasi-nonsingular relative elements to the other craft at second 0, times its semi-major axis, metres; after
-    which it is propagated."""
+    """Quasi-nonsingular elements relative to the other craft at second 0, times its semi-major axis, metres; propagated
+    from there."""
 
     relative = True
     da: float = named(name="a_da_m", default=0.0)
@@ -275,19 +274,19 @@ def _at_start(state: Float, frame: str, flight: Flight) -> Float:
 
 
 def ordered(times: Float, path: Path) -> Float:
-    """Return the times of a file, two or more, which go on. Raises InputError."""
+    """Return the times of a file, two or more and increasing. Raises InputError."""
     if len(times) < 2:
-        raise InputError(f"holds {len(times) or 'no'} state{'s' * (not len(times))}", where=path, do="give two or more")
+        raise InputError(f"has {len(times) or 'no'} state{'s' * (not len(times))}", where=path, do="give two or more")
     if len(back := np.flatnonzero(np.diff(times) <= 0)):
         i = int(back[0]) + 1
-        found = f"goes back by {times[i - 1] - times[i]:g} s at its state {i + 1}"
-        raise InputError(found, where=path, do="put the states in their order")
+        found = f"goes back by {times[i - 1] - times[i]:g} s at state {i + 1}"
+        raise InputError(found, where=path, do="sort the states by time")
     return times
 
 
 def pieced(pieces: Iterable[tuple[Float, At]], flight: Flight, path: Path) -> Float:
-    """Return what the pieces of a file say at the flight's moments (N,): each by the times (M,) of its states, and what
-    gives it between these. Raises InputError for moments of which none of them says anything."""
+    """Return the values of a file's pieces at the flight's epochs (N,). A piece is the times (M,) of its states, and a
+    function that interpolates them. Raises InputError for epochs outside all pieces."""
     seconds, found = flight.moments.seconds, None
     said = np.zeros(len(seconds), bool)
     for times, at in pieces:
@@ -298,5 +297,5 @@ def pieced(pieces: Iterable[tuple[Float, At]], flight: Flight, path: Path) -> Fl
             found[chosen], said = values, said | chosen
     if found is None or not said.all():
         second = float(seconds[np.argmin(said)])
-        raise InputError(f"says nothing of second {second:g}", where=path, do="choose moments within its span")
+        raise InputError(f"has no state at second {second:g}", where=path, do="choose times within its span")
     return found

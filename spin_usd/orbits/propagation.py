@@ -1,4 +1,4 @@
-"""Orbits about the Earth by its central attraction and its flattening (J2), from a state or from elements.
+"""Orbits about the Earth under its central attraction and its flattening (J2), from a state or from elements.
 
 Source: D. Vallado, "Fundamentals of Astrodynamics and Applications"; constants of EGM2008.
 """
@@ -10,8 +10,8 @@ from spin_usd.errors import InputError
 
 GM = 3.986004415e14  # m3/s2
 RADIUS, J2 = 6378136.3, 1.0826355e-3  # metres, to which J2 belongs
-RELATIVE = 1e-13  # of the integrator, a step
-LONGEST_STEP = 1 / 60  # of the period of an orbit just above the ground: between steps it is then exact to 1e-12
+RELATIVE = 1e-13  # tolerance of a step of the integrator
+LONGEST_STEP = 1 / 60  # of the period of an orbit just above the ground; interpolation is then exact to 1e-12
 GROUND_PERIOD = 2 * np.pi * np.sqrt(RADIUS**3 / GM)
 KEPLER_STEPS, STEEP, FLAT = 100, 0.8, 1e-6  # eccentricities above which Newton's method has to begin at the apogee
 
@@ -25,8 +25,8 @@ def acceleration(place: Float, pole: Float, j2: float = J2) -> Float:
 
 
 def propagated(state: Float, seconds: Float, pole: Float, j2: float = J2) -> Float:
-    """Return the states (N, 6) at `seconds` (N,) from that of a `state` (6,), before or after it; `j2` 0 leaves the
-    Earth a ball. Raises InputError where the orbit meets the ground."""
+    """Return the states (N, 6) at `seconds` (N,) before or after a `state` (6,); `j2` 0 makes the Earth a sphere.
+    Raises InputError if the orbit meets the ground."""
     from scipy.integrate import solve_ivp  # not above: scipy is slow to load, and few need it
 
     def change(_: float, now: Float) -> Float:
@@ -87,8 +87,8 @@ def rtn_axes(states: Float) -> Float:
 
 
 def beside(state: Float, place: Float, velocity: Float) -> Float:
-    """Return the state (6,) of a craft at `place` (3,) with `velocity` (3,) in the RTN axes of another's `state`, which
-    turn with it."""
+    """Return the state (6,) of a craft at `place` (3,) with `velocity` (3,) in the rotating RTN axes of another craft's
+    `state`."""
     axes = rtn_axes(state[None])[0]
     turning = np.cross(state[:3], state[3:]) / (state[:3] @ state[:3])
     away = axes @ place
@@ -97,7 +97,7 @@ def beside(state: Float, place: Float, velocity: Float) -> Float:
 
 def elements_of(state: Float) -> tuple[float, ...]:
     """Return semi-major axis, inclination, node, eccentricity along and across the node's direction, and mean argument
-    of latitude of a `state` (6,): metres and radians."""
+    of latitude of a `state` (6,), in metres and radians."""
     place, velocity = state[:3], state[3:]
     momentum = np.cross(place, velocity)
     normal = momentum / np.linalg.norm(momentum)
@@ -116,19 +116,19 @@ def elements_of(state: Float) -> tuple[float, ...]:
 
 
 def beside_by_elements(state: Float, a_of: Float) -> Float:
-    """Return the state (6,) of a craft whose quasi-nonsingular relative elements to another's `state` are, times its
-    semi-major axis, `a_of` (6,) metres: da, dlambda, dex, dey, dix, diy.
+    """Return the state (6,) of a craft from its quasi-nonsingular elements relative to another's `state`: `a_of` (6,),
+    metres, is da, dlambda, dex, dey, dix, diy times the other's semi-major axis.
 
     Source: S. D'Amico, "Autonomous formation flying in low Earth orbit" (2010).
     """
     axis, inclination, node, ex, ey, latitude = elements_of(state)
     if abs(np.sin(inclination)) < FLAT:
         do = "give relative_state"
-        raise InputError("are relative to an orbit in the equator, where they mean nothing", do=do)
+        raise InputError("are relative to an equatorial orbit, for which they are undefined", do=do)
     da, longitude, dex, dey, dix, diy = a_of / axis
     own_inclination, own_node = inclination + dix, node + diy / np.sin(inclination)
     own_latitude = latitude + longitude - (own_node - node) * np.cos(inclination)
     if np.hypot(ex + dex, ey + dey) >= 1:
-        raise InputError("make no ellipse: a_dex_m and a_dey_m are too large", do="check their units")
+        raise InputError("do not give an ellipse: a_dex_m and a_dey_m are too large", do="check their units")
     size, perigee = float(np.hypot(ex + dex, ey + dey)), float(np.arctan2(ey + dey, ex + dex))
     return state_of(axis * (1 + da), size, own_inclination, own_node, perigee, own_latitude - perigee)

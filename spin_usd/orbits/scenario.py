@@ -1,4 +1,4 @@
-"""A scenario: two craft about the Earth, how they are turned, and where Sun, Moon, Earth and stars are seen."""
+"""A scenario: two craft in Earth orbit, their attitudes, and the directions of Sun, Moon, Earth and stars."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -22,11 +22,11 @@ from spin_usd.orbits.moments import Moments
 from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, Flight
 from spin_usd.sampling.distribution import Vector
 
-DERIVATIVE_S = 0.01  # between states whose difference is a rate: rounding leaves 1e-7 m/s of it
+DERIVATIVE_S = 0.01  # between the states that give a rate; rounding leaves an error of 1e-7 m/s
 MAX_MOMENTS = 100_000
 LOWEST = 6.35e6  # metres: the pole
 LARGEST = 1e10  # metres, seconds, degrees: further than Pluto, longer than a life
-MESSAGE, ROUNDS = "scenario: round", 4  # over all moments
+MESSAGE, ROUNDS = "scenario: round", 4  # over all epochs
 ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -35,13 +35,13 @@ class Craft(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     orbit: AnyOrbit
     attitude: AnyAttitude | None = None
-    centre_of_mass: Annotated[Vector, Meta(description="That flies along the orbit, in its axes.")] = named(
+    centre_of_mass: Annotated[Vector, Meta(description="Point that follows the orbit, in its axes.")] = named(
         name="centre_of_mass_m", default=ORIGIN
     )
 
 
 class Mounting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the camera stands on the chaser, whose axes it has unless said otherwise."""
+    """Pose of the camera on the chaser; by default it has the chaser's axes."""
 
     q: Annotated[Unit, Meta(description="w, x, y, z of the rotation from the camera's axes to the chaser's.")] = (
         1.0,
@@ -53,7 +53,7 @@ class Mounting(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """When pictures are taken, and of what."""
+    """The epochs of the pictures, and the two craft."""
 
     epoch: Annotated[str, Meta(description="UTC of second 0, such as 2026-03-01T12:00:00Z.")]
     duration: Positive | None = named(name="duration_s", default=None)
@@ -64,31 +64,31 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     target: Craft
     chaser: Craft
     camera: Mounting = Mounting()
-    j2: Annotated[bool, Meta(description="Whether the Earth's flattening counts where orbits are propagated.")] = True
-    stars: Annotated[float, Meta(description="The faintest magnitude of the stars; below -2 there are none.")] = 6.5
+    j2: Annotated[bool, Meta(description="Whether propagation includes the Earth's flattening.")] = True
+    stars: Annotated[float, Meta(description="Faintest magnitude of the stars; below -2 for no stars.")] = 6.5
 
     def __post_init__(self) -> None:
         if (self.times is None) != (self.duration is not None and self.step is not None) or (
             self.times is not None and (self.duration, self.step) != (None, None)
         ):
-            raise InputError("has not just one of times_s, and duration_s with step_s", do="give one of them")
+            raise InputError("needs either times_s, or duration_s with step_s", do="give one of them")
         if self.target.orbit.relative and self.chaser.orbit.relative:
             do = "give one of them an orbit about the Earth"
-            raise InputError("has both orbits relative to one another", do=do)
+            raise InputError("has two relative orbits", do=do)
         if self.target.attitude is None:
             raise InputError("target has no attitude", do="add [target.attitude] with its kind")
         if bad := next((each for each in _numbers(to_builtins(self)) if not abs(each) <= LARGEST), None):
-            raise InputError(f"holds {bad:g}, which no craft has", do="check the numbers and their units")
+            raise InputError(f"contains {bad:g}, which is out of range", do="check the numbers and their units")
         seconds = self.seconds
         if len(seconds) > MAX_MOMENTS:
-            raise InputError(f"has {len(seconds)} moments, more than {MAX_MOMENTS}", do="take longer steps")
+            raise InputError(f"has {len(seconds)} epochs, more than {MAX_MOMENTS}", do="take longer steps")
         if not (len(seconds) and np.isfinite(seconds).all()) or (np.diff(seconds) <= 0).any():
-            raise InputError("times_s do not go on", do="give each after the one before")
+            raise InputError("times_s do not increase", do="sort them, each once")
         try:
             parsed_utc(self.epoch)
         except (ValueError, OverflowError):
             do = "write it as 2026-03-01T12:00:00Z"
-            raise InputError(f"epoch {self.epoch[:40]!r} is no UTC", do=do) from None
+            raise InputError(f"epoch {self.epoch[:40]!r} is not a UTC time", do=do) from None
 
     @property
     def seconds(self) -> Float:
@@ -106,7 +106,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The names of all files that it names."""
+        """The names of all its files."""
         named_by = (self.target.orbit, self.target.attitude, self.chaser.orbit, self.chaser.attitude)
         return tuple(dict.fromkeys(name for each in named_by if each for name in each.files))
 
@@ -122,29 +122,29 @@ def _numbers(value: Any) -> Iterator[float]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Seen:
-    """What the camera sees at N moments, in its own axes: rotations (N, 3, 3) to them, places (N, 3) in metres."""
+    """The camera's view at N epochs, in its axes: rotations (N, 3, 3) to them, positions (N, 3) in metres."""
 
     seconds: Float
     R_cam_body: Float
     t_cam_body: Float
     velocities: Float
-    """Of the target's origin, m/s."""
+    """Velocities of the target's origin, m/s."""
     rates: Float
     """The target's angular velocity, radians a second."""
     R_cam_gcrf: Float
     R_cam_earth: Float
     earth: Float
-    """Of its centre, as of all bodies."""
+    """Position of the Earth's centre."""
     sun: Float
     moon: Float
     year: float
-    """The epoch's, with decimals."""
+    """Decimal year of the epoch."""
     notes: tuple[str, ...]
 
 
 def see(scenario: Scenario, seconds: Float, folder: Path, progress: Progress = no_progress) -> Seen:
-    """Return what the camera of the scenario sees at `seconds` (N,) of its own; `folder`: where the files lie that it
-    names. Raises InputError."""
+    """Return the view of the scenario's camera at `seconds` (N,); `folder` holds the scenario's files. Raises
+    InputError."""
     moments = Moments(scenario.utc, seconds)
     flight = Flight(moments=moments, folder=folder, j2=scenario.j2)
     flight = replace(flight, other=_absolute_start(scenario, flight))
@@ -159,7 +159,7 @@ def see(scenario: Scenario, seconds: Float, folder: Path, progress: Progress = n
     velocities = (after.t_cam_body - before.t_cam_body) / (2 * DERIVATIVE_S)
     R_cam_gcrf, camera = now.R_cam_gcrf, now.camera
     if not moments.predicted:
-        flight.notes["the Earth's rotation is not predicted so far: it may be off by up to 15 arcseconds"] = None
+        flight.notes["there is no prediction of the Earth's rotation; it may be off by up to 15 arcseconds"] = None
 
     def placed(body: Float) -> Float:
         return np.asarray(np.einsum("nij,nj->ni", R_cam_gcrf, body - camera))
@@ -182,7 +182,7 @@ def see(scenario: Scenario, seconds: Float, folder: Path, progress: Progress = n
 
 
 def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
-    """Return the state (6,) at second 0 of the craft whose orbit the other's is relative to; None where none is."""
+    """Return the state (6,) at second 0 of the craft with the absolute orbit; None if neither orbit is relative."""
     pair = (scenario.target.orbit, scenario.chaser.orbit)
     if not any(orbit.relative for orbit in pair):
         return None
@@ -190,7 +190,7 @@ def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
     try:
         return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
     except InputError as error:
-        found = f"{error.found}, and there the other orbit, which is relative, begins"
+        found = f"{error.found}, where the other, relative orbit begins"
         raise InputError(found, where=error.where, do=error.do) from None
 
 
@@ -204,7 +204,7 @@ class _Poses:
     t_cam_body: Float
     R_cam_gcrf: Float
     camera: Float
-    """(N, 3) its place in GCRF."""
+    """(N, 3) its position in GCRF."""
 
 
 def _poses(scenario: Scenario, flight: Flight) -> _Poses:
@@ -236,7 +236,7 @@ def _poses(scenario: Scenario, flight: Flight) -> _Poses:
 
 
 def _between_pictures(scenario: Scenario, flight: Flight, found: Seen) -> list[str]:
-    """Return a note on how far the motion between pictures, which cubics give, is off the scenario's in the middle."""
+    """Return a note on the error of the cubics that interpolate motion between pictures, in the middle of each step."""
     steps = np.diff(found.seconds)
     if not len(steps) or steps.min() <= 0:
         return []
@@ -250,7 +250,7 @@ def _between_pictures(scenario: Scenario, flight: Flight, found: Seen) -> list[s
         away = max(away, float(np.linalg.norm(place - true.t_cam_body[i])))
         turned = max(turned, float(np.linalg.norm(rotation_vector(rotation.T @ true.R_cam_body[i]))))
     off = f"{away:.2g} m and {np.degrees(turned):.2g} degrees"
-    return [f"between pictures the target's motion is off the scenario's by at most {off}"]
+    return [f"between pictures the target's motion differs from the scenario's by at most {off}"]
 
 
 def quaternions_of(rotations: Float) -> Float:

@@ -1,7 +1,7 @@
-"""Conditions on pictures, written as Python writes expressions: `range < 8 and visible > 0.5`.
+"""Conditions on pictures, written as Python expressions: `range < 8 and visible > 0.5`.
 
-Names are those of `values_of`, of the picture and of its first target; `tango.range` is the target's of that name, and
-`record.sun.obscured` what the record says. Nothing is called, and nothing else is reached.
+Names are those of `values_of`, for the picture and its first target; `tango.range` is a value of the target of that
+name, `record.sun.obscured` of the record. Nothing is called, and nothing else is accessible.
 """
 
 import ast
@@ -16,7 +16,7 @@ from spin_usd.reading.measures import MEASURES, OF_PICTURE
 from spin_usd.reading.picture import Picture
 
 Value = Callable[[Picture], Any]
-"""What a part of an expression is in a picture."""
+"""Value of a part of an expression in a picture."""
 
 OF_NAME: Mapping[str, Value] = {
     "frame": lambda picture: picture.frame,
@@ -46,16 +46,16 @@ EXAMPLE = 'write it like "range < 8 and visible > 0.5"'
 def _number(value: Any) -> float:
     """Return the value as a double, whose arithmetic takes no time and no memory. Raises TypeError, OverflowError."""
     if not isinstance(value, int | float):
-        raise TypeError(f"{str(value)[:40]!r} is no number")
+        raise TypeError(f"{str(value)[:40]!r} is not a number")
     return float(value)
 
 
 class Condition:
-    """What says whether a picture of a dataset meets a condition. What a record lacks is NaN, which is neither less
-    than anything, nor more, nor equal, nor unequal."""
+    """Test of whether a picture of a dataset meets a condition. A value that a record lacks is NaN, which is neither
+    less than anything, nor more, nor equal, nor unequal."""
 
     def __init__(self, text: str, description: Description) -> None:
-        """Read the condition in the `text`. Raises InputError for what is none."""
+        """Read the condition in the `text`. Raises InputError for invalid text."""
         self._text, self._targets = text, [target.name for target in description.targets]
         self._found: dict[str, bool] = {}
         if len(text) > MAX_CHARACTERS:
@@ -65,7 +65,7 @@ class Condition:
         except InputError:
             raise
         except (SyntaxError, ValueError, RecursionError, MemoryError) as e:
-            raise InputError(f"{text!r} is no condition ({getattr(e, 'msg', e)})", do=EXAMPLE) from None
+            raise InputError(f"{text!r} is not a condition ({getattr(e, 'msg', e)})", do=EXAMPLE) from None
 
     def __call__(self, picture: Picture) -> bool:
         """Return whether the picture meets it. Raises InputError for values that cannot be compared."""
@@ -74,17 +74,17 @@ class Condition:
         except (TypeError, OverflowError) as e:
             of = f"{picture.frame} of {picture.variant}"
             raise InputError(
-                f"{self._text!r} cannot be said of {of} ({e})", do="compare numbers with numbers"
+                f"{self._text!r} cannot be tested on {of} ({e})", do="compare numbers with numbers"
             ) from None
 
     def refuse_never_found(self) -> None:
-        """Raise InputError where the condition names something that no record had which it was asked of."""
+        """Raise InputError if the condition names a value that no tested record had."""
         for path, found in self._found.items():
             if not found:
-                raise self._unknown(path, "is in no picture's record", "look into a file of records/ for what there is")
+                raise self._unknown(path, "is in no picture's record", "see a file of records/ for its values")
 
     def value(self, node: ast.AST) -> Value:
-        """Return what that part is in a picture. Raises InputError for what no condition has."""
+        """Return the value of that part in a picture. Raises InputError for invalid parts of a condition."""
         match node:
             case ast.Constant(value=str() | int() | float() as constant):
                 return lambda _: constant
@@ -121,10 +121,10 @@ class Condition:
             return lambda picture: float(measure.of(picture, picture.targets[0]))
         known = ", ".join((*OF_NAME, *OF_PICTURE, *MEASURES))
         do = f"choose among {known}; of a target as {self._targets[0]}.range; of the record as record.sun.obscured"
-        raise self._unknown(name, "is no value of a picture", do)
+        raise self._unknown(name, "is not a value of a picture", do)
 
     def _reached(self, node: ast.Attribute | ast.Subscript) -> Value:
-        """Return what is reached by a path: a measure of a target of that name, or what the record has there."""
+        """Return the value at a path: a measure of a target of that name, or the record's value."""
         first, *steps = self._path(node)
         if first == "record":
             return self._recorded(ast.unparse(node), steps)
@@ -132,8 +132,8 @@ class Condition:
             if len(steps) == 1 and steps[0] in MEASURES:
                 measure = MEASURES[str(steps[0])]
                 return lambda picture: float(measure.of(picture, picture.targets[str(first)]))
-            raise self._unknown(ast.unparse(node), "is no value of a target", f"choose among {', '.join(MEASURES)}")
-        raise self._unknown(str(first), "is no target", f"choose among {', '.join(self._targets)}, or write record")
+            raise self._unknown(ast.unparse(node), "is not a value of a target", f"choose among {', '.join(MEASURES)}")
+        raise self._unknown(str(first), "is not a target", f"choose among {', '.join(self._targets)}, or write record")
 
     def _recorded(self, path: str, steps: Sequence[str | int]) -> Value:
         self._found[path] = False
@@ -158,7 +158,7 @@ class Condition:
                 return [*self._path(inner), name]
             case ast.Subscript(value=inner, slice=ast.Constant(value=str() | int() as key)):
                 return [*self._path(inner), key]
-        raise self._unknown(ast.unparse(node), "is no path to a value", "write it like record.targets[0].range")
+        raise self._unknown(ast.unparse(node), "is not a path to a value", "write it like record.targets[0].range")
 
     def _unknown(self, what: str, found: str, do: str) -> InputError:
         return InputError(f"{what!r} in the condition {self._text!r} {found}", do=do)

@@ -71,16 +71,16 @@ class Dataset(Sequence[Picture]):
     """The pictures in a dataset's folder, ordered by variant and by frame.
 
     `dataset[0]` is a Picture, `dataset[:100]` a Dataset of the first hundred, and a loop over a dataset goes through
-    its pictures. Each is read when it is asked for: a Dataset holds no more than their names, so it is quick to open,
-    to pickle and to send to other processes. PyTorch's DataLoader takes it as a map-style dataset, and its `collate` as
-    `collate_fn`, which gets a list of pictures, in the worker's process, and makes a batch of them.
+    its pictures. Each is read on access: a Dataset only holds their names, so it is quick to open, to pickle and to
+    send to other processes. PyTorch's DataLoader takes it as a map-style dataset, and its `collate` as `collate_fn`,
+    which gets a list of pictures, in the worker's process, and makes a batch of them.
 
     Pictures that are rendered after a dataset was opened are not in it.
     """
 
     def __init__(self, path: str | Path, *, labels: str | Sequence[str] | None = None) -> None:
-        """Open the dataset in the folder `path`. labels: "image", "depth" and so on, and no other file of a picture is
-        read, nor stacked by `collate`; all if not given. Raises InputError where there is no dataset, or its first
+        """Open the dataset in the folder `path`. labels: "image", "depth" and so on; other files of a picture are
+        neither read nor stacked by `collate`; all if not given. Raises InputError if there is no dataset, or its first
         picture lacks one of them."""
         refuse_unless_path(path, "path")
         self._root = Path(path).absolute()
@@ -154,27 +154,27 @@ class Dataset(Sequence[Picture]):
         return self._description.targets[0].keypoints
 
     def picture(self, frame: str, variant: str = "nominal") -> Picture:
-        """Return the picture of that frame and variant. Raises InputError where there is none."""
+        """Return the picture of that frame and variant. Raises InputError if there is none."""
         self.require(frame, variant)
         return self._read((frame, variant))
 
     def require(self, frame: str, variant: str = "nominal") -> None:
-        """Raise InputError, with names that there are, unless the picture of that frame and variant is there."""
+        """Raise InputError, with existing names, unless the picture of that frame and variant exists."""
         if (frame, variant) not in self._known:
             raise InputError(
                 f"has no picture {frame!r} in variant {variant!r}", where=self.root, do=self._examples(variant)
             )
 
     def of_variant(self, variant: str) -> Self:
-        """Return the pictures of one variant. Raises InputError where there are none."""
+        """Return the pictures of one variant. Raises InputError if there are none."""
         names = tuple(name for name in self._names if name[1] == variant)
         if not names:
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
         return self._of(names)
 
     def events(self, variant: str | None = None) -> EventStream:
-        """Return the events of that variant; it need not be named where one alone has events. Raises InputError where
-        there are none, or several and none is named."""
+        """Return the events of that variant; the name is optional if only one has events. Raises InputError if there
+        are none, or several and none is named."""
         folder = Folder(self.root)
         known = [PurePosixPath(name).stem for name in folder.files(EVENTS) if name.endswith(".h5")]
         if not known:
@@ -190,14 +190,14 @@ class Dataset(Sequence[Picture]):
         """Return the pictures that meet the condition: a function of a Picture, or a text such as
         "range < 8 and visible > 0.5 and variant != 'nominal'".
 
-        A text names what `to_dataframe` has columns of, `record.sun.obscured` and whatever else a record holds, and of
-        a target that is not the first one NAME.range. What a picture lacks is NaN: no comparison holds for it. Every
-        record is read, some 4,000 a second. Raises InputError for what is no condition.
+        A text uses the columns of `to_dataframe`, any value of a record such as `record.sun.obscured`, and NAME.range
+        for a further target. Missing values are NaN: no comparison holds for them. Every record is read, some 4,000 a
+        second. Raises InputError for an invalid condition.
         """
         from spin_usd.reading.condition import EXAMPLE, Condition  # not above: a dataset opens without it
 
         if not (isinstance(condition, str) or callable(condition)):
-            raise InputError(f"{condition!r} is no condition", do=f"{EXAMPLE}, or give a function of a Picture")
+            raise InputError(f"{condition!r} is not a condition", do=f"{EXAMPLE}, or give a function of a Picture")
         meets = Condition(condition, self._description) if isinstance(condition, str) else condition
         names = tuple(name for name, picture in zip(self._names, self, strict=True) if meets(picture))
         if isinstance(meets, Condition) and self._names:
@@ -207,9 +207,9 @@ class Dataset(Sequence[Picture]):
     def split(self, *shares: float, seed: int = 0, by: str = "pose") -> tuple[Self, ...]:
         """Return a dataset for each of the shares, which sum up to 1 or less: `train, test = dataset.split(0.8, 0.2)`.
 
-        by: "pose", and pictures of one pose, such as all variants of a frame, are in one of them; "picture", and each
-        may be in any. Which go where depends on names and the seed alone, as in `export --split`: it is the same on
-        every machine. Raises InputError for shares that are none, and where one is less than half a pose.
+        by: "pose" keeps pictures of one pose, such as all variants of a frame, together; "picture" splits them freely.
+        The split depends only on names and the seed, as in `export --split`: it is the same on every machine. Raises
+        InputError for invalid shares, and for a share of less than half a pose.
         """
         numbers = all(isinstance(share, Real) and isfinite(share) and share > 0 for share in shares)
         if not shares or not numbers or sum(shares) > 1 + 1e-9:
@@ -250,16 +250,15 @@ class Dataset(Sequence[Picture]):
         labels: str | Sequence[str] | None = None,
         types: Mapping[str, str] = MappingProxyType({}),
     ) -> dict[str, Any]:
-        """Return a batch of B pictures of one size, as PyTorch's DataLoader takes it from its `collate_fn`.
+        """Return a batch of B pictures of one size, for PyTorch's DataLoader as its `collate_fn`.
 
-        labels: what is stacked of the pictures' files, by these names: "image" (B, H, W) or (B, H, W, 3), "depth" and
-        so on; those that the dataset was opened with, else the image, if not given. Another choice is
-        `functools.partial(Dataset.collate, labels=("image", "depth"))`. types: other types of
-        arrays by their names, such as {"segmentation": "int64", "T_cam_body": "float32"}. Beside the labels it has
-        "camera_matrix" (B, 3, 3), and of the first target "T_cam_body" (B, 4, 4), "q_cam_body" (B, 4), "t_cam_body"
-        (B, 3), "box_visible" (B, 4), "keypoints" (B, K, 2) pixels and "keypoints_visible" (B, K); and the lists "frame"
-        and "variant". Arrays are numpy's: `torch.from_numpy` takes them without a copy. Raises InputError where the
-        pictures are not of one size, or there are none.
+        labels: names of the files to stack: "image" (B, H, W) or (B, H, W, 3), "depth" and so on; if not given, the
+        labels of the dataset, else the image. Another choice is `functools.partial(Dataset.collate, labels=("image",
+        "depth"))`. types: other types of arrays by their names, such as {"segmentation": "int64", "T_cam_body":
+        "float32"}. Besides the labels it has "camera_matrix" (B, 3, 3), and of the first target "T_cam_body" (B, 4, 4),
+        "q_cam_body" (B, 4), "t_cam_body" (B, 3), "box_visible" (B, 4), "keypoints" (B, K, 2) pixels and
+        "keypoints_visible" (B, K); and the lists "frame" and "variant". Arrays are numpy's: `torch.from_numpy` takes
+        them without a copy. Raises InputError for pictures of several sizes, or none.
         """
         if not pictures:
             raise InputError("there is no picture to make a batch of", do="give one or more")
@@ -295,8 +294,8 @@ class Dataset(Sequence[Picture]):
 
     def to_dataframe(self) -> "DataFrame":
         """Return a table of pandas with a row for each picture: frame, variant, index, the files' paths, the first
-        target's pose and what `where` knows by the same names; those of further targets are called NAME.range and so
-        on. Raises InputError where pandas is not installed."""
+        target's pose and the values of `where` by the same names; values of further targets are called NAME.range and
+        so on. Raises InputError if pandas is not installed."""
         try:
             from pandas import DataFrame
         except ImportError:

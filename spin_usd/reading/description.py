@@ -18,7 +18,7 @@ from spin_usd.store.read_documents import read_dataset_json
 
 
 class Named(Protocol):
-    """What has an id and a name."""
+    """An object with an id and a name."""
 
     @property
     def id(self) -> int: ...
@@ -60,11 +60,11 @@ class DescribedPart:
     id: int
     """Its number in the segmentation."""
     path: str
-    """That of its prim."""
+    """Path of its prim."""
     name: str
-    """What the stage calls it."""
+    """Name in the stage."""
     class_name: str
-    """What kind of part it is."""
+    """Class of the part."""
     target: int
     """The id of the target it is a part of, 0 of an occluder."""
     materials: tuple[str, ...] = ()
@@ -78,9 +78,9 @@ class DescribedTarget:
     id: int
     """Its number in the label `instance`, from 1."""
     name: str
-    """What the stage calls it."""
+    """Name in the stage."""
     path: str
-    """That of its prim."""
+    """Path of its prim."""
     size: Float
     """(3,): edges of its bounding box along its own axes, metres."""
     box: Float
@@ -96,15 +96,15 @@ class DescribedTarget:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Description:
-    """What dataset.json says of the bodies."""
+    """The bodies in dataset.json."""
 
     targets: Targets[DescribedTarget]
     """In order of their ids, also by their names."""
     parts: Mapping[int, DescribedPart]
-    """Those of all bodies, by their ids, the numbers in the segmentation."""
+    """Parts of all bodies, by their ids, the numbers in the segmentation."""
 
     def target(self, target: int | str) -> DescribedTarget:
-        """Return the target of that id, or that name. Raises InputError where there is none."""
+        """Return the target of that id or name. Raises InputError if there is none."""
         if isinstance(target, str):
             return self.targets[target]
         for each in self.targets:
@@ -115,8 +115,7 @@ class Description:
 
 
 def read_description(root: Path) -> Description:
-    """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
-    one."""
+    """Read the description of the dataset in the folder `root`. Raises InputError if it is missing or invalid."""
     if os.path.isfile(root):
         raise InputError("is a file", where=root, do="give its folder")
     folder = Folder(root)

@@ -22,9 +22,9 @@ PACKET = 2**20  # events
 class EventStream:
     """The events of one variant, in order of time.
 
-    Times are seconds on the stage's clock, as Picture.time_s. Slices hold events from their start to before their end,
-    and only what they hold is read. The file is opened when it is first read, in each process anew, so that a stream
-    is quick to pickle and works in PyTorch's DataLoader.
+    Times are seconds on the stage's clock, as Picture.time_s. Slices contain events from their start to before their
+    end, and read only these. The file is opened on first access in each process, so a stream is quick to pickle and
+    works in PyTorch's DataLoader.
     """
 
     def __init__(self, source: FileIn) -> None:
@@ -120,8 +120,8 @@ class EventStream:
         return grid.astype(np.float32).reshape(bins, self.height, self.width)
 
     def time_surface(self, start: float, end: float, decay: float) -> NDArray[np.float32]:
-        """Return (2, H, W): exp(-(end - t) / decay) of the last event at t of each pixel, 0 where there is none;
-        channels as in `frame`. decay: seconds. Raises InputError for one that is not above 0."""
+        """Return (2, H, W): exp(-(end - t) / decay) of the last event at t of each pixel, 0 without events; channels as
+        in `frame`. decay: seconds. Raises InputError unless it is above 0."""
         if not decay > 0:
             raise InputError(f"events cannot decay in {decay} s", do="give a number above 0")
         events = self.between(start, end)
@@ -131,9 +131,9 @@ class EventStream:
         return surface
 
     def pose(self, time: float, target: str | None = None) -> Float:
-        """Return T_cam_body (4, 4) at that time, of the target of that name, or of the first: between two poses that
-        are stored it turns by the shorter way at a steady rate, and moves on a straight line. Raises InputError where
-        there is no such target, or no pose at that time."""
+        """Return T_cam_body (4, 4) at that time, of the target of that name, or of the first: between two stored poses
+        it turns the shorter way at a constant rate, and moves on a straight line. Raises InputError if there is no such
+        target, or no pose at that time."""
         file = self._file
         if target is not None and target not in file.names:
             do = f"choose among {', '.join(file.names)}"
@@ -166,8 +166,8 @@ class EventStream:
 
 
 def _microseconds(time: float) -> int:
-    """Return the first whole microsecond that is not before that time, which is rounded to nanoseconds first. Raises
-    InputError for what is no time."""
+    """Return the first whole microsecond not before that time, which is rounded to nanoseconds first. Raises InputError
+    for a value that is not a time."""
     if not isfinite(time):
-        raise InputError(f"{time} is no time", do="give seconds on the stage's clock")
+        raise InputError(f"{time} is not a time", do="give seconds on the stage's clock")
     return ceil(round(time * SECOND, 3))

@@ -1,4 +1,4 @@
-"""What is said of every picture beside what its record says: a table of names, units and formulas."""
+"""Measures of every picture besides its record: a table of names, units and formulas."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -10,18 +10,18 @@ from spin_usd.reading.picture import Picture
 from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.derived.sunlight import phase_angle
 
-MAX_TARGETS = 8  # whose measures the page shows; those of others are found among the values of the record
+MAX_TARGETS = 8  # whose measures the page shows; other targets' are among the values of the record
 
 
 class Measure(NamedTuple):
     """A number that pictures are chosen and described by."""
 
     title: str
-    """What people call it."""
+    """Name for people."""
     unit: str
     """"" where it has none."""
     of: Callable[[Picture, PicturedTarget], float]
-    """Gives its value, NaN where there is none."""
+    """Gives its value, NaN if undefined."""
 
 
 MEASURES = {
@@ -54,7 +54,7 @@ OF_PICTURE = {
 
 
 def measured(picture: Picture) -> dict[str, float]:
-    """Return the measures of the picture by their columns' names: those of its second target end in "@2"."""
+    """Return the measures of the picture by their columns' names; names for its second target end in "@2"."""
     found = {name: measure.of(picture, picture.targets[0]) for name, measure in OF_PICTURE.items()}
     for place, target in enumerate(picture.targets[:MAX_TARGETS]):
         found |= {column_of(name, place): measure.of(picture, target) for name, measure in MEASURES.items()}
@@ -62,8 +62,8 @@ def measured(picture: Picture) -> dict[str, float]:
 
 
 def values_of(picture: Picture) -> dict[str, float | int | str]:
-    """Return what a table has of the picture by its columns' names: which it is, its files' paths, its pose, and its
-    measures; those of further targets are called NAME.range and so on."""
+    """Return the picture's row of a table by its columns' names: its identity, its files' paths, its pose, and its
+    measures; measures of further targets are called NAME.range and so on."""
     found: dict[str, float | int | str] = {
         "frame": picture.frame,
         "variant": picture.variant,
@@ -93,7 +93,7 @@ def _flat(path: str, value: Any) -> Iterator[tuple[str, float | str]]:
 
 
 def described(targets: int) -> Iterator[tuple[str, Measure, int | None]]:
-    """Yield the name of each column, what it holds, and the place of the target that it is of, None for the picture."""
+    """Yield the name of each column, its content, and the index of its target, None for the picture."""
     yield from ((name, measure, None) for name, measure in OF_PICTURE.items())
     for place in range(min(targets, MAX_TARGETS)):
         yield from ((column_of(name, place), measure, place) for name, measure in MEASURES.items())

@@ -80,7 +80,7 @@ class PointCloud:
 
     @property
     def targets(self) -> NDArray[np.uint16]:
-        """(N,) uint16: the ids of the targets that the points lie on; 0 for what is no target."""
+        """(N,) uint16: the ids of the targets that the points lie on; 0 for no target."""
         return self.table["targets"]
 
 
@@ -103,36 +103,36 @@ class PictureFile:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """One frame of one variant: its image, its labels, and what its record says.
+    """One frame of one variant: its image, its labels and its record.
 
-    The image and the labels are read when they are first asked for, and kept as long as the picture is; `label` reads
-    its file at each call. Arrays of files are the caller's own, to be changed at will. Arrays of geometry (pose, camera
-    and keypoints) are read-only. Pickling leaves out the arrays that were read: the other process reads its own.
+    The image and the labels are read on first access, and kept as long as the picture; `label` reads its file at each
+    call. Arrays of files belong to the caller, who may change them. Arrays of geometry (pose, camera and keypoints) are
+    read-only. Pickling leaves out the arrays that were read: the other process reads its own.
 
-    Two pictures are equal when they have the same dataset's folder, variant and frame, and are the same part of it.
+    Two pictures are equal if they have the same dataset's folder, variant and frame, and are the same part of it.
 
     Every pixel coordinate has (0, 0) at the corner of the image, so the first pixel's centre is (0.5, 0.5) and the
     pixel in row r and column c has its centre at (c + 0.5, r + 0.5). OpenCV's functions that look up pixels, such as
     `remap` and `undistort`, put (0, 0) at the first pixel's centre: subtract 0.5 from cx and cy for those.
 
     Metres, radians and pixels throughout. The camera's axes are OpenCV's: x right, y down, z forward. The body's axes
-    are those of the target's model. Of several targets `targets` has each one's pose; the picture's own pose and
-    keypoints are the first one's, whose id is 1.
+    are the axes of the target's model. `targets` has the pose of each of several targets; the picture's own pose and
+    keypoints are the first target's, whose id is 1.
 
     Attributes:
         root: the dataset's folder.
         frame: the picture's name, such as "img000001"; the same in all variants.
         variant: the name of its variant, such as "nominal".
         index: the picture's place in the stage, from 0.
-        files: its files by what they are: "image", "depth" and so on.
-        recorded: what the dataset's record says of it, as the types of spin_usd.records; of the whole picture, also
-            where this is a part.
+        files: its files by kind: "image", "depth" and so on.
+        recorded: its record in the dataset, as types of spin_usd.records; of the whole picture, also
+            if this is a part.
         record_text: the bytes of that record.
         camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
-        description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
-        window: the part that `crop` or `resize` took, None of the whole picture as it was rendered.
-        labels: what alone is read of its files, as its Dataset was asked; None for all that there are.
+        description: common to all pictures of the dataset: the targets, with their keypoints, and the parts.
+        window: the part that `crop` or `resize` took, None for the whole picture as rendered.
+        labels: the only files to read, as chosen for its Dataset; None for all.
     """
 
     root: Path
@@ -182,19 +182,19 @@ class Picture:
 
     @cached_property
     def record(self) -> Mapping[str, Any]:
-        """All that the dataset's record says of it, by schemas/record-1.schema.json; of the whole picture, also where
-        this is a part."""
+        """Its whole record in the dataset, by schemas/record-1.schema.json; of the whole picture, also if this is a
+        part."""
         said: dict[str, Any] = decode(self.record_text)
         return said
 
     @property
     def time_s(self) -> float | None:
-        """When it was taken, seconds since the start; None where nothing says it."""
+        """Time of exposure, seconds since the start; None if unknown."""
         return None if self.recorded.time_s is UNSET else self.recorded.time_s
 
     @property
     def utc(self) -> str | None:
-        """The same as UTC, such as "2026-11-26T12:00:00.5Z"; None where nothing says when the start is."""
+        """The same as UTC, such as "2026-11-26T12:00:00.5Z"; None if the start is unknown."""
         return None if self.recorded.utc is UNSET else self.recorded.utc
 
     @property
@@ -228,10 +228,10 @@ class Picture:
         """Return the square, or the rectangle, around the target of that id or name, the first if not given, in `size`
         pixels: one side, or (width, height).
 
-        Its sides are longer than those of the box around the pixels that show the target by the share `margin`, half
-        of it on each side, and what they have beyond the picture's edges is 0. All that comes in pixels is the crop's:
-        camera, keypoints, boxes, flow. Images are averaged, as by "bilinear with antialiasing"; labels are those of the
-        picture's pixel in which a pixel's centre lies. Raises InputError where nothing of the target is seen.
+        Its sides are longer than the box of the target's visible pixels by the share `margin`, half of it on each side,
+        and 0 beyond the picture's edges. Everything in pixels refers to the crop: camera, keypoints, boxes, flow.
+        Images are averaged, as by "bilinear with antialiasing"; labels are taken from the picture's pixel in which a
+        pixel's centre lies. Raises InputError if the target is not visible.
         """
         margin = margin_of(margin)
         box = self.target_of(1 if target is None else target).box_visible
@@ -260,13 +260,13 @@ class Picture:
         return self.recorded.camera.camera
 
     def target_of(self, target: int | str) -> PicturedTarget:
-        """Return the target of that id, or that name. Raises InputError where there is none."""
+        """Return the target of that id or name. Raises InputError if there is none."""
         found = self.description.target(target).id
         return next(each for each in self.targets if each.id == found)
 
     def mask(self, target: int | str) -> NDArray[np.bool_]:
-        """Return (H, W) bool: the pixels that show the target of that id, or that name. Raises InputError where there
-        is none."""
+        """Return (H, W) bool: the pixels that show the target of that id or name. Raises InputError if there is
+        none."""
         target_id = self.description.target(target).id
         if INSTANCE in self.files:
             return np.asarray(self.label(INSTANCE) == target_id)
@@ -313,8 +313,9 @@ class Picture:
         raise InputError(f"{self.frame} has no picture by the camera {camera!r}", where=self.root, do="render it too")
 
     def relative_pose(self, other: "Picture") -> Float:
-        """Return (4, 4) float64, from this picture's camera axes to those of the `other`, along with the target: where
-        a point of the target here, (x, y, z, 1) in the camera's axes, is there. `dataset[i + 1]` is the next frame."""
+        """Return (4, 4) float64, from this picture's camera axes to those of the `other`, following the target: it
+        takes a point of the target, (x, y, z, 1) in the camera's axes, to its position there. `dataset[i + 1]` is the
+        next frame."""
         return frozen(other.T_cam_body @ np.linalg.inv(self.T_cam_body))
 
     @cached_property
@@ -347,11 +348,11 @@ class Picture:
         return PointCloud(table=self._array("lidar"), T_cam_lidar=frozen(pose))
 
     def label(self, name: str, *, rows: range | None = None) -> NDArray[Any]:
-        """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
-        says; a LiDAR's points are a table (N,). Of an image `rows` decodes these alone.
+        """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the recorded number type; a LiDAR's
+        points are a table (N,). For an image `rows` decodes only these.
 
-        The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
-        has no such label.
+        The file is read at each call. `record["files"]` describes the numbers. Raises InputError if the picture has no
+        such label.
         """
         return self._array(name, rows)
 
@@ -367,7 +368,7 @@ class Picture:
         return array if rows is None else array[rows.start : rows.stop : rows.step]
 
     def _read(self, kind: str, rows: range | None) -> NDArray[Any]:
-        """Read them as they are in the file."""
+        """Read them unchanged from the file."""
         if kind not in self.files:
             do = f"render {kind} too" if self.labels is None else f"open the dataset with {kind} among its labels"
             do = f"choose among {', '.join(self.files)}, or {do}" if self.files else do

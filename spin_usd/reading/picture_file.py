@@ -1,4 +1,4 @@
-"""The numbers in a file of a picture, which are what its label says: a record may say anything."""
+"""The numbers in a file of a picture, checked against its label: a record may state anything."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,11 +14,11 @@ from spin_usd.labels.table import CLOUD_LABELS, LABELS
 def read_picture_file(
     file: FileIn, kind: str, dtype: str | Mapping[str, str], channels: int, rows: range | None = None
 ) -> NDArray[Any]:
-    """Read the numbers of a file of that kind: (H, W) or (H, W, C) pixels, these `rows` alone, or (N,) points of a
+    """Read the numbers of a file of that kind: (H, W) or (H, W, C) pixels, only these `rows`, or (N,) points of a
     LiDAR.
 
-    Raises InputError where they are not of the type and the channels of the label of that name. What is no label is an
-    image, of the `dtype` and `channels` that its record says.
+    Raises InputError if they do not have the type and the channels of the label of that name. Any other kind is an
+    image, with the `dtype` and `channels` of its record.
     """
     if kind in LABELS:
         dtype, channels = LABELS[kind].channels.dtype, len(LABELS[kind].channels.holds)

@@ -19,10 +19,10 @@ class PicturedTarget:
     Attributes:
         id: its number in the label `instance`, from 1.
         name: its name.
-        T_cam_body: (4, 4) its pose, as a Picture has that of the first target.
+        T_cam_body: (4, 4) its pose, as a Picture has it for the first target.
         q_cam_body: (4,) its rotation as a unit quaternion, scalar first.
         t_cam_body: (3,) the origin of its axes, metres.
-        velocity: (3,) of the origin of its axes, in the camera's, m/s; NaN where the dataset does not say it.
+        velocity: (3,) of the origin of its axes, in the camera's, m/s; NaN if unknown.
         angular_velocity: (3,) radians a second, in the camera's axes; likewise.
         range: from the camera to the origin of its axes, metres.
         box_visible: (4,) tight box x0, y0, x1, y1 around the pixels that show it, x1 and y1 past the last; NaN where

@@ -24,8 +24,8 @@ def split_of_each(groups: Sequence[str], shares: Mapping[str, float], *, seed: i
 
 
 def poses_of(frames: Iterable[tuple[str, bytes]]) -> dict[str, str]:
-    """Return for each frame the first frame that has its pose, mostly itself: a pose may stand twice in a list.
-    `frames` are pictures' frames and poses; the first picture of a frame says what its pose is."""
+    """Return for each frame the first frame that has its pose, mostly itself: a pose may occur twice in a list.
+    `frames` are pictures' frames and poses; the first picture of a frame determines its pose."""
     backwards = [*frames][::-1]
     pose_of = dict(backwards)
     first = {pose: frame for frame, pose in backwards}

@@ -1,7 +1,7 @@
-"""A part of a picture in a size of its own: what a network gets to see of it.
+"""A part of a picture in its own size, as the input of a network.
 
-Pixel coordinates have (0, 0) at the corner of the image, so what is scaled is scaled about that corner, and no half
-pixel is lost: u' = (u - x0) * size / width.
+Pixel coordinates have (0, 0) at the corner of the image, so scaling is about that corner, and no half pixel is lost: u'
+= (u - x0) * size / width.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ BETWEEN = 1e-9  # pixels: so near to the border of two, a centre lies on it but 
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """A part of an image, and what becomes of it.
+    """A part of an image, and its new size.
 
     `x0`, `y0`, `width` and `height` are pixels of the image. The part may reach beyond its edges, where all is 0.
     """
@@ -96,8 +96,8 @@ class Window:
     def cut(self, array: NDArray[Any], top: int, *, smooth: bool) -> NDArray[Any]:
         """Return the window of an image whose rows from `top` on are the `array` (rows, W) or (rows, W, C).
 
-        smooth: each pixel is a mean of those around its centre, as `resampled` makes it; else that of the image's in
-        which its centre lies, of two beside it the one and the other in turn.
+        smooth: each pixel is a mean of those around its centre, as by `resampled`; else the image's pixel in which its
+        centre lies; between two, each in turn.
         """
         return self._smooth(array, top) if smooth else self._nearest(array, top)
 
@@ -123,7 +123,7 @@ class Window:
 
 
 def _needed(start: float, length: float, count: int, there: int) -> range:
-    """Return what is needed along a side, of as many pixels as are `there`."""
+    """Return the part needed along a side that has `there` pixels."""
     reach = max(length / count, 1)  # of the filter, beyond the window
     first, last = floor(start - reach), ceil(start + length + reach)
     return range(min(max(first, 0), there - 1), min(max(last, 1), there))
@@ -139,7 +139,7 @@ def _holding(start: float, length: float, count: int) -> NDArray[np.int64]:
 
 
 def size_of(size: int | tuple[int, int]) -> tuple[int, int]:
-    """Return width and height of a `size`, which one number says for a square. Raises InputError."""
+    """Return width and height of a `size`, one number for a square. Raises InputError."""
     sides = tuple(size) if isinstance(size, tuple | list) else (size, size)
     if len(sides) != 2 or not all(isinstance(side, int | np.integer) and 1 <= side <= MAX_SIDE for side in sides):
         raise InputError(

@@ -234,7 +234,7 @@ class LensInverse:
     steps: int
     """How many Newton steps must follow."""
     max_radius: float
-    """That of the frame, undistorted; no step begins beyond it."""
+    """Largest undistorted radius of the frame; no step begins beyond it."""
     distortion: tuple[float, ...]
     """The lens's coefficients in that unit."""
 

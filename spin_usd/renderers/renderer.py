@@ -60,9 +60,9 @@ class OpenableScene:
     scene: Scene
     """With its lights as they are."""
     effort: Effort
-    """That of the render that the program is to make."""
+    """Effort of the render that the program will make."""
     seed: int
-    """That of the same render."""
+    """Seed of the same render."""
     behind: NDArray[np.float32] | None
     """(H, W, 3), W/m2/sr, of the whole frame: the background; None where that is black."""
     camera_path: str

@@ -138,7 +138,7 @@ class Requirements:
     light_tree: bool
     """Whether lights are chosen by what they do."""
     filter_glossy: float
-    """That of the effort, or 0."""
+    """The effort's filter_glossy, or 0."""
     camera_shader: bool
     """Whether there is one even where a plain camera would do."""
 

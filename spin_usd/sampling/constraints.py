@@ -26,7 +26,7 @@ class Constraint:
     bears_on: tuple[str, ...]
     """The parameters whose values decide it, any of them enough."""
     needs_planet: bool = False
-    """Whether it is about one."""
+    """True if the constraint is about a planet."""
 
 
 def angle(a: Float, b: Float) -> Float:

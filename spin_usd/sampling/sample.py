@@ -79,7 +79,7 @@ class Sample:
     parameter: str
     distribution: Distribution
     per_frame: bool = False
-    """Whether it is sampled for each picture, else once."""
+    """True if sampled for each picture, False if once."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -47,13 +47,13 @@ class TrajectoryLaw:
     """How the target and the camera's craft move."""
 
     path: RelativeOrbit | Transfer | Chaser
-    """That of the target past the camera's craft, or of the craft about the target."""
+    """Path of the target past the camera's craft, or of the craft about the target."""
     spin: Spin | Tumble
     attitude: Distribution
     step: float
     """Seconds between pictures."""
     period: float = math.inf
-    """That of the orbit, seconds."""
+    """Period of the orbit, seconds."""
     tilt: tuple[float, float] = (0.0, 0.0)
     """The camera's turn about its x and y, radians."""
     centre_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -44,10 +44,10 @@ class ImageMap:
     """SRGB or RAW, from which it is decoded."""
     output: str = "rgb"
     primvar: str = "st"
-    """That of the part which says where on the image a corner lies."""
+    """Name of the part's primvar with image coordinates for each corner."""
     placement: ImageTransform = ImageTransform()
     wrap: tuple[str, str] = ("repeat", "repeat")
-    """Those of s and t."""
+    """Wrap modes of s and t."""
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
 

@@ -35,7 +35,7 @@ class Body:
     """A target, or an occluder: geometry that only occludes, shades and reflects."""
 
     id: int
-    """That of a target, from 1 in the stage's order; 0 of an occluder."""
+    """Number of a target, from 1 in the stage's order; 0 for an occluder."""
     target: Target
     """Its shape, parts and materials; those of an occluder too."""
     T_cam_body: Transform
@@ -43,8 +43,8 @@ class Body:
     poses: tuple[Transform, ...] = ()
     """T_cam_body at 3, 5, 9, 17, ... equally spaced times while the shutter is open; none where nothing is blurred."""
     part_offset: int | None = None
-    """What is added to the numbers of its own parts to give their ids in labels. None stands for the number of parts of
-    the bodies before it in the scene."""
+    """Offset from the numbers of its own parts to their ids in labels. None stands for the number of parts of the
+    bodies before it in the scene."""
     motion: BodyMotion | None = field(default=None, metadata=NAME)
     """None where the stage does not say it."""
 

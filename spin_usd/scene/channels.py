@@ -14,15 +14,15 @@ class Channels:
     dtype: str | Mapping[str, str]
     """The numbers' type, as numpy names it; of a table each column's, by its name."""
     holds: Mapping[str, str]
-    """What each channel or column holds, by its name in the file, in order."""
+    """Content of each channel or column, by its name in the file, in order."""
     unit: str = ""
-    """That of the numbers; "" where they have none."""
+    """Unit of the numbers; "" for none."""
     frame: str = ""
     """The axes of coordinates, "cam", "body" or "lidar"; "" where there are none."""
     encoding: str = ""
     """The transfer curve of light to the numbers, as Sensor has it; "" for a label."""
     gamma: float | None = None
-    """That of the encoding "gamma"."""
+    """Exponent of the encoding "gamma"."""
 
     @property
     def names(self) -> tuple[str, ...]:

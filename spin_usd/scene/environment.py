@@ -40,7 +40,7 @@ class Planet:
     night: Image | None = None
     """An image of lights that are seen by day and night."""
     night_radiance: Color = (0.0, 0.0, 0.0)
-    """That of the white of `night`, W/m2/sr."""
+    """Radiance of the white of `night`, W/m2/sr."""
     atmosphere: float = 0.0
     """Scale height in metres, 0 for none."""
     haze: Color = (0.0, 0.0, 0.0)
@@ -98,7 +98,7 @@ class BackPlate:
     images: tuple[Image, ...]
     """One of these is shown."""
     radiance: Color
-    """That of the image's white."""
+    """Radiance of the image's white."""
     probability: float = 1.0
     """The share of the pictures that have it."""
     roll: tuple[float, float] = (0.0, 0.0)

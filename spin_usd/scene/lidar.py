@@ -173,7 +173,7 @@ PATTERNS: Mapping[str, Callable[[int, int, Span, Span], Float]] = {
 }
 """The patterns that there are. A new one is a function of these arguments and an entry here."""
 FLAT = ("raster", "rosette")
-"""Those that lie on a plane before the LiDAR, so that their angles are below 90 degrees."""
+"""Patterns that lie on a plane before the LiDAR, so that their angles are below 90 degrees."""
 
 
 @lru_cache(maxsize=4)

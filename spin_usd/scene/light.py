@@ -28,7 +28,7 @@ class DistantLight:
     direction_cam: tuple[float, float, float]
     """Unit: where its light travels *to*."""
     irradiance: Color
-    """That of a plane that faces all of it, as on planets."""
+    """Irradiance of a plane that faces all of it, as on planets."""
     angle: float = 0.0
     """Its angular diameter, radians."""
     obscuration: float = 0.0

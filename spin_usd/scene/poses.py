@@ -56,7 +56,7 @@ class PoseList:
     lists: str = ""
     """How many lists a folder had, and their format, in words; "" for a file."""
     notes: tuple[str, ...] = ()
-    """What was decided when they were read, for the user."""
+    """Decisions made while reading, for the user."""
 
     def __post_init__(self) -> None:
         count = len(self.names)

@@ -27,7 +27,7 @@ from spin_usd.scene.target import Target
 
 NOMINAL = "nominal"
 STATED = ("source_file", "time_s", "utc")
-"""What a stage may say of a picture that decides none of its files, by the fields of FrameId and of the record."""
+"""Values that a stage may state of a picture without changing its files, by the fields of FrameId and of the record."""
 """The variant that is the stage without any augmentation."""
 
 
@@ -53,7 +53,7 @@ class FrameId:
     time_code: float
     """The stage's."""
     variant: str = NOMINAL
-    """That of `variant_of`."""
+    """Name from `variant_of`."""
     source_file: str = ""
     """The file that its pose was given for; "" where there is none."""
     time_s: float | None = None
@@ -133,7 +133,7 @@ class Scene:
     """The same moment as another camera of the stage sees it, likewise: the second for the first, the first for all
     others."""
     rig: Rig | None = None
-    """Which camera it is; None where the stage has one alone."""
+    """The camera of several; None if the stage has only one."""
     lidar: Lidar | None = None
     """Where there is one."""
     range_finder: RangeFinder | None = None

@@ -90,6 +90,6 @@ class Sensor:
     encoding: str = "srgb"
     """The transfer curve of the written numbers: "linear", "srgb", or "gamma"."""
     gamma: float = 2.2
-    """What the encoding "gamma" takes the root of."""
+    """Degree of the root that the encoding "gamma" takes."""
     bit_depth: int = 8
     """Bits of the written numbers, 8 or 16."""

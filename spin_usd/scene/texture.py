@@ -185,7 +185,7 @@ class Texture:
     """One of OUTPUTS."""
     coordinates: Coordinates = Coordinates()
     wrap: tuple[str, str] = ("repeat", "repeat")
-    """Those of s and t, each one of WRAPS; tiles are all clamped to their own edges."""
+    """Wrap modes of s and t, each one of WRAPS; tiles are all clamped to their own edges."""
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
 

@@ -59,8 +59,7 @@ class AugmentationTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields
         return map(self._entry, names, range(len(names)))
 
     def _entry(self, name: str, turn: int) -> AugmentationEntry:
-        """Return the augmentation `name`, for which what is listed to be taken in turn is taken for the `turn`th time,
-        from 0."""
+        """Return the augmentation `name` with entry `turn`, counted from 0, of each list to be taken in turn."""
         sample = {
             parameter: _fixed(words, turn) if words["distribution"] == IN_TURN else words
             for parameter, words in self.sample.items()
@@ -88,10 +87,10 @@ class Specification:
     name: str
     """The file's stem."""
     sha256: str
-    """That of the file's bytes."""
+    """SHA-256 of the file's bytes."""
     seed: int
     augmentations: tuple[AugmentationEntry, ...]
-    """Each entry as often as its count says."""
+    """Each entry, repeated `count` times."""
 
 
 def spec_path(given: str | Path) -> Path:
@@ -128,6 +127,6 @@ def read_augmentation_spec(path: str | Path) -> Specification:
 
 
 def _fixed(words: Mapping[str, Any], turn: int) -> dict[str, Any]:
-    """Return the words of a value taken in turn as those of a fixed one."""
+    """Return the keys of a value taken in turn, as keys of a fixed value."""
     rest = {key: value for key, value in words.items() if key != "values"}
     return {**rest, "distribution": "fixed", "value": words["values"][turn % len(words["values"])]}

@@ -1,4 +1,4 @@
-"""The table `sample` of a specification: the distribution of each parameter, as it is written."""
+"""The table `sample` of a specification: the distribution of each parameter, as written."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

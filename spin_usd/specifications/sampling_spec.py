@@ -29,7 +29,7 @@ class SamplingPart:
     law: PoseLaw | TrajectoryLaw
     sample: tuple[SampleEntry, ...]
     sequential: frozenset[str]
-    """Those of `sample` that are sampled for each sequence; in all else they are per frame."""
+    """Keys of `sample` that are sampled for each sequence; elsewhere they are sampled per frame."""
 
     @property
     def count(self) -> int:
@@ -43,7 +43,7 @@ class SamplingSpec:
     file: Path | None
     """None for a line of text."""
     source: str
-    """What messages call it."""
+    """Name in messages."""
     table: SamplingTables
     parts: tuple[SamplingPart, ...]
 

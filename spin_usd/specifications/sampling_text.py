@@ -1,7 +1,7 @@
 """A sampling specification in one line, such as "range=3..10 attitude=uniform inside=0.9 count=1000".
 
 Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
-are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
+are X,Y,Z, or X,Y,Z:DEGREES for all within that angle; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
 """
 
 import re
@@ -32,15 +32,15 @@ DISTANCE = "distance"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyText:
-    """What a line such as "distance=1..5 count=3" says of where bodies beside the target are."""
+    """Placement of further bodies, from a line such as "distance=1..5 count=3"."""
 
     text: str
     count: int
     """Of the bodies."""
     poses: Words
-    """The table that it is short for, and `distance`, metres between a body's origin and the target's.
+    """The equivalent table, and `distance`, metres between a body's origin and the target's.
 
-    It is empty where nothing is said.
+    Empty if not stated.
     """
 
 
@@ -50,12 +50,12 @@ def is_sampling_text(given: str) -> bool:
 
 
 def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
-    """Return the tables that `text` is short for; `count` pictures, unless the text itself says how many. Raises
-    InputError that names the word."""
+    """Return the tables equivalent to `text`; `count` pictures, unless the text states the number. Raises InputError
+    that names the word."""
     words = _words(text)
     given = _number("count", words.pop("count")) if "count" in words else count
     if given is None:
-        raise InputError("says not how many pictures", where=f"sample {text!r}", do="add count=100")
+        raise InputError("does not state the number of pictures", where=f"sample {text!r}", do="add count=100")
     pictures = _whole(_within("count", given, 1, MAX_PICTURES))
     poses, sample, constraints = _sorted(words)
     part = {"name": "sample", "names": NAMES, "pictures": pictures, "poses": poses, "sample": sample}
@@ -63,7 +63,7 @@ def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
 
 
 def body_text(text: str) -> BodyText:
-    """Return what `text` says of bodies beside the target. Raises InputError that names the word."""
+    """Return the placement of further bodies from `text`. Raises InputError that names the word."""
     words = _words(text)
     count = _whole(_within("count", _number("count", words.pop("count", "1")), 1, MAX_BODIES))
     poses: dict[str, Any] = {}
@@ -72,7 +72,7 @@ def body_text(text: str) -> BodyText:
             poses[key] = _range(key, value)
         elif not _add_pose_word(poses, key, value):
             do = f"use count, {DISTANCE}, {', '.join(POSE_WORDS)}"
-            raise InputError("says not where a body is", where=f"sample {key!r}", do=do)
+            raise InputError("does not state where a body is", where=f"sample {key!r}", do=do)
     places = ("range", "u_share", "v_share")
     if DISTANCE in poses and (other := next((name for name in places if name in poses), None)):
         raise InputError(f"is given beside {DISTANCE}", where=f"sample {other!r}", do="keep one of them")
@@ -92,7 +92,7 @@ def _words(text: str) -> dict[str, str]:
 
 
 def _sorted(words: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Return what poses are sampled from, what else is sampled in each picture, and the constraints."""
+    """Return the distribution of poses, the other samples of each picture, and the constraints."""
     poses: dict[str, Any] = {}
     sample: dict[str, Any] = {}
     constraints: dict[str, Any] = {}
@@ -175,7 +175,7 @@ def _sampled(key: str, value: str) -> Words:
 
 
 def _near(key: str, value: str, count: int, form: str) -> tuple[list[float], float | None]:
-    """Return `count` numbers, and how many degrees may be between them and a sample; None where that is not said."""
+    """Return `count` numbers, and the largest angle in degrees between them and a sample; None if not stated."""
     found = NEAR.fullmatch(value)
     numbers = [_number(key, number) for number in found[1].split(",")] if found else []
     if found is None or len(numbers) != count:

@@ -1,6 +1,6 @@
-"""Files that are there whole or not at all: written in a run's work folder, then put into place.
+"""Files that are complete or absent: written in a run's work folder, then put into place.
 
-Every `work` is a folder of the run's own, on the file system of the files that are written by way of it.
+Every `work` is the run's own folder, on the same file system as the written files.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ from spin_usd.files.changes import link, put
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.new_file import write_whole
 
-PROCESS = secrets.token_hex(8)  # in the names of this process's temporary files, beside those of others
+PROCESS = secrets.token_hex(8)  # in the names of this process's temporary files, to distinguish processes
 NUMBERS = count()
 
 
@@ -38,9 +38,9 @@ def write_atomically(
     Raises OutputError, or the SpinError that `encode` raises, leaving nothing, or the file without its second name.
 
     Args:
-        place: Says of the sha256 where the file goes, where not to `name`.
-        also: A second name of the file there, or of a copy where the file system has no links.
-        forced: Whether the bytes are on the disk before the file is in its place; else a power cut may leave less of
+        place: Gives the file's name from the sha256, instead of `name`.
+        also: A second name of the file, or of a copy if the file system has no links.
+        forced: Whether the bytes are on the disk before the file is in its place; else a power cut may truncate
             it.
     """
     temporary, second = _temporary(work, name), _temporary(work, name) if also else None
@@ -75,7 +75,7 @@ def _named(path: Path, *temporaries: Path | None) -> Iterator[None]:
     except SpinError as e:
         _remove(temporaries)
         if e.where is not None and str(e.where) != str(temporaries[0]):
-            raise  # over what it was made of
+            raise  # over its sources
         raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
         _remove(temporaries)
@@ -89,7 +89,7 @@ def _remove(temporaries: Iterable[Path | None]) -> None:
 
 
 def _create(path: Path, data: bytes, *, forced: bool) -> None:
-    """Write the data to the file at `path`, whose folder is made where there is none."""
+    """Write the data to the file at `path`, and make its folder if missing."""
     try:
         write_whole(path, data, forced=forced)
     except FileNotFoundError:
@@ -114,9 +114,9 @@ def force_folder(folder: Path) -> None:
 
 
 def link_atomically(folder: Folder, name: str, source: FileIn, *, work: Path, copy: bool = False) -> None:
-    """Make the file `name` of the folder another name of the `source`, or a copy of it where that is asked for, or the
-    file system has no links (or no more of that file). To replace either later leaves the other as it is. Raises
-    OutputError, leaving nothing, and InputError where the source is no file."""
+    """Make the file `name` of the folder another name of the `source`, or a copy if requested, or if the file system
+    has no links (or no more for that file). Replacing either later does not change the other. Raises OutputError,
+    leaving nothing, and InputError if the source is not a file."""
     temporary = _temporary(work, name)
     try:
         work.mkdir(parents=True, exist_ok=True)

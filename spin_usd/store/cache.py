@@ -23,7 +23,7 @@ from spin_usd.store.read_documents import read_record
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
-MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (planning.cost)
+MEASURED = f"{CACHE}/measured.json"  # beside them: the cost of passes in this dataset's runs (planning.cost)
 VERSION_DIGITS = 8
 
 
@@ -38,7 +38,7 @@ class Purpose:
 
 @dataclass(frozen=True, kw_only=True)
 class CacheEntry:
-    """A cached file, the `sha256` that its bytes must have, and what it is good for."""
+    """A cached file, the `sha256` that its bytes must have, and its purpose."""
 
     purpose: Purpose
     sha256: str
@@ -60,10 +60,10 @@ class Cache:
     cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (picture.render_file)
     cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
 
-    A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the
-    start of a digest of the software that made it: another Blender's never serves. A file's name holds the digest of
-    its bytes, so a name cannot come apart from its file, and nothing is served or removed that is not what was written;
-    what was damaged is made again under the same name.
+    A label's key is the geometry key, or its own if it depends on more. <2> is the key's start, <versions> the start of
+    a digest of the software that made it: a file of another Blender is never used. A file's name contains the digest of
+    its bytes, so only files with their original bytes are used or removed; a damaged file is made again under the same
+    name.
     """
 
     folder: Folder
@@ -92,9 +92,9 @@ class Cache:
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
-    """Return the digest in the names of files of that `kind` that software of these versions made, but for what
-    develops images. A label's leaves out the renderer's too, which has no part in it, and also covers how it is
-    written, for the same surface in other channels is another file."""
+    """Return the digest in the names of files of that `kind` from software of these versions, except the part that
+    develops images. A label's excludes the renderer too, and includes its channels, since the same surface in other
+    channels is another file."""
     if kind not in LABELS:
         return digest({name: number for name, number in versions.items() if name not in IMAGING})[:VERSION_DIGITS]
     labelling = {name: number for name, number in versions.items() if name in LABELLING}
@@ -108,7 +108,7 @@ def entries(store: Store) -> Iterator[CacheEntry]:
 
 
 def held_keys(store: Store) -> dict[str, set[str]]:
-    """Return keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
+    """Return keys by kind of the files in the dataset's cache, of any version, unverified: for estimates."""
     held: dict[str, set[str]] = {kind: set() for kind in CACHED}
     for entry in entries(store):
         held[entry.purpose.kind].add(entry.purpose.key)
@@ -133,8 +133,8 @@ def used(store: Store) -> set[Purpose]:
 
 
 def remove_entries(store: Store, *, but: set[Purpose]) -> None:
-    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty. A
-    file whose bytes its name does not hold was not written under that name, and stays."""
+    """Remove all files from the cache except those for these purposes, and the folders left empty. A file whose bytes
+    do not match its name was not written under that name, and stays."""
     for entry in list(entries(store)):
         if entry.purpose not in but and entry.whole:
             remove_file(store.folder, entry.file.name)

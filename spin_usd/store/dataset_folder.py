@@ -1,4 +1,4 @@
-"""A dataset's folder: names, what it may hold, and the hold of the one run that writes it."""
+"""A dataset's folder: its names and contents, and the lock of the run that writes it."""
 
 import errno
 import os
@@ -49,7 +49,7 @@ class Store:
     shards.json                          of a shard: what all shards make
     .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
 
-    These are a dataset's own; all else in the folder is its user's, and left alone.
+    These belong to the dataset; anything else in the folder belongs to the user, and is left alone.
     """
 
     root: Path
@@ -112,8 +112,8 @@ class Store:
             raise InputError(e.found, where=self.root / DESCRIPTION, do=do) from e
 
     def contents(self) -> list[str]:
-        """Return the names in the folder, but those of a run that goes on or was killed. Raises OutputError where there
-        is something that is not a folder, or cannot be read."""
+        """Return the names in the folder, except those of a running or killed run. Raises OutputError if it is not a
+        folder, or cannot be read."""
         try:
             names = sorted(os.listdir(self.root))
         except FileNotFoundError:
@@ -125,8 +125,8 @@ class Store:
         return [name for name in names if name not in ours]
 
     def refuse_special_files(self) -> None:
-        """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
-        leads to is not the dataset's, and is neither read nor written nor removed."""
+        """Raise InputError if something that should belong to the dataset is a link, or neither file nor folder: its
+        target is outside the dataset, and is neither read nor written nor removed."""
         refuse_special_files(self.folder, OWN)
         self._refuse_other_types()
 
@@ -138,14 +138,14 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[Lease]:
-        """Hold the folder, which is made where there is none, for this run, as long as the block.
+        """Lock the folder, which is made if missing, for this run, as long as the block.
 
-        A killed run's hold ends with its last process. The lock is that of `flock`. It holds between machines where the
-        file system of a shared folder says so: NFS does (its version 3 with the lock service), Lustre where it is
-        mounted with `flock`. A file system without locks is refused.
+        A killed run's lock ends with its last process. The lock uses `flock`. It works between machines if the shared
+        file system supports it: NFS does (version 3 with the lock service), Lustre if mounted with `flock`. A file
+        system without locks is refused.
 
-        Waits PATIENCE_S seconds for another run that has it. Takes a folder that it made back when nothing came of the
-        run. Raises InputError where another run keeps it, and OutputError.
+        Waits PATIENCE_S seconds for another run to release it. Removes a folder that it made if the run produced
+        nothing. Raises InputError if another run keeps it, and OutputError.
         """
         made = self._make_root()
         try:
@@ -163,7 +163,7 @@ class Store:
                     self.root.rmdir()
 
     def _acquired(self) -> Lock:
-        """Take the lock, which is made where there is none."""
+        """Take the lock, which is made if missing."""
         began = time.monotonic()
         try:
             while True:
@@ -195,7 +195,7 @@ class Store:
         return True
 
     def _replace_leftovers(self, work: Path) -> None:
-        """Make the work folder anew, without what a run that was killed left in it."""
+        """Make the work folder anew, without remains of a killed run."""
         try:
             if self.folder.type_of(work.name) is NodeType.FOLDER:
                 remove_tree(self.folder, work.name)
@@ -204,7 +204,7 @@ class Store:
             raise self._unwritable(e) from e
 
     def _remove_whole(self, work: Path) -> None:
-        """Remove a work folder; a signal waits, for nobody would remove what is left of it."""
+        """Remove a work folder; a signal waits, since nobody else would remove the rest."""
         with postponed():
             remove_tree(self.folder, work.name)
 
@@ -226,7 +226,7 @@ def refuse_special_files(folder: Folder, names: tuple[str, ...]) -> None:
 
 def special_file_error(folder: Folder, node: Node) -> InputError:
     """Return the error over something in the folder that is neither file nor folder."""
-    do = "put what it stands for in its place, or remove it"
+    do = "replace it by its target, or remove it"
     return InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
 
 

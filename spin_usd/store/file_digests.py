@@ -1,7 +1,7 @@
-"""A folder's files with their digests, listed in the folder itself, so that who replaces it whole can see what in it is
-ours.
+"""A folder's files with their digests, listed in the folder itself, so that code that replaces the folder can recognise
+our files.
 
-The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
+The list has the format of `sha256sum`, and `sha256sum --check` reads it.
 """
 
 import re
@@ -21,12 +21,12 @@ LINE = re.compile(r"\\?[0-9a-f]{64}  .+")
 
 
 def write_sums(folder: Path, *, beside: Iterable[str] = ()) -> None:
-    """List the files of the folder, and those of these names `beside` it. Raises OSError."""
+    """List the files of the folder, and files of these names `beside` it. Raises OSError."""
     write_bytes(Folder(folder), SUMS, sums(folder, beside=beside).encode("utf-8", "surrogateescape"))
 
 
 def sums(folder: Path, *, beside: Iterable[str] = ()) -> str:
-    """Return the list of the files as they are now. Raises InputError."""
+    """Return the list of the current files. Raises InputError."""
     return "".join(f"{line}\n" for _, line in _lines(folder, beside))
 
 
@@ -38,20 +38,20 @@ def same_files(folder: Path, other: Path) -> bool:
 
 
 def same_names(folder: Path, other: Path) -> bool:
-    """Return whether both folders hold files of the same names, whatever their lists say."""
+    """Return whether both folders contain files of the same names, regardless of their lists."""
     return set(Folder(folder).files()) == set(Folder(other).files())
 
 
 def changed(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
-    """Return the files in the folder, and those of these names `beside` it that are there, which its list does not
-    name, or not with these bytes; the list itself where that is there and is none."""
+    """Return the files in the folder, and existing files of these names `beside` it, that its list lacks, or has with
+    other bytes; also the list itself if it is not valid."""
     if Folder(folder).type_of(SUMS) is NodeType.FILE and not has_list(folder):
         return iter([folder / SUMS])
     return unlisted(folder, beside=beside)
 
 
 def unlisted(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
-    """Return those files whose line is not in the list, whatever else is there."""
+    """Return the files whose line is not in the list."""
     listed = set(_listed(folder))
     return (file for file, line in _lines(folder, beside) if line not in listed)
 

@@ -25,11 +25,11 @@ class HiddenFolder(NamedTuple):
 
 @contextmanager
 def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[HiddenFolder]:
-    """Make the folder `.NAME.TOKEN` in `parent`, and a file for the same time there, called after the file `beside`:
-    both are gone in the end.
+    """Make the folder `.NAME.TOKEN` in `parent`, and a file of a name derived from `beside`, for the duration of the
+    block.
 
-    What killed processes left of both is removed first: folders of that name whose lock has the token of their name,
-    and is held by nobody. Raises OutputError where it cannot be made.
+    Remains of killed processes are removed first: folders of that name whose lock has the token of their name, and is
+    free. Raises OutputError if it cannot be made.
     """
     token = new_token()
     hidden = _hidden(parent, name, beside, token)
@@ -44,7 +44,7 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=parent, do="choose another folder") from e
     lock = None
-    with suppress(OSError):  # a file system without locks: nobody removes what is left there
+    with suppress(OSError):  # a file system without locks: remains are not removed
         lock = take_lock(hidden.folder / LOCK)
     try:
         yield hidden
@@ -55,8 +55,7 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
 
 
 def remove_leftovers(parent: Path, name: str, *, beside: str = "none") -> None:
-    """Remove what killed processes left of the hidden folders of that name. Raises OSError where `parent` cannot be
-    listed."""
+    """Remove hidden folders of that name that killed processes left. Raises OSError if `parent` cannot be listed."""
     for entry in os.listdir(parent):
         if found := re.fullmatch(rf"\.{re.escape(name)}\.([0-9a-f]{{32}})", entry):
             _remove_left(_hidden(parent, name, beside, found[1]), found[1])

@@ -19,13 +19,13 @@ REMEDY = "restore it, or make it again"
 
 def read_json(folder: Folder, name: str, schema: str) -> dict[str, Any]:
     """Read the JSON object in the file `name` of the folder, valid by the schema named (such as "record-1"), its
-    numbers finite; InputError says what is wrong."""
+    numbers finite; InputError reports the fault."""
     return valid(folder.read(name, MAX_DOCUMENT), schema, folder.root / name)
 
 
 def valid(data: bytes, schema: str, where: Path, *, do: str = REMEDY) -> dict[str, Any]:
-    """Return the JSON object in the `data` of a file, valid by the schema named, its numbers finite; InputError says
-    what is wrong, and what to `do`."""
+    """Return the JSON object in the `data` of a file, valid by the schema named, its numbers finite; InputError reports
+    the fault, and the remedy `do`."""
     try:
         value = finite_json(data.decode("utf-8"))
         error = _worst_error(value, schema)
@@ -40,7 +40,7 @@ def valid(data: bytes, schema: str, where: Path, *, do: str = REMEDY) -> dict[st
 
 
 def _worst_error(value: Any, schema: str) -> "ValidationError | None":
-    """Return what is most wrong with the value by the schema named; None where it is valid."""
+    """Return the worst fault of the value by the schema named; None if it is valid."""
     from jsonschema.exceptions import best_match  # not above: jsonschema is slow to load, and a new dataset needs none
 
     worst: ValidationError | None = best_match(_validator(schema).iter_errors(value))

@@ -1,7 +1,7 @@
-"""A lock file that says by a random token which of the files beside it are ours.
+"""A lock file whose random token marks which of the files beside it are ours.
 
-A lock is ours when it holds a token as we write it, and nothing else; what bears the same token in its name was made
-under it. The token stays as long as the file: who takes the lock of a run that was killed has that run's leftovers.
+A lock is ours if it contains only a token in our format; files with the same token in their names were made under it.
+The token stays as long as the file: a run that takes the lock of a killed run also takes its remains.
 """
 
 import errno
@@ -34,7 +34,7 @@ def new_token() -> str:
 
 
 def token_in(path: Path) -> str | None:
-    """Return the token of the lock at `path`; None where nothing is there, or something that is not ours."""
+    """Return the token of the lock at `path`; None if it does not exist, or is not ours."""
     with suppress(OSError):
         descriptor = _open(path, os.O_RDONLY)
         try:
@@ -45,8 +45,8 @@ def token_in(path: Path) -> str | None:
 
 
 def create_lock(path: Path, token: str) -> None:
-    """Make the lock at `path`, on the disk too: a power cut that left a lock empty would leave nobody's. Raises
-    FileExistsError where something is there, and other OSErrors, leaving nothing."""
+    """Make the lock at `path`, forced to disk: an empty lock after a power cut would have no owner. Raises
+    FileExistsError if something exists there, and other OSErrors, leaving nothing."""
     text, descriptor = TEXT.format(token).encode(), _open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
     try:
         if os.write(descriptor, text) < len(text):  # no error: the disk, or a limit, has room for a part
@@ -77,18 +77,18 @@ def take_lock(path: Path, *, shared: bool = False) -> Lock | None:
 
 
 def take_alone(lock: Lock) -> bool:
-    """Hold alone what was held shared, and return whether that could be done; where not it is held no more."""
+    """Turn the shared lock into an exclusive one, and return whether that succeeded; if not, the lock is released."""
     return _flock(lock.descriptor, fcntl.LOCK_EX)
 
 
 def refuse_other_file(path: Path) -> None:
     """Raise InputError where something is at `path` and is not a lock of ours."""
     if os.path.lexists(path) and token_in(path) is None:
-        raise InputError("is there and is not a lock of spin-usd", where=path, do="move it elsewhere, or remove it")
+        raise InputError("exists and is not a lock of spin-usd", where=path, do="move it elsewhere, or remove it")
 
 
 def _flock(descriptor: int, kind: int) -> bool:
-    """Lock the open file in that way, and return whether nobody's lock was in the way. Raises OSError."""
+    """Lock the open file in that way, and return whether no other lock was in the way. Raises OSError."""
     try:
         fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -98,8 +98,8 @@ def _flock(descriptor: int, kind: int) -> bool:
 
 def _is_at(path: Path, descriptor: int) -> bool:
     """Return whether the open file is still the one at `path`: the run before may have removed it between our opening
-    and our locking it. To open it again asks the file server, where a look at its attributes may be answered from what
-    this machine remembers."""
+    and our locking it. Opening it again asks the file server, while its attributes may come from this machine's
+    cache."""
     with suppress(FileNotFoundError):
         again = _open(path, os.O_RDONLY)
         try:

@@ -21,7 +21,7 @@ def folder_of(stage: Path) -> Path:
 
 def measurement_file(stage: Path, measured: Path | None = None) -> Path:
     """Find the file of the stage's own measurement, or of the one in `measured`, a folder or the file itself. Raises
-    InputError where there is none."""
+    InputError if there is none."""
     if measured is not None:
         return measured / FILE if measured.is_dir() else measured
     file = folder_of(stage) / FILE

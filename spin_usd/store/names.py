@@ -1,4 +1,4 @@
-"""The names of what lies in a dataset's folder, whatever kinds of file its pictures have."""
+"""The names in a dataset's folder, for any kinds of files of its pictures."""
 
 DESCRIPTION = "dataset.json"
 STAGE = "stage"
@@ -21,17 +21,17 @@ def events_of(variant: str) -> str:
 
 
 def event_record_of(variant: str) -> str:
-    """Return the name of what is said of a variant's events."""
+    """Return the name of the record of a variant's events."""
     return f"{EVENTS}/{variant}.json"
 
 
 def event_chunks(key: str) -> str:
-    """Return the folder of what is kept of events until they are whole."""
+    """Return the folder of unfinished events."""
     return f"{EVENT_CHUNKS}/{key}"
 
 
 def event_chunk(key: str, what: str, chunk: int) -> str:
-    """Return the name of what is kept of a chunk of events until they are whole: `what` is EVENTS or STATE."""
+    """Return the name of a chunk of unfinished events: `what` is EVENTS or STATE."""
     return f"{event_chunks(key)}/{what}-{chunk:06d}.npz"
 
 

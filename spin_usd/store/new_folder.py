@@ -12,10 +12,10 @@ from spin_usd.store.hidden_folder import hidden_folder, remove_leftovers
 
 @contextmanager
 def new_folder(out: Path) -> Iterator[Path]:
-    """Make a folder hidden beside `out` to write in; it becomes `out` when the block ends well, else it is removed.
+    """Make a folder hidden beside `out` to write in; it becomes `out` if the block succeeds, else it is removed.
 
-    What killed processes left for the same `out` is removed first. Raises InputError when `out` exists and is not an
-    empty folder, or is a link, which a folder cannot replace; OutputError when it cannot be made.
+    Remains of killed processes for the same `out` are removed first. Raises InputError if `out` exists and is not an
+    empty folder, or is a link, which a folder cannot replace; OutputError if it cannot be made.
     """
     if out.is_symlink():
         raise InputError("is a link", where=out, do="give the folder that it leads to, or remove it")
@@ -41,7 +41,7 @@ def new_folder(out: Path) -> Iterator[Path]:
 
 @contextmanager
 def nothing_left_of(out: Path) -> Iterator[None]:
-    """Remove what a process that makes the new folder `out` in the block leaves hidden beside it where it is killed."""
+    """Remove the hidden remains beside `out` if a process that makes it in the block is killed."""
     try:
         yield
     except BaseException:

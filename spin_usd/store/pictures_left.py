@@ -1,4 +1,4 @@
-"""Find what is left to make of a picture that an earlier run may have made."""
+"""Find the files to make of a picture that an earlier run may have made."""
 
 import os
 import stat
@@ -27,9 +27,9 @@ from spin_usd.store.read_documents import read_record, recorded_files
 
 @dataclass(frozen=True, kw_only=True)
 class WantedFiles:
-    """The kinds of file asked for, the options that decide the image (`PictureOptions.recorded`), the image's file name
-    extension, whether every byte of files that are there is verified before they are used again, and the names of
-    pictures that are made again whatever is there."""
+    """The requested kinds of file, the options that change the image (`PictureOptions.recorded`), the image's file name
+    extension, whether every byte of existing files is verified before use, and the names of pictures to make again in
+    any case."""
 
     kinds: tuple[str, ...]
     options: Mapping[str, Any]
@@ -51,12 +51,11 @@ def kinds_left(
 ) -> tuple[str, ...]:
     """Return the kinds of file to make of the picture, and bring the record of a finished one up to date.
 
-    A picture is finished when its record has the same keys, and all its files are there in the channels that they are
-    written in today; then nothing is left to make, and `finished` is called with the record. `outdated` is called with
-    the record of a picture that has other keys or channels, and with `stage`, what the record would say of it. A
-    picture made again keeps the kinds of file it had. The record of one that was made from another state of the stage
-    says from now on that `stage` makes it too, and how that calls its targets (their `names` by id) and its source.
-    `work` is for temporary files.
+    A picture is finished if its record has the same keys, and all its files exist in today's channels; then nothing is
+    left to make, and `finished` is called with the record. `outdated` is called with the record of a picture that has
+    other keys or channels, and with `stage`, its entry in the record. A picture made again keeps the kinds of file it
+    had. The record of a picture made from another state of the stage is updated to list `stage` too, with its names of
+    the targets (`names` by id) and its source. `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
@@ -68,7 +67,7 @@ def kinds_left(
     provenance = record.provenance
     if (record.index, provenance.time_code, provenance.stage) != (picture.index, picture.time_code, stage):
         name = record_of(picture.variant, picture.frame)
-        # Not through its type: that would write 0 as 0.0, and drop what a later version says.
+        # Not through its type: that would write 0 as 0.0, and drop fields of a later version.
         before = finite_json(store.folder.read(name, MAX_RECORD))
         write_json(store.folder, name, _renamed(before, stage, picture, names), work=work)
     return ()
@@ -77,7 +76,7 @@ def kinds_left(
 def _renamed(
     record: dict[str, Any], stage: StageProvenance, picture: PlannedPicture, names: Mapping[int, str]
 ) -> dict[str, Any]:
-    """Return the record with what the stage says of the picture that decides none of its files."""
+    """Return the record with the stage's values that do not change the picture's files."""
     record["provenance"] |= {"stage": to_builtins(stage), "time_code": picture.time_code, "keys": picture.keys}
     targets = [{**target, "name": names.get(target["id"], target["name"])} for target in record["targets"]]
     changed = {"index": picture.index, "targets": targets}
@@ -100,7 +99,8 @@ def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> b
 def _is_finished(
     store: Store, record: Record, had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
 ) -> bool:
-    """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted, as it is wanted."""
+    """Return whether `record`, whose files are `had`, is the picture's, with all requested files in the requested
+    form."""
     return (
         bool(had)
         and picture.name not in (wanted.again or ())
@@ -112,12 +112,12 @@ def _is_finished(
 
 
 def _is_current(record: Record, had: Mapping[str, str], picture: PlannedPicture) -> bool:
-    """Return whether the files of the `record` are those of the picture, as they would be written today."""
+    """Return whether the files of the `record` equal the picture's files as they would be written today."""
     return _same_content(record, picture, had) and _same_channels(record)
 
 
 def _record(store: Store, picture: PlannedPicture) -> Record | None:
-    """Read the picture's record; None where there is none that can be used."""
+    """Read the picture's record; None if there is no usable one."""
     with suppress(InputError):
         return read_record(store.folder, record_of(picture.variant, picture.frame))
     return None
@@ -137,7 +137,7 @@ def _same_channels(record: Record) -> bool:
 
 
 def _can_have(picture: PlannedPicture, kind: str) -> bool:
-    """Return whether the picture has what files of that kind are made of."""
+    """Return whether the picture has the input for files of that kind."""
     return kind not in NEEDS or kind in picture.label_keys
 
 
@@ -161,5 +161,5 @@ def _holds_something(path: str) -> bool:
 
 
 def _as_recorded(store: Store, record: Record) -> bool:
-    """Return whether all files that the record lists hold the bytes that it says."""
+    """Return whether all files of the record have the recorded bytes."""
     return all(store.folder.sha256(file.path) == file.sha256 for file in record.files.values())

@@ -26,18 +26,18 @@ class _Named(Struct):
 
 
 def read_dataset_json(folder: Folder) -> DatasetDescription:
-    """Read the dataset.json in the folder of a dataset. Raises InputError, which says what is wrong with it."""
+    """Read the dataset.json in the folder of a dataset. Raises InputError with its fault."""
     return convert(read_json(folder, DESCRIPTION, "dataset-1"), DatasetDescription)
 
 
 def read_record(folder: Folder, name: str) -> Record:
-    """Read the record in the file `name` of the folder. Raises InputError, which says what is wrong with it."""
+    """Read the record in the file `name` of the folder. Raises InputError with its fault."""
     return decoded_record(folder.read(name, MAX_RECORD), folder.root / name)
 
 
 def decoded_record(data: bytes, where: Path) -> Record:
-    """Return the record in the `data` of a file; fields that later versions have are passed over. Raises InputError,
-    which says what is wrong with it."""
+    """Return the record in the `data` of a file; fields of later versions are ignored. Raises InputError with its
+    fault."""
     try:
         return _DECODER.decode(data)
     except (DecodeError, RecursionError) as e:  # the schema finds the same, in words for people
@@ -47,7 +47,7 @@ def decoded_record(data: bytes, where: Path) -> Record:
 
 
 def read_event_record(folder: Folder, variant: str) -> EventRecord:
-    """Read what is said of the events of the variant. Raises InputError, which says what is wrong with it."""
+    """Read the record of the variant's events. Raises InputError with its fault."""
     name = event_record_of(variant)
     record = convert(read_json(folder, name, "events-1"), EventRecord)
     if (record.variant, record.file) != (variant, events_of(variant)):
@@ -63,7 +63,7 @@ def _refuse_other_schema(data: bytes, where: Path) -> None:
 
 
 def recorded_files(record: Record | None, variant: str, frame: str) -> dict[str, str]:
-    """Return the path by kind of the record's files; none where there is no record, or it names what cannot be this
+    """Return the path by kind of the record's files; none without a record, or if it names files that cannot be this
     picture's."""
     paths = {kind: file.path for kind, file in record.files.items()} if record else {}
     named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())

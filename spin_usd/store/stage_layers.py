@@ -16,14 +16,14 @@ STAGE_SUMS = f"{STAGE}/{SUMS}"
 
 
 def refuse_changed_stage(store: Store, found: str, *, do: str, new: Path | None = None) -> None:
-    """Raise InputError with those words where a file of the dataset's stage is not as it was written, and one that
-    names SHA256SUMS where that is what is wrong. What the `new` stage in that folder, if any, has too is not lost where
-    it takes the place of this one, and may be what it is."""
+    """Raise InputError with that text if a file of the dataset's stage was changed, and one that names SHA256SUMS if
+    that is damaged. Files that the `new` stage in that folder, if any, has too are not lost when it replaces this one,
+    and may be changed."""
     for file in changed(store.stage) if new is None else _lost(store, new):
         name = file.relative_to(store.root).as_posix()
         if name == STAGE_SUMS or store.folder.type_of(STAGE_SUMS) is not NodeType.FILE or _vouched(store, name):
             raise InputError(
-                "does not list the files of stage/ as they are",
+                "does not match the files of stage/",
                 where=store.root / STAGE_SUMS,
                 do="run spin-usd check --repair on the dataset",
             )
@@ -40,7 +40,7 @@ def _lost(store: Store, new: Path) -> Iterator[Path]:
 
 
 def _vouched(store: Store, name: str) -> bool:
-    """Return whether some record says that the file `name` made a picture as it is."""
+    """Return whether a record lists the file `name`, unchanged, as a source of a picture."""
     layer = (name, store.folder.sha256(name))
     for record in store.records():
         with suppress(InputError):

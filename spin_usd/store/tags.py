@@ -14,7 +14,7 @@ FORM = '{"schema": "tags-1", "dataset": "NAME", "tags": {"good": ["nominal/img00
 
 
 def read_tags(path: Path) -> Mapping[str, Sequence[str]]:
-    """Return the pictures of each tag, as VARIANT/FRAME, that the file says. Raises InputError."""
+    """Return the pictures of each tag in the file, as VARIANT/FRAME. Raises InputError."""
     try:
         tags: Mapping[str, Sequence[str]] = read_json(Folder(path.parent), path.name, SCHEMA)["tags"]
     except InputError as e:
@@ -24,7 +24,7 @@ def read_tags(path: Path) -> Mapping[str, Sequence[str]]:
 
 
 def joined(paths: Iterable[Path]) -> dict[str, list[str]]:
-    """Return the pictures of each tag that any of the files says, each once. Raises InputError."""
+    """Return the pictures of each tag in any of the files, each once. Raises InputError."""
     found: dict[str, dict[str, None]] = {}
     for tag, pictures in chain.from_iterable(read_tags(path).items() for path in paths):
         found.setdefault(tag, {}).update(dict.fromkeys(pictures))
@@ -32,8 +32,8 @@ def joined(paths: Iterable[Path]) -> dict[str, list[str]]:
 
 
 def tagged(path: Path, names: Sequence[str]) -> set[tuple[str, str]]:
-    """Return the pictures, (frame, variant), that have one of these tags by the file. Raises InputError where there is
-    no file, or it lacks one of them."""
+    """Return the pictures, (frame, variant), that have one of these tags by the file. Raises InputError if there is no
+    file, or it lacks one of them."""
     if not path.is_file():
         do = "save tags.json there from the page of spin-usd show, or name another with --tags-file"
         raise InputError("is missing: no picture has a tag", where=path, do=do)

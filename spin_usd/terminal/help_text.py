@@ -1,4 +1,4 @@
-"""The help of a command, with colours where a terminal has some. rich would draw it too, and take 0.2 s to load."""
+"""The help of a command, with colours if the terminal has them. rich could draw it too, but takes 0.2 s to load."""
 
 import re
 import shutil
@@ -70,14 +70,14 @@ EXAMPLES = {
     ),
     "debug": (
         "spin-usd debug my_stage --frame img000001",
-        "spin-usd debug my_stage --frame 0 --variant noisy_1 --effort samples=64 --out surprise.blend",
+        "spin-usd debug my_stage --frame 0 --variant noisy_1 --effort samples=64 --out inspect.blend",
     ),
     "reproduce": ("spin-usd reproduce my_dataset img000001",),
 }
 
 
 def width() -> int:
-    """Return how many columns of the terminal the help takes; 80 in a pipe."""
+    """Return the number of columns of the help; 80 in a pipe."""
     return min(shutil.get_terminal_size().columns, MAX_WIDTH)
 
 

@@ -100,7 +100,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
         ),
         (lambda: spin_usd.plan("gone.usda", labels=["colour"]), "there is no label 'colour'"),
         (lambda: spin_usd.check("gone"), "does not exist"),
-        (lambda: spin_usd.measure("gone.usda", seeds=1), "1 seeds are asked for"),
+        (lambda: spin_usd.measure("gone.usda", seeds=1), "seeds is 1"),
         (lambda: spin_usd.reproduce("gone", "img000001"), "is not a dataset"),
         (lambda: spin_usd.Dataset("gone"), "is not a dataset"),
     ],

@@ -100,7 +100,7 @@ def test_points_lie_on_the_surface_that_the_calibration_takes_them_to(kitti, ren
 
 
 def test_cameras_that_are_no_pair_are_refused(rendered, tmp_path) -> None:
-    with pytest.raises(UnsupportedError, match="is no rectified pair"):
+    with pytest.raises(UnsupportedError, match="is not a rectified pair"):
         write_export(turned(rendered, tmp_path), "kitti", tmp_path / "out")
 
 

@@ -181,9 +181,9 @@ R11 = ",".join(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
         (f"{HEAD},z", "a,1,0,0,0,0,0,6,7", "has the heading 'z' twice"),
         (f"{HEAD},Z", "a,1,0,0,0,0,0,6,7", "has the heading 'z' twice"),
         (f"{HEAD},z [mm]", "a,1,0,0,0,0,0,6,6000", "has the heading 'z' twice"),
-        (f"{HEAD},tx,ty,tz", "a,1,0,0,0,0,0,6,0,0,7", "says two positions that differ"),
-        (f"{HEAD},q_w,q_x,q_y,q_z", "a,1,0,0,0,0,0,6,0,1,0,0", "says two rotations that differ"),
-        (f"{HEAD},{R11}", "a,1,0,0,0,0,0,6,1,0,0,0,-1,0,0,0,-1", "says two rotations that differ"),
+        (f"{HEAD},tx,ty,tz", "a,1,0,0,0,0,0,6,0,0,7", "has two contradicting positions"),
+        (f"{HEAD},q_w,q_x,q_y,q_z", "a,1,0,0,0,0,0,6,0,1,0,0", "has two contradicting rotations"),
+        (f"{HEAD},{R11}", "a,1,0,0,0,0,0,6,1,0,0,0,-1,0,0,0,-1", "has two contradicting rotations"),
         ("name,qw,qx,qy,qz,x [Mm],y [Mm],z [Mm]", "a,1,0,0,0,0,0,6", "has a position in Mm"),
         ("name,qw,qx,qy,qz,x [km],y,z", "a,1,0,0,0,1e307,0,6", "has a position that overflows"),
     ],
@@ -205,7 +205,7 @@ def test_what_a_table_says_twice_alike_is_read(tmp_path) -> None:
 def test_two_names_of_a_pose_in_json_agree(tmp_path) -> None:
     pose = {"filename": "a.png", "q_vbs2tango_true": Q.tolist(), "r_Vo2To_vbs_true": T.tolist()}
     same_pose(read_pose_list(saved(tmp_path / "a.json", [{**pose, "q_vbs2tango": (-Q).tolist()}])))
-    with pytest.raises(InputError, match=r"a\.png.*says two positions that differ"):
+    with pytest.raises(InputError, match=r"a\.png.*has two contradicting positions"):
         read_pose_list(saved(tmp_path / "a.json", [{**pose, "r_Vo2To_vbs": (T * 2).tolist()}]))
 
 

@@ -108,7 +108,7 @@ def test_depth_beyond_sixteen_bits_is_refused_and_can_be_left_out(rendered, tmp_
         ({"frames": [{}]}, r"frame 0: has no file_path"),
         ({"frames": [{"file_path": "a", "transform_matrix": [[1]]}]}, "frame 0: transform_matrix is not a list of 4"),
         ({"frames": [{"file_path": "a", "transform_matrix": 3 * [[1, 0, 0]]}]}, "a row of transform_matrix is not"),
-        ({"frames": [{"file_path": "a", "transform_matrix": 4 * [[1, 0, 0, 0]]}]}, "is no rotation"),
+        ({"frames": [{"file_path": "a", "transform_matrix": 4 * [[1, 0, 0, 0]]}]}, "is not a rotation"),
         ({"frames": []}, "holds no poses"),
     ],
 )

@@ -263,7 +263,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("scene_gt.json", {"1": [TURN | {"cam_t_m2c": None}]}, "cam_t_m2c is not a list of 3"),
         ("a.json", {"images": [], "annotations": []}, "no image with poses"),
         ("a.json", {"images": 3, "annotations": []}, "no list of images"),
-        ("a.json", {"images": [{"file_name": "a.jpg", "poses": 3}]}, "poses that are no list of objects"),
+        ("a.json", {"images": [{"file_name": "a.jpg", "poses": 3}]}, "poses that are not a list of objects"),
         ("a.json", {"images": [{"file_name": "a.jpg", "poses": [{}]}]}, "q_cam_body is not a list of 4"),
         ("a.tar", "no tar", "is not a tar file"),
         ("a.json", {"schema": "record-1"}, "not a record with a pose"),

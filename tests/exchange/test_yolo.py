@@ -72,6 +72,6 @@ def test_keypoints_are_refused_where_there_are_none(rendered, tmp_path) -> None:
     described = json.loads((dataset / "dataset.json").read_text())
     described["targets"][0]["keypoints"] = {}
     (dataset / "dataset.json").write_text(json.dumps(described))
-    with pytest.raises(UnsupportedError, match="no target has keypoints, which yolo is asked for; author"):
+    with pytest.raises(UnsupportedError, match="no target has keypoints, which yolo needs; author"):
         write_export(dataset, "yolo", tmp_path / "out", options={"task": "pose"})
     assert not (tmp_path / "out").exists()

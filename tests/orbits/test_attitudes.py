@@ -77,9 +77,9 @@ def test_axes_that_are_not_the_cameras_point_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("axis", "second"), [((0, 0, 1), (0, 0, 2)), ((0, 0, 0), (0, 1, 0))])
 def test_axes_that_fix_no_attitude_are_told(tmp_path: Path, axis, second) -> None:
-    with pytest.raises(InputError, match="which are along one line, or 0"):
+    with pytest.raises(InputError, match="which are parallel, or 0"):
         Pointing(axis=axis, at="sun", second=second).rotations(sight(tmp_path, 0.0))
-    with pytest.raises(InputError, match=r"looks along nadir, and towards zenith the same way, .*at second 0"):
+    with pytest.raises(InputError, match=r"points at nadir and towards zenith, which are parallel .*at second 0"):
         Pointing(at="nadir", towards="zenith").rotations(sight(tmp_path, 0.0))
 
 
@@ -127,17 +127,17 @@ def test_a_list_is_smooth_between_its_lines(tmp_path: Path) -> None:
     (turn,) = Listed(file="turns.csv").rotations(sight(tmp_path, 34.0))
     angle = np.radians(3.0 * 34) / 2
     assert turn == pytest.approx(matrix_from_quaternion([np.cos(angle), 0, np.sin(angle), 0]), abs=1e-9)
-    with pytest.raises(InputError, match="says nothing of second 70"):
+    with pytest.raises(InputError, match="has no state at second 70"):
         Listed(file="turns.csv").rotations(sight(tmp_path, 70.0))
 
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("0 1 0 0 0\n1 1 0 0\n", "line 2: has not five numbers"),
-        ("0 1 0 0 0\n1 one 0 0 0\n", "line 2: holds no numbers"),
-        ("0 1 0 0 0\n", "holds 1 state; give two or more"),
-        ("5 1 0 0 0\n4 1 0 0 0\n", "goes back by 1 s at its state 2"),
+        ("0 1 0 0 0\n1 1 0 0\n", "line 2: does not have five finite numbers"),
+        ("0 1 0 0 0\n1 one 0 0 0\n", "line 2: contains text that is not a number"),
+        ("0 1 0 0 0\n", "has 1 state; give two or more"),
+        ("5 1 0 0 0\n4 1 0 0 0\n", "goes back by 1 s at state 2"),
     ],
 )
 def test_a_list_that_is_wrong_is_told(tmp_path: Path, text: str, says: str) -> None:

@@ -93,12 +93,12 @@ def test_frames_have_several_names(name) -> None:
 
 
 def test_what_is_not_known_is_refused() -> None:
-    with pytest.raises(InputError, match="'MOON_PA', which is not known; give it in one of ICRF"):
+    with pytest.raises(InputError, match="unknown frame 'MOON_PA'; give it in one of ICRF"):
         frame_named("MOON_PA", "a file")
     moments = Moments("2026-03-01T00:00:00Z", np.zeros(1))
     with pytest.raises(InputError, match="time system 'MRT'"):
         moments.seconds_of(["2026-03-01T00:00:00"], "MRT", "a file")
-    with pytest.raises(InputError, match="a time that is none"):
+    with pytest.raises(InputError, match="text that is not a time"):
         moments.seconds_of(["noon"], "UTC", "a file")
     with pytest.raises(InputError, match="choose a year from 1973"):
         Moments("1900-01-01T00:00:00Z", np.zeros(1))

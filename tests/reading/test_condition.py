@@ -1,4 +1,4 @@
-"""Conditions choose the pictures that Python itself chooses, and what is no condition is refused in a sentence."""
+"""Conditions choose the pictures that Python itself chooses, and what is not a condition is refused in a sentence."""
 
 import numpy as np
 import pytest
@@ -44,22 +44,22 @@ def test_what_some_pictures_lack_meets_no_comparison(dataset) -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("rnge < 8", "'rnge' .* is no value of a picture; choose among frame, variant, index, .* range"),
-        ("range <", "is no condition"),
-        ("tango.colour > 1", "'tango.colour' .* is no value of a target"),
-        ("cubesat.range > 1", "'cubesat' .* is no target; choose among tango"),
+        ("rnge < 8", "'rnge' .* is not a value of a picture; choose among frame, variant, index, .* range"),
+        ("range <", "is not a condition"),
+        ("tango.colour > 1", "'tango.colour' .* is not a value of a target"),
+        ("cubesat.range > 1", "'cubesat' .* is not a target; choose among tango"),
         ("record.sun.colour > 1", "'record.sun.colour' .* is in no picture's record"),
-        ("range < 'far'", "cannot be said of img"),
+        ("range < 'far'", "cannot be tested on img"),
         ("__import__('os')", "is not read in a condition"),
-        ("range.__class__", "'range' .* is no target"),
+        ("range.__class__", "'range' .* is not a target"),
         ("[p for p in frame]", "is not read in a condition"),
         ("range is 8", "is not read in a condition"),
         ("(" * 3000, "too long"),
-        ("'a' * 2000000000 == frame", "cannot be said of img.*'a' is no number"),
-        ("[1] * 2000000000 == [1]", "is no number"),
-        ("index * 1" + "0" * 400 + " > 1", "cannot be said of img.*too large"),
+        ("'a' * 2000000000 == frame", "cannot be tested on img.*'a' is not a number"),
+        ("[1] * 2000000000 == [1]", "is not a number"),
+        ("index * 1" + "0" * 400 + " > 1", "cannot be tested on img.*too large"),
         ("index * 10" + "0" * 300 + " * " + "1" + "0" * 400 + " > 1", "too large"),
-        ("-" * 1900 + "1", "is no condition"),
+        ("-" * 1900 + "1", "is not a condition"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::SyntaxWarning")

@@ -95,7 +95,7 @@ def test_what_cannot_be_reproduced_is_refused_as_a_look_up_is(rendered, tmp_path
 WRONG = {
     "a name for a place": (lambda d: d["img000001"], r"there is no picture 'img000001'; give its place, from 0, or"),
     "names for a slice": (lambda d: d["a":"b"], "there is no picture slice"),
-    "a number for a condition": (lambda d: d.where(3), '3 is no condition; write it like "range < 8'),
+    "a number for a condition": (lambda d: d.where(3), '3 is not a condition; write it like "range < 8'),
     "a text for a share": (lambda d: d.split(0.5, "a"), r"the shares \(0.5, 'a'\) are none; give numbers"),
     "a share of nothing": (lambda d: d.split(0.9, 0.1), "0.1 of 3 poses is none; give larger shares, or split more"),
     "a batch of nothing": (lambda d: d.collate([]), "there is no picture to make a batch of; give one or more"),

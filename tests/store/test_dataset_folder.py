@@ -116,7 +116,7 @@ def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, tex
     monkeypatch.setattr("spin_usd.store.dataset_folder.PATIENCE_S", 0.2)
     (tmp_path / ".lock").write_text(text)
     with (
-        pytest.raises(InputError, match=r"\.lock: is there and is not a lock of spin-usd"),
+        pytest.raises(InputError, match=r"\.lock: exists and is not a lock of spin-usd"),
         Store(root=tmp_path).locked(),
     ):
         pass

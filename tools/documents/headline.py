@@ -1,4 +1,4 @@
-"""The README's few figures, of tools/figures."""
+"""The few figures at the top of the benchmarks, from tools/figures."""
 
 import json
 from pathlib import Path
@@ -75,7 +75,7 @@ def _training(folder: Path) -> str:
     return (
         "**Training**: a small network's SPEED+ score on two sets under light that it has not seen (sunlamp and "
         f"lightbox) is {said}; how well the pictures are rendered counts for much less "
-        "([what was tried](docs/concepts/training.md))."
+        "([what was tried](training.md))."
     )
 
 

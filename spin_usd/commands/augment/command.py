@@ -1,4 +1,4 @@
-"""`spin-usd augment`: writes the augmentations of a specification over a stage, or lists what can be sampled."""
+"""`spin-usd augment`: adds the augmentations of a specification to a stage, or lists the parameters."""
 
 import json
 from collections.abc import Iterator
@@ -24,11 +24,11 @@ def augment(
     options: AugmentOptions | None,
     *,
     list_parameters: Annotated[
-        bool, typer.Option("--list", help="List what a specification can sample, with units and ranges, and end.")
+        bool, typer.Option("--list", help="List the parameters of specifications, with units and ranges, and exit.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a specification's augmentations over a stage: one variant each. Run again, it replaces its own."""
+    """Add the augmentations of a specification to a stage, one variant each. Another run replaces them."""
     if list_parameters:
         from spin_usd.commands.augment.run import parameters
 
@@ -37,7 +37,7 @@ def augment(
         return
     if options is None:
         raise InputError(
-            "augment needs a stage and --spec", do="give both, or --list for what a specification can sample"
+            "augment needs a stage and --spec", do="give both, or --list for the parameters of a specification"
         )
     with shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.augment, options.telling(progress))
@@ -50,7 +50,7 @@ def augment(
 
 
 def _in_lines(rows: list[dict[str, Any]]) -> Iterator[Line]:
-    """Yield two lines for each parameter: its name, what it takes and its units; then what it is."""
+    """Yield two lines for each parameter: its name, values and units; then its description."""
     for row in rows:
         unit, *others = row["units"] or [""]
         also = f" (or in {', '.join(others)})" if others else ""

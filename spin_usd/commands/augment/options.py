@@ -10,17 +10,17 @@ from spin_usd.options import Listening, Option, Stage
 
 @dataclass(frozen=True)
 class AugmentOptions(Listening):
-    """What is written over which stage."""
+    """The specification, and the stage to augment."""
 
     stage: Stage
     _: KW_ONLY
     spec: Annotated[
         str | Path,
         Option(
-            f"What to write: a TOML file, or one of {named('specification')}.",
+            f"Specification of the augmentations: a TOML file, or one of {named('specification')}.",
             "NAME_OR_FILE",
             words=bundled("specification"),
             name_or_path=True,
         ),
     ]
-    out: Annotated[str | Path | None, Option("A new root layer beside the stage, which stays as it is.", "FILE")] = None
+    out: Annotated[str | Path | None, Option("Write a new root layer; the stage stays unchanged.", "FILE")] = None

@@ -40,14 +40,14 @@ class Additions:
 
     options: AuthorOptions
     files: Mapping[str, Path]
-    """Those that were given, by what they hold."""
+    """Given files, by their contents."""
     keypoints: Keypoints | None
     parts: tuple[PartRule, ...]
     """Rules, in their order."""
     materials: tuple[MaterialRule, ...]
     """Likewise, of the table of materials."""
     part_materials: tuple[MaterialRule, ...]
-    """Those of the parts' file, which come after them."""
+    """Rules of the parts file, applied after the table's."""
     lidar: Lidar | None
     range_finder: RangeFinder | None
     sun: Mapping[str, tuple[float, float, float]]

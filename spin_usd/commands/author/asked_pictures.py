@@ -32,14 +32,14 @@ class AskedPictures:
     """The pictures that a stage is asked for, before there is a camera and a target to sample them for."""
 
     files: Mapping[str, Path]
-    """Those that they come from, by their roles."""
+    """Source files, by their roles."""
     whole: int
     """How many there were to choose from."""
     poses: Callable[[Camera, TargetAsset], PoseList]
     light: Callable[[Any], SampledValues] | None = None
     """Gives what is sampled for the opened stage; None for a pose list."""
     laws: Sequence[PoseLaw | TrajectoryLaw] | None = None
-    """Those that each of the poses is sampled from; None for a pose list."""
+    """Distribution of each pose; None for a pose list."""
 
 
 def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:

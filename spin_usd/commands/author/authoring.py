@@ -25,7 +25,7 @@ class Authoring:
     progress: Progress
     target: TargetAsset = field(init=False)
     unit: ModelUnit = field(init=False)
-    """That of the target's model."""
+    """Unit of the target's model."""
     poses: PoseList = field(init=False)
     composed: ComposedTarget = field(init=False)
     """The target as the written stage composes it."""

@@ -38,7 +38,7 @@ class ChosenCameras:
     name: str
     """The first one's; "" where none was given."""
     further: tuple[FurtherCamera, ...]
-    """Those beside the first."""
+    """Cameras after the first."""
     files: dict[str, Path]
     """All of them by their roles, and the pose lists."""
     notes: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""`spin-usd author`: writes a stage from a pose list, from sampled poses, or as one page."""
+"""`spin-usd author`: writes a stage from a pose list, from sampled poses, or as a single layer."""
 
 import json
 from pathlib import Path
@@ -24,11 +24,11 @@ def author(
     options: AuthorOptions,
     *,
     minimal: Annotated[
-        bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
+        bool, typer.Option("--minimal", help="Write a complete stage of one page, to edit by hand.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Make a layered stage OUT/dataset.usda from a pose list or sampled poses, a model and a camera."""
+    """Make a layered stage OUT/dataset.usda from a model, a camera, and a pose list or sampled poses."""
     from spin_usd.scene.derived.view_text import summary
 
     if minimal:
@@ -45,20 +45,20 @@ def author(
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
-    """Write the stage of one page into `out`. Raises InputError for options that are given besides."""
+    """Write the stage of one page into `out`. Raises InputError for any other option."""
     sources = {name: context.get_parameter_source(name) for name in context.params}
     asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
     if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
         names = " and ".join(map(flag_of, given))
         are, them = ("is", "it") if len(given) == 1 else ("are", "them")
-        raise InputError(f"{names} {are} given with --minimal, which asks for nothing but --out", do=f"drop {them}")
+        raise InputError(f"{names} {are} given with --minimal, which needs only --out", do=f"drop {them}")
     root = write_minimal(out)
     print_out(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")
 
 
 def write_minimal(out: Path) -> Path:
-    """Write the stage of one page into the new folder `out` and return its root layer. Raises InputError when `out` is
-    there and not empty, OutputError."""
+    """Write the stage of one page into the new folder `out` and return its root layer. Raises InputError if `out`
+    exists and is not empty, OutputError."""
     import shutil
 
     from spin_usd.basics.resources import stages

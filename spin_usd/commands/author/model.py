@@ -93,11 +93,11 @@ class OtherBody:
     file: Path
     """Its model's."""
     occluder: bool
-    """Whether it is fixed to the camera and no target."""
+    """True for a body fixed to the camera, which is not a target."""
     poses: Path | None = None
     """The pose list that it follows, or a folder of such; None for none."""
     said: BodyText = NOTHING_SAID
-    """What its poses are sampled from. ATTACHED moves with the first target, in whose axes it is modelled."""
+    """Specification of its poses. ATTACHED: modelled in the axes of the first target, and moving with it."""
 
     @property
     def attached(self) -> bool:

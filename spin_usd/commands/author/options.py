@@ -12,14 +12,14 @@ from spin_usd.scene.event_sensor import PRESETS as EVENT_SENSORS
 
 NAME_OR_FILE = "NAME_OR_FILE"
 AUTO = "auto"
-"""The value of `materials` by which they are recognised."""
+"""The value of `materials` that recognises them automatically."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AuthorOptions(Listening):
-    """What a stage is made of."""
+    """The sources of a stage."""
 
-    out: Annotated[str | Path, Option("Folder to make.", "FOLDER")]
+    out: Annotated[str | Path, Option("Folder to create.", "FOLDER")]
     poses: Annotated[
         str | Path | None,
         Option(
@@ -27,15 +27,15 @@ class AuthorOptions(Listening):
             "SwissCube, URSO, COCO, YOLO, WebDataset, Croissant, Parquet, nerfstudio, COLMAP or spin_usd's own; or "
             "your own CSV with the columns name,qw,qx,qy,qz,x,y,z.",
             "PATH",
-            also="Then `target` and `camera` are needed too.",
+            also="It needs `target` and `camera` too.",
         ),
     ] = None
     sample: Annotated[
         str | Path | None,
         Option(
-            "What poses and light are sampled from, by the seed, instead of reading --poses: text such as "
-            f"'range=3..10 inside=0.9', a TOML file, or a name ({named('sample')}); --target, --camera, --preset, "
-            "--lights and --environment stand in place of its own.",
+            "Sample poses and light with the seed, instead of reading --poses: text such as 'range=3..10 inside=0.9', "
+            f"a TOML file, or a name ({named('sample')}). --target, --camera, --preset, --lights and --environment "
+            "replace its own.",
             "TEXT_OR_NAME_OR_FILE",
             words=bundled("sample"),
             name_or_path=True,
@@ -44,15 +44,15 @@ class AuthorOptions(Listening):
     scenario: Annotated[
         str | Path | None,
         Option(
-            "Two craft about the Earth at given times, instead of --poses: their orbits and attitudes in a TOML file, "
-            f"or a name ({named('scenario')}). Sun, Earth, Moon and stars stand where they are then. Needs the extra "
-            "[orbit].",
+            "Two spacecraft in Earth orbit at given times, instead of --poses: a TOML file with their orbits and "
+            f"attitudes, or a name ({named('scenario')}). Sun, Earth, Moon and stars are placed by the time. Needs "
+            "the extra [orbit].",
             "NAME_OR_FILE",
             words=bundled("scenario"),
             name_or_path=True,
         ),
     ] = None
-    count: Annotated[int | None, Option("Pictures to sample; all if not given.", "N")] = None
+    count: Annotated[int | None, Option("Number of pictures to sample; all if not given.", "N")] = None
     target: Annotated[
         str | Path | None,
         Option(
@@ -65,9 +65,9 @@ class AuthorOptions(Listening):
     camera: Annotated[
         str | Path | Sequence[str | Path],
         Option(
-            f"{named('camera')}; a SPEED+ camera.json, or a camera layer. Again for each further camera, which takes a "
-            "picture of each frame too, with its place in the first one's axes: X,Y,Z, QW,QX,QY,QZ,X,Y,Z or a pose "
-            "list of one pose. Its name is its file's, or NAME=FILE gives one.",
+            f"{named('camera')}; a SPEED+ camera.json, or a camera layer. Repeat it for each further camera, which "
+            "also takes a picture of each frame, with its pose in the axes of the first: X,Y,Z, QW,QX,QY,QZ,X,Y,Z or a "
+            "pose list of one pose. NAME=FILE names a camera; otherwise the file's name does.",
             "NAME_OR_FILE[:POSE]",
             words=bundled("camera"),
             name_or_path=True,
@@ -77,8 +77,8 @@ class AuthorOptions(Listening):
     resolution: Annotated[
         str | int | None,
         Option(
-            "The cameras' pixels, instead of their own, W or WxH: they see the same by larger or smaller pixels, "
-            "their K and lens with them.",
+            "Size of the pictures in pixels, W or WxH, instead of the cameras' own. The field of view stays the same; "
+            "K and lens are scaled.",
             "W[xH]",
         ),
     ] = None
@@ -87,13 +87,13 @@ class AuthorOptions(Listening):
     model_time: Annotated[
         float | None,
         Option(
-            "Show the target so long after its animations begin (glTF, FBX, .blend), not as it is stored without them.",
+            "Show the target this long after its animations begin (glTF, FBX, .blend), not in its stored rest state.",
             "SECONDS",
         ),
     ] = None
     variant: Annotated[
         str | Sequence[str],
-        Option("A variant of the USD target to show, again for each variant set.", "SET=NAME", repeated=True),
+        Option("A variant of the USD target; repeat it for each variant set.", "SET=NAME", repeated=True),
     ] = ()
     frames: Frames = None
     seed: Annotated[int, Option("The dataset's seed.", "N")] = 0
@@ -117,24 +117,24 @@ class AuthorOptions(Listening):
     earth: Annotated[
         str | Path | None,
         Option(
-            "Your own map of the Earth, or a folder of them: latitude and longitude; JPEG, PNG or EXR. Names with "
-            "cloud or night say which is which, any other is the albedo. Without --environment it takes earth.",
+            "Your own map of the Earth in latitude and longitude, or a folder of maps: JPEG, PNG or EXR. A name with "
+            "cloud or night marks that map; any other is the albedo. The default of --environment is then earth.",
             "PATH",
         ),
     ] = None
     background: Annotated[
         str | Path | None,
         Option(
-            "Your own picture behind everything, or a folder of them, of which chance takes one for each picture: "
-            "JPEG, PNG or EXR. Without --environment it takes back_plate, upright in every picture. It is "
-            "exposed like all else: white is as bright as white ground in the Sun, not full scale.",
+            "Your own background image, or a folder of images, one of which is chosen at random for each picture: "
+            "JPEG, PNG or EXR. The default of --environment is then back_plate, upright in every picture. The image is "
+            "exposed like the scene: its white is as bright as white ground in sunlight, not full scale.",
             "PATH",
         ),
     ] = None
     augment: Annotated[
         str | Path | None,
         Option(
-            f"A specification of augmentations to write over it: {named('specification')}, or a TOML file.",
+            f"A specification of augmentations for the stage: {named('specification')}, or a TOML file.",
             NAME_OR_FILE,
             words=bundled("specification"),
             name_or_path=True,
@@ -151,8 +151,8 @@ class AuthorOptions(Listening):
     materials: Annotated[
         str | Path | None,
         Option(
-            "Patterns of material and prim names -> material of spin-usd list materials, its color and scale: JSON, "
-            "CSV or TOML; or auto: by what they are called and by their colours, which also writes the table.",
+            "Patterns of material and prim names -> a material of spin-usd list materials, its color and scale: JSON, "
+            "CSV or TOML; or auto, which recognises materials by names and colours, and also writes the table.",
             "FILE_OR_auto",
             words=lambda incomplete: (AUTO,),
             name_or_path=True,
@@ -161,11 +161,11 @@ class AuthorOptions(Listening):
     also: Annotated[
         str | Sequence[str],
         Option(
-            "One more target, again for each: a name or a model file. POSES: a list with a pose for each picture, "
-            "before --frames chooses; or text to sample them from, such as 'distance=1..5 count=3' (metres from the "
-            "first target) or 'range=3..9 inside=1', where no two collide; or attached, which moves with the first "
-            "target, in whose axes it is modelled. Without POSES it is sampled like the target of --sample, and is "
-            "attached to that of --poses.",
+            "One more target, a name or a model file; repeat it for each. POSES is a list with a pose for each "
+            "picture, before --frames selects; or text to sample from, such as 'distance=1..5 count=3' (metres from "
+            "the first target) or 'range=3..9 inside=1', without collisions; or attached: modelled in the axes of the "
+            "first target, and moving with it. Without POSES it is sampled like the target of --sample, or attached to "
+            "the target of --poses.",
             "MODEL[:POSES]",
             repeated=True,
         ),
@@ -173,8 +173,8 @@ class AuthorOptions(Listening):
     occluder: Annotated[
         str | Sequence[str],
         Option(
-            "Geometry fixed to the camera, such as an arm, again for each: modelled in the camera's axes (x right, y "
-            "down, z forward; metres), or placed there by a pose list of one pose or one for each picture.",
+            "Geometry fixed to the camera, such as an arm; repeat it for each. It is modelled in the camera's axes (x "
+            "right, y down, z forward; metres), or placed there by a pose list with one pose or one for each picture.",
             "MODEL[:POSES]",
             repeated=True,
         ),
@@ -182,7 +182,7 @@ class AuthorOptions(Listening):
     channels: Annotated[str | None, Option("rgb or mono, instead of the camera's own.", "NAME")] = None
     event_sensor: Annotated[
         str | None,
-        Option(f"Make it an event camera too, with pixels such as those of {', '.join(EVENT_SENSORS)}.", "NAME"),
+        Option(f"Make the camera an event camera too, with pixels of the type {', '.join(EVENT_SENSORS)}.", "NAME"),
     ] = None
     lidar: Annotated[
         str | Path | None,
@@ -196,18 +196,18 @@ class AuthorOptions(Listening):
     range_finder: Annotated[
         str | float | None,
         Option(
-            "A laser range finder along the camera's axis: its divergence, the full angle in degrees, and perhaps its "
-            "place in the camera's axes as --camera has it. Records say the range at its boresight.",
+            "A laser range finder along the camera's axis: its divergence, the full angle in degrees, and optionally "
+            "its pose in the camera's axes, as in --camera. Records contain the range at its boresight.",
             "DEGREES[:POSE]",
         ),
     ] = None
     sun_direction: Annotated[
         str | Sequence[float] | None,
-        Option("To the Sun, in camera axes: x right, y down, z forward; -z is behind.", "X,Y,Z"),
+        Option("Direction to the Sun in camera axes: x right, y down, z forward; -z is behind.", "X,Y,Z"),
     ] = None
     sun_from_target: Annotated[
         str | Sequence[float] | None,
-        Option("To the Sun, in the target's body axes: it turns with the target.", "X,Y,Z"),
+        Option("Direction to the Sun in the target's body axes; the Sun turns with the target.", "X,Y,Z"),
     ] = None
     keep_transparent: Annotated[bool, Option("Keep surfaces of opacity 0, which no picture shows, in the labels.")] = (
         False
@@ -216,8 +216,8 @@ class AuthorOptions(Listening):
     root: Annotated[
         str | Path | None,
         Option(
-            "The folder below which models may name files, such as textures. If not given, the one around each model's "
-            "own.",
+            "The folder from which models may load files, such as textures; the parent of each model's own folder if "
+            "not given.",
             "FOLDER",
             name_or_path=True,
         ),
@@ -235,7 +235,7 @@ def listed(given: str | Path | Sequence[str | Path]) -> list[str]:
 
 
 def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:
-    """Return the numbers, also those of "X,Y,Z". Raises InputError that names the option."""
+    """Return the numbers of a sequence or of "X,Y,Z". Raises InputError that names the option."""
     if given is None:
         return None
     try:

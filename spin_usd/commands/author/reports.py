@@ -24,7 +24,7 @@ class AuthorReport:
     camera: str
     """The camera's file."""
     views: Views
-    """What the pictures show."""
+    """Summary of what the pictures show."""
     notes: tuple[str, ...]
     """Sentences on what a user should know."""
 

@@ -32,9 +32,9 @@ EARTH = "earth"  # the environment that a user's own maps are for, unless anothe
 BACK_PLATE = "back_plate"  # that for a user's own backgrounds
 
 MAP_WORDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
-"""What a map shows, and the words for it in files' names: the first kind that has a word in the name, else the albedo.
+"""Kinds of maps, and the words that mark them in file names: the first kind with a word in the name, else the albedo.
 
-Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
+Names of maps of night lights refer to NASA's Black Marble, and to the day/night band (DNB) of the instrument."""
 
 
 def selections(variant: Sequence[str]) -> dict[str, str]:
@@ -57,11 +57,11 @@ class Sources:
     stage: StageSources
     target_file: Path
     variants: Mapping[str, str]
-    """Those of the target to select, by their sets."""
+    """Variants of the target to select, by their sets."""
     others: tuple[OtherBody, ...]
     additions: Additions
     lens: Camera
-    """That of the first camera."""
+    """The first camera."""
     camera_file: Path
     camera_notes: tuple[str, ...]
     map_notes: tuple[str, ...]

@@ -35,7 +35,7 @@ class StageAnswer(Struct, frozen=True, kw_only=True):
 
     findings: list[Finding]
     views: Views | None = None
-    """What its own pictures show, where they can be read."""
+    """Summary of what its pictures show, if they can be read."""
 
 
 class ListedPicture(Struct, frozen=True, kw_only=True):

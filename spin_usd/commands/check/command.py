@@ -1,5 +1,5 @@
-"""`spin-usd check`: prints what is wrong with a stage or a dataset, rule by rule: folded on a terminal, one line
-for each finding in a pipe or a file."""
+"""`spin-usd check`: prints the faults of a stage or a dataset, rule by rule: folded on a terminal, one line for each
+finding in a pipe or a file."""
 
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -46,11 +46,11 @@ def check(
     options: CheckOptions,
     *,
     unfolded: Annotated[
-        bool, typer.Option("--all", help="List every finding; a terminal shows the first few by each rule otherwise.")
+        bool, typer.Option("--all", help="List every finding, where a terminal otherwise shows the first of each rule.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
+    """Check a stage or a dataset for faults: conventions, schemas, digests, label consistency."""
     from spin_usd.commands.check.calls import CHECK_PICTURE, CHECK_STAGE
     from spin_usd.processes.child_ahead import child_ahead
 
@@ -83,13 +83,13 @@ def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class RuleFindings:
-    """The findings by the rule `code` that are of one severity, at least one."""
+    """The findings of the rule `code` with one severity, at least one."""
 
     code: str
     severity: str
     findings: Sequence[Finding]
     remedy: str
-    """What to do about all of them; "" where that differs or is not said."""
+    """Common remedy of all findings; "" if remedies differ or are missing."""
 
     @property
     def count(self) -> str:
@@ -108,7 +108,7 @@ def by_rule(findings: Iterable[Finding]) -> list[RuleFindings]:
 
 
 def _remedy(findings: Sequence[Finding]) -> str:
-    """Return what follows the first semicolon of every message, where that is the same."""
+    """Return the text after the first semicolon of every message, if all are the same."""
     remedies = {finding.message.partition("; ")[2] for finding in findings}
     return remedies.pop() if len(remedies) == 1 else ""
 

@@ -23,7 +23,7 @@ class Inventory:
     files: set[str] = field(default_factory=set)
     """The files that the other records list."""
     uses: set[Purpose] = field(default_factory=set)
-    """What these records use of the cache."""
+    """Cache entries that these records use."""
     inodes: set[tuple[int, int]] = field(default_factory=set)
     """Device and number of each file that was verified."""
     layers: dict[tuple[str, str], bool] = field(default_factory=dict)

@@ -15,9 +15,9 @@ class Rule:
     """What a finding says, and what to do then."""
 
     meaning: str
-    """What a finding by this rule says, one sentence."""
+    """Meaning of a finding of this rule, one sentence."""
     remedy: str = _AGAIN
-    """What to do then."""
+    """Action that removes the finding."""
 
 
 STAGE = {

@@ -1,4 +1,4 @@
-"""`spin-usd debug`: a picture's scene as a .blend, for when a picture surprises."""
+"""`spin-usd debug`: a picture's scene as a .blend, to inspect an unexpected result in Blender."""
 
 import typer
 
@@ -10,9 +10,9 @@ from spin_usd.terminal.progress import shown
 
 
 def debug(context: typer.Context, options: DebugOptions) -> None:
-    """Write the scene of a picture as a .blend: camera, lens, lights, materials and surroundings, by their USD prims.
+    """Write the scene of a picture as a .blend: camera, lens, lights, materials, surroundings, named by USD prims.
 
-    Blender 5.2 opens it, and F12 renders the picture before optics and detector. The text README in it says more.
+    Open it in Blender 5.2; F12 renders the picture before optics and detector. Its text block README explains more.
     """
     with shown(context.obj["quiet"]) as progress:
         made = run_with(spin_usd.debug, options.telling(progress))

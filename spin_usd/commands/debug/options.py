@@ -17,6 +17,6 @@ class DebugOptions(EffortOptions, Listening):
     variant: Variant = "nominal"
     out: Annotated[
         str | Path | None,
-        Option("The new file; FRAME_VARIANT.blend here if not given, FRAME as typed.", "FILE"),
+        Option("The file to write; FRAME_VARIANT.blend in this folder if not given, FRAME as typed.", "FILE"),
     ] = None
     seed: Seed = None

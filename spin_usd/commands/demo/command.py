@@ -14,11 +14,11 @@ from spin_usd.terminal.progress import shown
 
 def demo(
     context: typer.Context,
-    out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
+    out: Annotated[Path, typer.Option(help="Folder to create.")] = Path("demo"),
     quality: Quality = None,
     workers: Workers = None,
 ) -> None:
-    """Author the example stage, render and label it, and say where to look."""
+    """Author the example stage, render and label it, and print the paths of the results."""
     from spin_usd.commands.demo.run import run_demo
     from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead

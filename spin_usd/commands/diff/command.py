@@ -1,4 +1,4 @@
-"""`spin-usd diff`: what differs between two variants, for people and for programs."""
+"""`spin-usd diff`: the differences between two variants, for people and for programs."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -28,12 +28,12 @@ def diff(
     frames: Frames = None,
     as_json: Json = False,
 ) -> None:
-    """Show what differs from one variant to another, by prim and property, and which work that makes.
+    """Show the differences between two variants by prim and property, and the work they cause.
 
     A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
-    isda_1,camera=rich. The last lines say how many pictures need other labels, renders or images.
+    isda_1,camera=rich. The last lines count the pictures that need other labels, renders or images.
 
-    The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
+    The exit code is 0 whether or not the variants differ; check reports variants that do not.
     """
     from spin_usd.commands.diff.run import diff as compare
     from spin_usd.store.stage_path import existing_stage

@@ -1,4 +1,4 @@
-"""`spin-usd doctor`: prints what this machine has, and what it lacks."""
+"""`spin-usd doctor`: prints which requirements this machine meets, and which it lacks."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,10 +13,10 @@ OK, MISSING = Painted("ok ", GOOD), Painted("NO ", BAD, bold=True)
 
 
 def doctor(
-    folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
+    folder: Annotated[Path, typer.Option(help="Folder for datasets.")] = Path(),
     as_json: Json = False,
 ) -> None:
-    """Say what this machine has and lacks, each line with its remedy."""
+    """Report what this machine has and lacks, with a remedy for each line."""
     from spin_usd.commands.doctor.run import DoctorReport, examine
 
     lines = []

@@ -1,4 +1,4 @@
-"""`spin-usd export`: writes a dataset in a format of others, or lists the formats."""
+"""`spin-usd export`: writes a dataset in another format, or lists the formats."""
 
 import json
 from collections.abc import Iterator
@@ -24,10 +24,10 @@ def export(
     context: typer.Context,
     options: ExportOptions | None,
     *,
-    list_formats: Annotated[bool, typer.Option("--list", help="List the formats with their options, and end.")] = False,
+    list_formats: Annotated[bool, typer.Option("--list", help="List the formats and their options, and exit.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
+    """Write a dataset in another format: SPEED+, SPARK, BOP, COCO and more."""
     if list_formats:
         print_out(*_formats())
         return
@@ -42,7 +42,7 @@ def export(
 
 
 def _sentence(report: "ExportReport") -> str:
-    """Say in one line what was written."""
+    """Return one line on what was written."""
     splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
     left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
     endings = sorted(report.made_endings.items(), key=lambda each: -each[1])
@@ -56,7 +56,7 @@ def _sentence(report: "ExportReport") -> str:
 
 
 def _formats() -> Iterator[Line]:
-    """Yield a few lines for each format: its name, what it is, its options."""
+    """Yield a few lines for each format: its name, description and options."""
     from spin_usd.commands.export.run import export_formats
 
     for each in export_formats():

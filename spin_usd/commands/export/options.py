@@ -12,49 +12,49 @@ from spin_usd.options import MAX_WORKERS, Dataset, Frames, Listening, Option, na
 
 @dataclass(frozen=True)
 class ExportOptions(Listening):
-    """What is exported, and in which form."""
+    """The dataset to export, and the format."""
 
     dataset: Dataset
     _: KW_ONLY
     to: Annotated[
         str,
         Option(
-            "The format; --list names all.",
+            "The format; --list lists all.",
             "NAME",
             words=listed_in("spin_usd.exchange.table", "EXPORT_FORMATS"),
         ),
     ]
-    out: Annotated[str | Path, Option("The export's folder. Run again, it makes what is missing.", "PATH")]
+    out: Annotated[str | Path, Option("Folder of the export; another run adds what is missing.", "PATH")]
     split: Annotated[
         str | None,
-        Option("Shares, such as train=0.8,validation=0.2; all is train if not given.", "NAME=SHARE,..."),
+        Option("Shares of the splits, such as train=0.8,validation=0.2; all train if not given.", "NAME=SHARE,..."),
     ] = None
     seed: Annotated[
-        int, Option("Decides which poses go into which split; all variants of a pose go together.", "N")
+        int, Option("Seed that assigns poses to splits; all variants of a pose go into the same split.", "N")
     ] = 0
     frames: Frames = None
     variants: Annotated[
-        str | Sequence[str], Option("Names, or patterns such as 'noisy_*', or all; all if not given.", "NAME,...")
+        str | Sequence[str], Option("Names, patterns such as 'noisy_*', or all; all if not given.", "NAME,...")
     ] = ()
     tags: Annotated[
         str | Sequence[str],
         Option(
-            "Pictures with one of these tags, given on the page of show; may be given several times.",
+            "Only pictures with one of these tags from the page of show; can be repeated.",
             "NAME,...",
             repeated=True,
         ),
     ] = ()
     tags_file: Annotated[
-        str | Path | None, Option("For tags: the file that says them; the dataset's tags.json if not given.", "PATH")
+        str | Path | None, Option("With --tags: the file of tags; the dataset's tags.json if not given.", "PATH")
     ] = None
     target: Annotated[
-        str | None, Option("Which target, for formats that hold one; the first if not given.", "NAME")
+        str | None, Option("The target, for formats with one target; the first if not given.", "NAME")
     ] = None
     option: Annotated[
         str | Sequence[str],
-        Option("An option of the format; may be given several times.", "NAME=VALUE", repeated=True),
+        Option("An option of the format; can be repeated.", "NAME=VALUE", repeated=True),
     ] = ()
-    copy: Annotated[bool, Option("Copy files that need no change; they are linked (hard links) if not given.")] = False
+    copy: Annotated[bool, Option("Copy files that need no change, instead of hard-linking them.")] = False
     workers: Annotated[
         int, Option("Worker processes; their number changes no byte.", "N", at_least=1, at_most=MAX_WORKERS)
     ] = 1
@@ -62,11 +62,11 @@ class ExportOptions(Listening):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.tags_file and not self.tag_names:
-            raise InputError("tags_file is given without tags", do="say whose pictures: --tags NAME")
+            raise InputError("tags_file is given without tags", do="add --tags NAME")
 
     @property
     def tag_names(self) -> tuple[str, ...]:
-        """Tags: pictures have one of them at least; none for all pictures."""
+        """The tags, of which a picture needs at least one; empty for all pictures."""
         each = [self.tags] if isinstance(self.tags, str) else self.tags
         return tuple(name for given in each for name in names_in(given))
 

@@ -45,11 +45,11 @@ class ExportPlan:
     layout: Layout
     exported: ExportedDataset
     survey: Survey
-    """What its pictures are like."""
+    """Properties of its pictures."""
     left_out: int
     """How many pictures show nothing of the target, where the format cannot hold those."""
     described: Mapping[str, Any]
-    """What export.json says."""
+    """Contents of export.json."""
 
 
 def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:

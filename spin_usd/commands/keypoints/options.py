@@ -13,12 +13,12 @@ PORT = 8642
 
 @dataclass(frozen=True)
 class KeypointsOptions(Options):
-    """The target, the layer that is gone on with and saved into, and where the tool listens."""
+    """The target, the layer to continue and save, and the address to listen on."""
 
     target: Annotated[
         str,
         Argument(
-            f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file, as of author.",
+            f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file, as for author.",
             "NAME_OR_FILE",
             words=bundled("target"),
         ),
@@ -27,22 +27,22 @@ class KeypointsOptions(Options):
     out: Annotated[
         Path | None,
         Option(
-            "The USD layer (.usda) to save in at every change, and to go on with where it is there; "
-            "NAME_keypoints.usda if not given.",
+            "The USD layer (.usda) to save at every change, and to continue if it exists; NAME_keypoints.usda if not "
+            "given.",
             "FILE",
         ),
     ] = None
     pictures: Annotated[
         Path | None,
-        Option("A dataset of the target: the keypoints are drawn into its pictures.", "DATASET"),
+        Option("A dataset of the target, to draw the keypoints into its pictures.", "DATASET"),
     ] = None
     units_per_metre: UnitsPerMetre = None
     prim: Prim = None
     any_size: AnySize = False
-    host: Annotated[
-        str, Option("Where to listen. Any other than 127.0.0.1 lets others change keypoints.", "ADDRESS")
-    ] = LOCAL
-    port: Annotated[int, Option("The port to listen on; 0 for any that is free.", "N")] = PORT
+    host: Annotated[str, Option("Address to listen on. Any but 127.0.0.1 lets others change keypoints.", "ADDRESS")] = (
+        LOCAL
+    )
+    port: Annotated[int, Option("Port to listen on; 0 for any free port.", "N")] = PORT
 
     @property
     def is_local(self) -> bool:

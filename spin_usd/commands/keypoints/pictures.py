@@ -32,7 +32,7 @@ class Tile:
 
     title: str
     region: Region
-    """That part, in pixels of the picture."""
+    """The same part, in pixels of the picture."""
     jpeg: str
     """The image of that part, as base64."""
 

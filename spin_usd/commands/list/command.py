@@ -1,4 +1,4 @@
-"""`spin-usd list`: prints the names that other commands take, each with a sentence of what it is."""
+"""`spin-usd list`: prints the names that other commands accept, each with a one-sentence description."""
 
 import json
 import re
@@ -17,8 +17,8 @@ from spin_usd.terminal.help_text import width
 from spin_usd.terminal.lines import GOOD, Painted, print_out
 from spin_usd.terminal.parameters import Json
 
-HEAD = 4000  # characters of a file in which it says what it is
-SAYS = (
+HEAD = 4000  # characters at the start of a file that contain its description
+DESCRIPTION = (
     re.compile(r'^\s*doc = ("""|")(.*?)\1', re.MULTILINE | re.DOTALL),  # of a layer
     re.compile(r'^title = (")(.*?)"', re.MULTILINE),  # of a sampling specification
     re.compile(r"(^# )(.*?)(?=^[^#])", re.MULTILINE | re.DOTALL),  # of other TOML files: their first comment
@@ -31,20 +31,20 @@ class Kind:
     """Names of one kind."""
 
     option: str
-    """Where they are given."""
+    """Options that take them."""
     names: Callable[[], Mapping[str, str]]
-    """What each is, in a sentence."""
+    """Description of each, one sentence."""
 
 
 def _travelling(kind: str) -> Callable[[], Mapping[str, str]]:
-    """Return what tells the names of the files of that kind, one of BUNDLED, that travel with spin_usd."""
+    """Return a function for the names of the bundled files of that kind, one of BUNDLED."""
     return lambda: {name: _said(kind, name) for name in bundled_names(kind)}
 
 
 def _said(kind: str, name: str) -> str:
-    """Return the first sentence of what the file says that it is."""
+    """Return the first sentence of the file's description."""
     head = read_text(bundled(kind, name), MAX_TABLE)[:HEAD]
-    found = next(filter(None, (pattern.search(head) for pattern in SAYS)))
+    found = next(filter(None, (pattern.search(head) for pattern in DESCRIPTION)))
     words = " ".join(found[2].replace("\n# ", " ").split())
     return (SENTENCE.match(words) or found)[0]
 
@@ -75,7 +75,7 @@ LISTS = {
     "labels": Kind(option="render --labels", names=_labels),
     "formats": Kind(option="export --to", names=_formats),
 }
-assert len(LISTS) == len(BUNDLED) + 2, "each kind of files that travel with spin_usd is listed"
+assert len(LISTS) == len(BUNDLED) + 2, "each kind of bundled files is listed"
 
 
 def list(
@@ -83,7 +83,7 @@ def list(
     *,
     as_json: Json = False,
 ) -> None:
-    """List the names that other commands take: targets, cameras, presets, lights, labels and more."""
+    """List the names that other commands accept: targets, cameras, presets, lights, labels and more."""
     if kind is not None and kind not in LISTS:
         raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(LISTS)}")
     chosen = LISTS if kind is None else {kind: LISTS[kind]}

@@ -1,4 +1,4 @@
-"""`spin-usd measure`: what settings of a render cost and how far they are off."""
+"""`spin-usd measure`: the cost and the error of render settings."""
 
 import json
 from pathlib import Path
@@ -16,10 +16,10 @@ from spin_usd.terminal.progress import shown
 
 
 def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = False) -> None:
-    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage.
+    """Measure the cost and the error of render settings on a few pictures of a stage.
 
-    Run again with another --count, --seeds or the like, it replaces the figures, and renders only what is missing.
-    Another stage or variant takes another --out.
+    Another run, for example with another --count or --seeds, replaces the results and renders only what is missing.
+    Another stage or variant needs another --out.
     """
     from spin_usd.accuracy.report import in_short
     from spin_usd.store.measurement_file import folder_of

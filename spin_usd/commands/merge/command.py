@@ -1,4 +1,4 @@
-"""`spin-usd merge`: puts shards of a dataset into one folder."""
+"""`spin-usd merge`: joins shards of a dataset in one folder."""
 
 import json
 from dataclasses import asdict
@@ -16,7 +16,7 @@ from spin_usd.terminal.progress import shown
 
 
 def merge(context: typer.Context, options: MergeOptions, *, as_json: Json = False) -> None:
-    """Put datasets of one stage, such as the shards of a run, into one."""
+    """Join datasets of one stage, such as the shards of a run, into one dataset."""
     with shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.merge, options.telling(progress))
     if as_json:

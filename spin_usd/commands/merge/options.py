@@ -10,17 +10,15 @@ from spin_usd.options import Argument, Listening, Option
 
 @dataclass(frozen=True)
 class MergeOptions(Listening):
-    """What is put together, and where."""
+    """The datasets to join, and the folder for them."""
 
     shards: Annotated[
         str | Path | Sequence[str] | Sequence[Path],
-        Argument("Datasets' folders, which stay as they are.", "SHARD", repeated=True),
+        Argument("Folders of datasets; they stay unchanged.", "SHARD", repeated=True),
     ]
     _: KW_ONLY
     out: Annotated[
         str | Path,
-        Option(
-            "The folder to put them into: a new one, or a dataset of the same stage. Run again, it goes on.", "PATH"
-        ),
+        Option("Folder for all pictures: a new one, or a dataset of the same stage. Another run resumes.", "PATH"),
     ]
-    copy: Annotated[bool, Option("Copy files; they are linked (hard links) if not given.")] = False
+    copy: Annotated[bool, Option("Copy files, instead of hard-linking them.")] = False

@@ -1,4 +1,4 @@
-"""`spin-usd plan`: a table of what a render would make, and about what that costs."""
+"""`spin-usd plan`: a table of what a render would make, and its approximate cost."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,7 +24,7 @@ HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time
 
 
 def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False) -> None:
-    """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
+    """Estimate what a render would make and cost: pictures, label passes, renders and exposures of each variant."""
     from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead
 
@@ -47,14 +47,14 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
 
 
 def _print_cost(cost: "VariantTable") -> None:
-    """Print a row for each variant and for all: counts are of what no variant above has made; time is of one core."""
+    """Print a row for each variant and a total. Counts exclude work shared with variants above; time is of one core."""
     from spin_usd.planning.variant_table import in_lines
 
     show_table(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 
 
 def _print_views(report: "PlanReport") -> None:
-    """Print what the pictures show, and why they are rendered with the effort that was chosen."""
+    """Print what the pictures show, and the reason for the chosen effort."""
     from spin_usd.scene.derived.view_text import summary
 
     if report.views:
@@ -64,7 +64,7 @@ def _print_views(report: "PlanReport") -> None:
 
 
 def _print_dataset(report: "PlanReport", out: Path) -> None:
-    """Print what the dataset in the folder `out` has already, and what a render would refuse."""
+    """Print what the dataset in the folder `out` already contains, and what a render would refuse."""
     from spin_usd.commands.render import orphans, same_stage
 
     print_out(f"already made: {report.cost.finished} pictures")
@@ -77,15 +77,15 @@ def _print_dataset(report: "PlanReport", out: Path) -> None:
 
 
 def _speed(cost: "VariantTable") -> str:
-    """Say where the times are from."""
+    """Return a line on the source of the times."""
     tried = f"{cost.slower:.2f} times the published ones, by a trial of this machine"
     if not cost.measured:
         return f"times are {tried}"
-    return f"times of {', '.join(cost.measured)} are by what earlier runs took, others {tried}"
+    return f"times of {', '.join(cost.measured)} are from earlier runs, others are {tried}"
 
 
 def explanation(report: "PlanReport") -> str:
-    """Say which work is skipped, why, how surely nothing changes, and in which pictures."""
+    """Return lines on skipped work: its reason, the certainty that nothing changes, and the pictures."""
     from spin_usd.planning.skipped_counts import KEPT
 
     lines = [
@@ -96,7 +96,7 @@ def explanation(report: "PlanReport") -> str:
 
 
 def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
-    """Say how many pictures of each variant the counts are, of those that are `planned`."""
+    """Return how many of the `planned` pictures of each variant the counts include."""
     if counts == planned:
         return "all pictures"
     if len(counts) > NAMED:

@@ -48,17 +48,17 @@ class PlanReport:
     seconds: float
     """About the wall-clock time with these workers."""
     renderer: str
-    """What makes the images."""
+    """Renderer name."""
     device: str
-    """What that runs on."""
+    """Device the renderer runs on."""
     effort: Effort
     """The settings that it has."""
     chosen: Chosen | None
     """Why it is that effort; None where it was given."""
     stages: Mapping[str, StageProvenance]
-    """What a record says of the stage, by variant."""
+    """Provenance of the stage by variant."""
     views: Views | None
-    """What the pictures show, where that is known."""
+    """Summary of what the pictures show, if known."""
     notes: tuple[str, ...]
     """Sentences on what a user should know."""
     skipped: tuple[SkippedCount, ...] | None

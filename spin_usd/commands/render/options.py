@@ -9,16 +9,16 @@ from spin_usd.options import ListeningToNotes, Option, PictureOptions, RunOption
 
 @dataclass(frozen=True, kw_only=True)
 class RenderOptions(ListeningToNotes, RunOptions, PictureOptions):
-    """What a run makes, where, and how it goes on."""
+    """The pictures that a run makes, the dataset, and the way it runs."""
 
     out: Annotated[
         str | Path,
-        Option("The dataset's folder, or a URL: s3://bucket/name. Run again, it resumes.", "PATH", url=True),
+        Option("Folder of the dataset, or a URL: s3://bucket/name. Another run resumes.", "PATH", url=True),
     ]
     events: Annotated[
         bool,
         Option(
-            "Also make what an event camera tells between the first and the last picture. See docs/how-to/events.md."
+            "Also make the events of an event camera between the first and last picture. See docs/how-to/events.md."
         ),
     ] = False
-    event_labels: Annotated[bool, Option("With each event the ids of the target and the part that it is of.")] = False
+    event_labels: Annotated[bool, Option("With each event write the ids of its target and its part.")] = False

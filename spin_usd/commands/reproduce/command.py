@@ -12,13 +12,13 @@ from spin_usd.terminal.lines import BAD, GOOD, Painted, print_out, show_note, sh
 from spin_usd.terminal.parameters import Json
 
 OTHER_DEVICE = (
-    "made on {}, and made again on {}: the image's bytes may differ, for each device rounds in its own way; labels are "
-    "always the CPU's"
+    "made on {}, and made again on {}: the image's bytes may differ, since each device rounds in its own way; labels "
+    "always run on the CPU"
 )
 
 
 def reproduce(options: ReproduceOptions, *, as_json: Json = False) -> None:
-    """Make one picture again from its provenance and compare it with the one there."""
+    """Make one picture again from its provenance, and compare it with the dataset's files."""
     made = run_with(spin_usd.reproduce, options)
     if as_json:
         print_out(json.dumps(made.as_json()))

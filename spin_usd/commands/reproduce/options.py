@@ -9,7 +9,7 @@ from spin_usd.options import Argument, Dataset, Option, Options
 
 @dataclass(frozen=True)
 class ReproduceOptions(Options):
-    """The picture that is made again, and on what."""
+    """The picture to make again, and the device."""
 
     dataset: Dataset
     frame: Annotated[str, Argument("A frame's name, such as img000001.", words=frames_of_dataset)]
@@ -18,9 +18,9 @@ class ReproduceOptions(Options):
     device: Annotated[
         str | None,
         Option(
-            "What renders the light: cpu, optix, cuda ...; the recorded one if not given.",
+            "Device that renders the light: cpu, optix, cuda ...; the recorded one if not given.",
             "NAME",
             words=listed_in("spin_usd.processes.devices", "DEVICES"),
-            also="On another one the image's bytes may differ.",
+            also="On another device the image's bytes may differ.",
         ),
     ] = None

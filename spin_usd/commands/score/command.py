@@ -1,4 +1,4 @@
-"""`spin-usd score`: how far predicted poses are off, in the terms of SPEED, SPEED+ and BOP."""
+"""`spin-usd score`: the errors of predicted poses, as SPEED, SPEED+ and BOP define them."""
 
 from typing import TYPE_CHECKING
 
@@ -22,8 +22,8 @@ HEADINGS = ("pictures", "count", "SPEED", "SPEED+", "position m", "p90", "attitu
 def score(context: typer.Context, options: ScoreOptions, *, as_json: Json = False) -> None:
     """Score predicted poses: SPEED and SPEED+ scores, errors in metres and degrees, ADD, and BOP's recalls.
 
-    Errors are medians, with what nine of ten pictures are below. SPEED is the score without thresholds, SPEED+ the one
-    with those of its calibration.
+    Errors are medians and 90th percentiles. SPEED is the score without thresholds, SPEED+ the score with the thresholds
+    of its calibration.
     """
     from msgspec import UNSET
 

@@ -10,25 +10,23 @@ from spin_usd.options import Argument, Listening, Option
 
 @dataclass(frozen=True)
 class ScoreOptions(Listening):
-    """Which predictions are scored, and against what."""
+    """The predictions to score, and the truth."""
 
     predictions: Annotated[
         str | Path,
         Argument(
-            "CSV (filename, qw, qx, qy, qz, x, y, z), JSON as SPEED+ lists poses, or keypoint results as COCO has them."
+            "CSV (filename, qw, qx, qy, qz, x, y, z), JSON poses in the format of SPEED+, or COCO keypoint results."
         ),
     ]
     _: KW_ONLY
     truth: Annotated[str | Path, Option("A dataset's folder, or a pose list in any format that author reads.", "PATH")]
     variants: Annotated[
-        str | Sequence[str], Option("The dataset's variants that are scored; all if not given.", "NAME,...")
+        str | Sequence[str], Option("Variants of the dataset to score; all if not given.", "NAME,...")
     ] = ()
-    target: Annotated[str | None, Option("Which target of the dataset; the first if not given.", "NAME")] = None
+    target: Annotated[str | None, Option("Target of the dataset; the first if not given.", "NAME")] = None
     annotations: Annotated[
         str | Path | None,
-        Option("The COCO file whose image ids keypoint results have; not needed for ids that are names.", "PATH"),
+        Option("The COCO file with the image ids of keypoint results; not needed if the ids are names.", "PATH"),
     ] = None
-    partial: Annotated[
-        bool, Option("Score the pictures that have a usable prediction; others are refused if not given.")
-    ] = False
+    partial: Annotated[bool, Option("Skip pictures without a usable prediction, instead of refusing the file.")] = False
     out: Annotated[str | Path | None, Option("Also write a page with plots and the worst pictures.", "PATH")] = None

@@ -1,4 +1,4 @@
-"""`spin-usd serve`: pictures of a stage for other programs, as they ask for them."""
+"""`spin-usd serve`: pictures of a stage for other programs, on request."""
 
 from spin_usd.commands.serve.options import ServeOptions
 from spin_usd.errors import UnsupportedError
@@ -6,11 +6,10 @@ from spin_usd.terminal.lines import print_out
 
 
 def serve(options: ServeOptions) -> None:
-    """Make pictures of a stage as other programs on this machine ask for them: poses, light and times in; images,
-    labels and truth out.
+    """Make pictures for other programs on request: poses, light and times in; images, labels and truth out.
 
-    They speak ZeroMQ and msgpack; docs/loop_client.py is a client. With --log all that they ask for
-    becomes a stage, which render makes again to the same images. Ctrl-C ends.
+    The protocol is ZeroMQ and msgpack; docs/loop_client.py is an example of a client. With --log all requests become a
+    stage, which render turns into the same images. Ctrl-C stops the server.
     """
     try:
         from spin_usd.commands.serve.run import serve as follow

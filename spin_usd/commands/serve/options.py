@@ -12,26 +12,25 @@ PORT = 8644
 
 @dataclass(frozen=True)
 class ServeOptions(EffortOptions):
-    """The stage that is served, where, and how its pictures are made."""
+    """The stage to serve, the address, and the settings of the pictures."""
 
     stage: Stage
     _: KW_ONLY
     at: Annotated[
         str | None,
         Option(
-            f"Where it listens, tcp://127.0.0.1:{PORT} if not given: tcp://ADDRESS:PORT, or ipc://FILE for a socket in "
-            "the file system. Other machines get in by an address of this one that they reach, and nobody is asked who "
-            "they are.",
+            f"Address to listen on, tcp://127.0.0.1:{PORT} if not given: tcp://ADDRESS:PORT, or ipc://FILE for a "
+            "socket file. To accept other machines, listen on an address they can reach. There is no authentication.",
             "ADDRESS",
         ),
     ] = None
     log: Annotated[
         str | Path | None,
-        Option("A folder for the stage of all that was asked for, which render makes again.", "FOLDER"),
+        Option("Folder of a stage that logs every request, for render to make the pictures again.", "FOLDER"),
     ] = None
     parts: Annotated[
         str | Sequence[str],
-        Option("Parts of the first target that clients may move, where there is a log.", "NAME,..."),
+        Option("With --log: the parts of the first target that clients may move.", "NAME,..."),
     ] = ()
     variant: Variant = "nominal"
     renderer: RendererName = None

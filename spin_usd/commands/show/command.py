@@ -31,7 +31,7 @@ def show(context: typer.Context, options: ShowOptions) -> None:
 
 
 def _sentence(report: "GalleryReport") -> str:
-    """Say in one line what was written."""
+    """Return one line on what was written."""
     damaged = f", {len(report.damaged)} damaged" if report.damaged else ""
     return (
         f"{report.page}   ({pluralise(report.pictures, 'picture')}{damaged}: {report.made} made, {report.kept} already "

@@ -28,7 +28,7 @@ PROGRAM = "page"
 THUMBNAILS, IMAGES, DATA = "thumbnails", "images", "data"
 BY_KEY = (THUMBNAILS, IMAGES, DATA)
 OF_TARGET = "_target"
-"""What a thumbnail of the targets alone is called after its key."""
+"""Suffix after the key for a thumbnail of the targets alone."""
 OWN_NAME = re.compile(rf"(?:{'|'.join(BY_KEY)})/[0-9a-f]{{2}}/[0-9a-f]{{16}}(?:{OF_TARGET})?\.(?:jpg|png|js)")
 
 

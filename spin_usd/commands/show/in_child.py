@@ -32,7 +32,7 @@ QUALITY = 85
 DENSE_POSE = "dense_pose"
 EVENT_WINDOWS, EVENT_WINDOW_S = 8, 1 / 30  # from a picture on: as long as frames of video
 STEP_M = 1e-5
-"""What points of the dense pose are rounded to on the page: a hundredth of a millimetre."""
+"""Step to which the page rounds points of the dense pose: a hundredth of a millimetre."""
 MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept as it is
 
 

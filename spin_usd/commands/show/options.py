@@ -16,16 +16,17 @@ IMAGES = (JPEG, SMALL, ORIGINAL)
 
 @dataclass(frozen=True)
 class ShowOptions(Listening):
-    """What the page shows, and where it is written."""
+    """The contents of the page, and its folder."""
 
     dataset: Dataset
     _: KW_ONLY
     out: Annotated[
         str | Path | None,
-        Option("The page's folder; DATASET_page if not given. Run again, it makes what changed.", "PATH"),
+        Option("Folder of the page; DATASET_page if not given. Another run updates what changed.", "PATH"),
     ] = None
     beside: Annotated[
-        str | Path | None, Option("Show its distributions, and its pictures of the same names, beside.", "DATASET")
+        str | Path | None,
+        Option("Dataset to compare: its distributions, and pictures of equal names.", "DATASET"),
     ] = None
     labels: Annotated[
         str | Sequence[str],
@@ -34,7 +35,7 @@ class ShowOptions(Listening):
     images: Annotated[
         str,
         Option(
-            "jpeg in full size; small: 960 pixels wide; original: the files.",
+            "jpeg: full size; small: 960 pixels wide; original: the dataset's own files.",
             "NAME",
             words=listed_in("spin_usd.commands.show.options", "IMAGES"),
         ),
@@ -48,8 +49,8 @@ class ShowOptions(Listening):
 
     @cached_property
     def label_names(self) -> tuple[str, ...]:
-        """The labels to show, as far as pictures have them. Raises InputError for one that there is not."""
-        from spin_usd.labels.table import PIXEL_LABELS  # not above: it loads numpy, and --help is to answer at once
+        """The labels to show, as far as pictures have them. Raises InputError for an unknown one."""
+        from spin_usd.labels.table import PIXEL_LABELS  # not above: it loads numpy, which would slow --help
 
         groups = {"all": tuple(PIXEL_LABELS), "none": ()}
         found = tuple(label for name in names_in(self.labels) for label in groups.get(name, (name,)))
@@ -60,6 +61,6 @@ class ShowOptions(Listening):
 
     @property
     def page_folder(self) -> Path:
-        """The page's folder, absolute: my_dataset_page beside my_dataset where none is given."""
+        """The page's folder, absolute: my_dataset_page beside my_dataset if not given."""
         beside = Path(self.dataset).absolute()
         return Path(self.out).absolute() if self.out else beside.with_name(f"{beside.name}_page")

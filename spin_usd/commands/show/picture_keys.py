@@ -24,9 +24,9 @@ class PictureKeys(NamedTuple):
     """The keys of a picture's files in a gallery."""
 
     image: str = ""
-    """That of the image with its thumbnails; "" where there is none."""
+    """Key of the image with its thumbnails; "" without an image."""
     labels: str = ""
-    """That of the label data; "" where there are none."""
+    """Key of the label data; "" without labels."""
     suffix: str = ".jpg"
     """The image's."""
     preview: str = ""
@@ -34,7 +34,7 @@ class PictureKeys(NamedTuple):
     kinds: tuple[str, ...] = ()
     """The labels in the data."""
     events: str = ""
-    """That of the events that follow the picture; "" where there are none."""
+    """Key of the events that follow the picture; "" without events."""
 
     @property
     def names(self) -> dict[str, str]:

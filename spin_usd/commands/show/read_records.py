@@ -35,7 +35,7 @@ class ReadPicture:
     values: dict[str, float | str] = field(default_factory=dict)
     """By the names of columns."""
     fault: str = ""
-    """What is wrong with the record; "" for nothing."""
+    """Fault of the record; "" for none."""
 
     @property
     def record(self) -> str:

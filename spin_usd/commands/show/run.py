@@ -52,7 +52,7 @@ class GalleryReport:
     kept: int
     """How many pictures had all their files already."""
     damaged: dict[str, str]
-    """What is wrong with pictures, by VARIANT/FRAME."""
+    """Fault of each damaged picture, by VARIANT/FRAME."""
     bytes: int
     """Of all that the folder holds."""
     seconds: float

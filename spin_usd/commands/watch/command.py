@@ -1,4 +1,4 @@
-"""`spin-usd watch`: shows what becomes of an edit of a stage, a second or two later."""
+"""`spin-usd watch`: shows the effect of an edit of a stage, a second or two later."""
 
 import os
 import sys
@@ -12,10 +12,10 @@ from spin_usd.terminal.lines import has_colours, print_out
 
 
 def watch(options: WatchOptions) -> None:
-    """Show a picture of a stage while its layers are edited: labels and a preview at once, Blender's picture after it.
+    """Show a picture of a stage while you edit its layers: first labels and a preview, then Blender's picture.
 
-    Every file that the stage is made of is watched. A layer that cannot be read is said, and the last good picture
-    stays. The page, on this machine alone, also switches frame and variant. Ctrl-C ends.
+    It watches every file of the stage. If a layer cannot be read, the page shows the error and keeps the last good
+    picture. The page, only on this machine, can also switch frame and variant. Ctrl-C stops it.
     """
     from spin_usd.commands.watch.run import watch as follow
     from spin_usd.planning.effort_choice import setting_of

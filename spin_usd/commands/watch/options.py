@@ -11,14 +11,14 @@ MAX_WIDTH = 960
 
 @dataclass(frozen=True)
 class WatchOptions(Options):
-    """The picture that is shown first, and how."""
+    """The picture to show first, and the way to show it."""
 
     stage: Stage
     _: KW_ONLY
     frame: Frame
     variant: Variant = "nominal"
     renderer: RendererName = None
-    quality: Annotated[str, Option("Of the picture after the preview: preview, draft, standard ...", "NAME")] = "draft"
-    max_width: Annotated[int, Option("The pictures' width at most.", "PIXELS", at_least=16)] = MAX_WIDTH
-    port: Annotated[int, Option("The port of the page; 0 for any that is free.", "N")] = PORT
+    quality: Annotated[str, Option("Quality of the picture after the preview: preview, draft ...", "NAME")] = "draft"
+    max_width: Annotated[int, Option("Largest width of a picture.", "PIXELS", at_least=16)] = MAX_WIDTH
+    port: Annotated[int, Option("Port of the page; 0 for any free port.", "N")] = PORT
     terminal: Annotated[bool, Option("Also show the picture in this terminal.")] = False

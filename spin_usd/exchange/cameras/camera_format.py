@@ -1,4 +1,4 @@
-"""A format of calibrations: what each of its files says of a camera in its own pixels, and that as a camera of ours."""
+"""A format of calibrations: the contents of its files in their own pixel convention, and our camera from them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class CameraFile:
     source: str
     """The file."""
     notes: tuple[str, ...] = ()
-    """Sentences on what a user should know of how it was read."""
+    """Notes for the user on how it was read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,15 +57,15 @@ class CameraFormat:
 
 
 def named(said: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    """Return what there is of the names, written in any case, with or without "_", in their order, by the file's own
+    """Return the values found under the names, in any case, with or without "_", in their order, by the file's own
     names."""
     plain = {key: key.lower().replace("_", "") for key in said}
     return {key: said[key] for name in names for key in said if plain[key] == name}
 
 
 def said_once(said: Mapping[str, Any], names: Sequence[str], path: Path) -> Any:
-    """Return the numbers that are called by one of the names, None if there are none. Raises InputError where they
-    differ from those called by another."""
+    """Return the numbers under one of the names, None if missing. Raises InputError if two names have different
+    numbers."""
     found = {key: value for key, value in named(said, names).items() if not isinstance(value, str)}
     for one, other in pairwise(found):
         if _flat(found[one]) != _flat(found[other]):
@@ -79,7 +79,7 @@ def numbers_of(value: Any, counts: Sequence[int], name: str, path: Path) -> list
     flat = _flat(value)
     if not isinstance(flat, list) or len(flat) not in counts or not all(type(v) in (int, float) for v in flat):
         found = "has no" if value is None else "does not give as numbers the"
-        raise InputError(f"{found} {name}", where=path, do="see docs/how-to/own-camera.md for what is read")
+        raise InputError(f"{found} {name}", where=path, do="see docs/how-to/own-camera.md for the supported files")
     return [float(each) for each in flat]
 
 

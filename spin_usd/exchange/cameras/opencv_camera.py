@@ -1,8 +1,8 @@
 """Calibrations as OpenCV's FileStorage has them, as YAML or JSON; ROS's camera_info; Kalibr's chains and EuRoC's
 sensor.yaml.
 
-All count pixels from the first one's centre. OpenCV has no names of its own for what a file holds: these are those of
-its samples, its documentation and its users, in any case. Kalibr has a chain of cameras; the first counts.
+All count pixels from the first one's centre. OpenCV defines no names for a file's contents: we accept the names in
+its samples, its documentation and its users, in any case. Kalibr has a chain of cameras; we read the first.
 Source: OpenCV's sample camera_calibration.cpp; ROS's sensor_msgs/CameraInfo and camera_calibration_parsers; Kalibr's
 wiki ("Yaml formats").
 """
@@ -68,13 +68,13 @@ def _intrinsics(said: dict[str, Any], path: Path) -> tuple[float, float, float, 
 
 
 def _uncropped(said: dict[str, Any], size: tuple[int, int], path: Path) -> tuple[int, int]:
-    """Return the size. Raises InputError where ROS says that pictures are a part of the frame, or binned: then the
-    matrix is not theirs."""
+    """Return the size. Raises InputError if ROS's pictures are a part of the frame, or binned: the matrix does not
+    apply to them."""
     binned = {key: value for key, value in named(said, ("binningx", "binningy")).items() if value not in (0, 1)}
     part = said.get("roi") or {}
     part = [part.get(name, 0) for name in CROP] if isinstance(part, dict) else part
     if binned or part not in ([0, 0, 0, 0], [0, 0, *size]):
-        found = f"has {', '.join(binned) or 'a roi'}: its pictures have other pixels than those of its camera matrix"
+        found = f"has {', '.join(binned) or 'a roi'}: its pictures and its camera matrix use different pixels"
         do = "give size and matrix as the pictures have them, and leave binning_x, binning_y and roi out"
         raise InputError(found, where=path, do=do)
     return size
@@ -92,24 +92,24 @@ def _matrix(said: dict[str, Any], path: Path) -> tuple[float, float, float, floa
 def _distortion(said: dict[str, Any], path: Path) -> tuple[float, ...]:
     given, flags = said_once(said, COEFFICIENTS, path), named(said, FLAG)
     models = {key: str(value) for key, value in named(said, MODEL).items() if not isinstance(value, list | dict)}
-    # Kalibr's fisheye is called a pinhole too: that says nothing of the distortion
+    # Kalibr's fisheye is called a pinhole too: the name does not tell the distortion
     models = {key: value for key, value in models.items() if value.lower() not in ("", "none", "pinhole")}
     fisheye = {key: _is_true(key, value, path) for key, value in flags.items()}
     kinds = fisheye | {key: kind for key, value in models.items() if (kind := is_fisheye(value)) is not None}
     if len({*kinds.values()}) > 1:
         words = " and ".join(f"{key}: {said[key]}" for key in kinds)
-        raise InputError(f"says two things of its lens, {words}", where=path, do=LEAVE_ONE)
+        raise InputError(f"contradicts itself about its lens: {words}", where=path, do=LEAVE_ONE)
     model = next(iter(models.values()), FISHEYES[0] if any(fisheye.values()) else "")
     k = [] if given is None else numbers_of(given, range(15), COEFFICIENTS_ARE, path)
     found = distortion_of(k, model, path, ambiguous=not fisheye)
     for key, value in models.items():
         if distortion_of(k, value, path) != found:
-            raise InputError(f"says two things of its lens, {model} and {key}: {value}", where=path, do=LEAVE_ONE)
+            raise InputError(f"contradicts itself about its lens: {model} and {key}: {value}", where=path, do=LEAVE_ONE)
     return found
 
 
 def _is_true(key: str, value: Any, path: Path) -> bool:
-    """Return whether the value is true, or another number than 0. Raises InputError for words that say neither."""
+    """Return whether the value is true, or a number other than 0. Raises InputError for other words."""
     if isinstance(value, bool | int | float):
         return bool(value)
     if (word := str(value).lower()) not in WORDS:

@@ -80,7 +80,7 @@ def _calibration(document: dict[str, Any], path: Path) -> tuple[float, float, fl
 
 
 def _nominal(document: dict[str, Any], path: Path) -> tuple[float, float, float, float]:
-    """fx, fy, cx, cy in pixels from the nominal focal length and the pitch; the centre unless ccx, ccy say more."""
+    """fx, fy, cx, cy in pixels from the nominal focal length and the pitch; the centre unless ccx, ccy are given."""
     focal = [_number(document, key, path) for key in ("fx", "fy")]
     pitch = [_pitch(document, key, path, required=True) for key in ("ppx", "ppy")]
     cx = _number(document, "ccx", path) if "ccx" in document else document["Nu"] / 2
@@ -89,13 +89,13 @@ def _nominal(document: dict[str, Any], path: Path) -> tuple[float, float, float,
 
 
 def _distortion(document: dict[str, Any], path: Path) -> tuple[float, ...]:
-    """k1, k2, p1, p2, k3; OpenCV also writes four coefficients, without k3. Where "distortion_model" says so, those of
-    another lens."""
+    """k1, k2, p1, p2, k3; OpenCV also writes four coefficients, without k3. With another "distortion_model", the
+    coefficients of that lens."""
     values = _listed(document.get("distCoeffs", [0.0] * 5))
     if isinstance(values, list) and (model := document.get("distortion_model")):
         return distortion_of(_numbers(values, len(values), "'distCoeffs'", path), str(model), path)
     if isinstance(values, list) and len(values) not in (4, 5):
-        do = "give k1, k2, p1, p2 and k3 in this order, with 0 for those that there are not"
+        do = "give k1, k2, p1, p2 and k3 in this order, with 0 for missing ones"
         raise InputError(f"'distCoeffs' holds {len(values)} values, expected 5", where=path, do=do)
     if isinstance(values, list) and len(values) == 4:
         values = [*values, 0.0]

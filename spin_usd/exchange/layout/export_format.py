@@ -1,9 +1,9 @@
-"""A format of exports: what it asks of the pictures, and the files that it makes of them.
+"""A format of exports: its requirements on the pictures, and the files that it makes.
 
 A format is one file in `exchange` and one entry in `table.py`. The framework links, copies and makes the files, skips
-those that are there, streams the rows into the indexes, and puts everything into place atomically. Pictures come one at
-a time, in the dataset's order of variants and frames, and none is kept: an export of 10,000 takes no more memory than
-one of 10.
+existing ones, streams the rows into the indexes, and puts everything into place atomically. Pictures come one at a
+time, in the dataset's order of variants and frames, and are not kept: an export of 10,000 needs no more memory than one
+of 10.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -20,7 +20,7 @@ from spin_usd.files.folder import FileIn
 
 @dataclass(frozen=True, kw_only=True)
 class LinkedFile:
-    """A file of the dataset that goes into the export as it is: a hard link of `source`, or a copy where asked for."""
+    """A file of the dataset that goes into the export unchanged: a hard link of `source`, or a copy if requested."""
 
     path: str
     source: FileIn
@@ -41,8 +41,7 @@ class MadeFile:
 
 @dataclass(frozen=True, kw_only=True)
 class SecondName:
-    """A second name, `path`, of the file `of` that came before it in the export: a hard link, or a copy where asked
-    for."""
+    """A second name, `path`, of an earlier file `of` of the export: a hard link, or a copy if requested."""
 
     path: str
     of: str
@@ -54,17 +53,17 @@ class IndexRow:
 
     path: str
     value: Any
-    """What that index's style takes."""
+    """Value for that index's style."""
     section: str = ""
     """The list that it goes to, in an index of several."""
 
 
 ExportFile: TypeAlias = LinkedFile | MadeFile | SecondName
 Output: TypeAlias = ExportFile | IndexRow
-"""What a format yields; paths are relative to the export's folder."""
+"""An output of a format; paths are relative to the export's folder."""
 
 Limit = Callable[[Survey], None]
-"""Raises UnsupportedError for what the format cannot hold, in a sentence that names the picture and a remedy."""
+"""Raises UnsupportedError for content that the format cannot hold, naming the picture and a remedy."""
 
 
 def _no_files(dataset: ExportedDataset) -> Iterator[ExportFile]:
@@ -91,36 +90,36 @@ def _no_head(dataset: ExportedDataset) -> str:
 class Layout:
     """The layout that a format gives a dataset: it yields outputs, and writes nothing itself.
 
-    What a format cannot hold is refused before anything is written: by `needs`, `splits`, `limits` and `refuse`. What
-    only a file tells, such as how far away an occluder is, its `write` refuses.
+    Content that a format cannot hold is refused before anything is written: by `needs`, `splits`, `limits` and
+    `refuse`. Only limits that need a file's pixels, such as an occluder's distance, are refused by `write`.
     """
 
     needs: tuple[str, ...]
     """The kinds of file that every picture must have, such as "image"."""
     conventions: tuple[str, ...]
-    """Sentences for the card: axes, quaternion, units, pixel origin, order of boxes, what was converted."""
+    """Sentences for the card: axes, quaternion, units, pixel origin, order of boxes, conversions."""
     files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
-    """The outputs of one picture: a `LinkedFile` where the dataset's file is right as it is, a `MadeFile` where it is
-    not, and an `IndexRow` for each entry in an index."""
+    """The outputs of one picture: a `LinkedFile` if the dataset's file fits unchanged, else a `MadeFile`, and an
+    `IndexRow` for each entry in an index."""
     shared: Callable[[ExportedDataset], Iterator[ExportFile]] = _no_files
     """Outputs that belong to no picture, such as camera.json, once."""
     indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
     """The files that rows of many pictures go to, such as train.json, by their path, and their style
     (index_file.py)."""
     card_head: Callable[[ExportedDataset], str] = _no_head
-    """What stands before the card's text, such as the YAML that a hub reads."""
+    """Text before the card's own, such as the YAML that a hub reads."""
     last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     """Outputs that need the finished indexes, which lie in the folder given."""
     limits: tuple[Limit, ...] = ()
-    """What is refused (limits.py) after a survey (survey.py) has read every record."""
+    """Refusals (limits.py) after a survey (survey.py) has read every record."""
     refuse: Callable[[ExportedDataset], object] = _nothing_refused
-    """Raises InputError or UnsupportedError for what a survey does not tell, before anything is written."""
+    """Raises InputError or UnsupportedError for limits that a survey does not cover, before anything is written."""
     splits: Mapping[str, str] | None = None
     """The names that the format gives the splits "train", "validation" and "test"; None where any name will do."""
     file: Callable[[ExportedDataset, ExportedPicture], str] | None = None
-    """The path of a picture's image, where that is not of the first output that `files` yields for it."""
+    """The path of a picture's image, if it is not the path of the first output of `files`."""
     several: bool = False
-    """Whether it holds all targets of a picture, or the chosen one alone."""
+    """True if the format holds all targets of a picture, not only the chosen one."""
     first_centre: float = 0.5
     """Where the first pixel has its centre in the format's own files, CENTRE or CORNER."""
     visible_only: bool = False
@@ -142,7 +141,7 @@ class FormatOption:
     """The value of a text; raises ValueError."""
 
     def value(self, text: str) -> Any:
-        """Return the value that `text` says. Raises InputError that names the option."""
+        """Return the value of `text`. Raises InputError that names the option."""
         try:
             if self.choices and text not in self.choices:
                 raise ValueError
@@ -167,11 +166,11 @@ class ExportFormat:
     name: str
     """In `--to`."""
     holds: str
-    """A phrase that says what it is."""
+    """Phrase that describes it."""
     layout: Layout | Callable[[Mapping[str, Any]], Layout]
-    """The one that it has, or what returns that for the values of its options, by name."""
+    """The layout, or a function that returns it for the values of the options, by name."""
     options: tuple[FormatOption, ...] = field(default=())
-    """Those that there are."""
+    """Options of the format."""
 
     def layout_for(self, options: Mapping[str, Any]) -> Layout:
         """Return the layout for these values of its options."""

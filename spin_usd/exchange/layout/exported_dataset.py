@@ -23,17 +23,17 @@ AMODAL = "mask_amodal"
 class ExportedPicture:
     """A picture of the dataset, and its place in the export.
 
-    Formats take camera, image and labels from here, and not from `picture`: these are what is exported.
+    Formats take camera, image and labels from here, not from `picture`: these are the exported ones.
     """
 
     picture: Picture
     """As the dataset has it."""
     name: str
-    """Unlike that of any other picture of the export, and safe as a file's stem."""
+    """Unique in the export, and safe as a file's stem."""
     number: int
     """Its place in the export, from 0."""
     split: str
-    """What the format calls its split."""
+    """Name of the split in the format."""
     target_name: str
     """The target that formats of one target hold."""
 
@@ -93,15 +93,15 @@ class ExportedPicture:
         return self.picture.mask(self.target.id if target is None else target)
 
     def amodal_mask(self, target: int) -> NDArray[np.bool_]:
-        """Return (H, W): the silhouette of the target with that id as if nothing else were there. Without the label
-        "mask_amodal" it is what is visible, which it is of a body alone."""
+        """Return (H, W): the silhouette of the target with that id without occlusion. Without the label "mask_amodal"
+        it is the visible part, which is the same for a single body."""
         if not self.has(AMODAL):
             return self.mask(target)
         return np.asarray(self.label(AMODAL) >> np.uint16(target - 1) & 1 > 0)
 
 
 class Entry(NamedTuple):
-    """A picture of the export: frame and variant, its own name in the export, and what the format calls its split."""
+    """A picture of the export: frame and variant, its name in the export, and the format's name for its split."""
 
     frame: str
     variant: str
@@ -118,11 +118,11 @@ class ExportedDataset:
     entries: Sequence[Entry]
     """The pictures that are exported."""
     splits: tuple[str, ...]
-    """The names that the format gives them, also of those that are empty."""
+    """The format's names of the splits, also of empty ones."""
     target: str
     """The name of the target that formats of one target hold."""
     cameras: tuple[Camera, ...] = ()
-    """Those of the pictures, each once."""
+    """Cameras of the pictures, each once."""
     farthest: float = 0.0
     """The greatest z of a target's origin, metres."""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -142,7 +142,7 @@ class ExportedDataset:
 
     @property
     def camera(self) -> Camera:
-        """The one camera of all pictures, where the format's limits say that there is but one."""
+        """The camera of all pictures, for formats limited to one."""
         return self.cameras[0]
 
     def first(self, variant: str) -> ExportedPicture:

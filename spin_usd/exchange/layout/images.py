@@ -17,26 +17,26 @@ from spin_usd.formats.image_file import JPEG_QUALITY, write_image
 LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers
 GREY = "grey = 0.2126 R + 0.7152 G + 0.0722 B of the encoded numbers"
 JPEG = f"JPEG of quality {JPEG_QUALITY}, without chroma subsampling"
-GREY_JPEG = f"Images are grey, 8 bits, {JPEG} ({GREY}); those of a dataset that has them so are as they are."
+GREY_JPEG = f"Images are grey, 8 bits, {JPEG} ({GREY}); a dataset's files in this form are unchanged."
 VISIBLE = 255
 
 
 def grey_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
-    """Return the image in 8-bit grey at `path`, whose ending says whether as .jpg or .png."""
+    """Return the image in 8-bit grey at `path`, whose ending is .jpg or .png."""
     if _is_grey(picture) and picture.linkable("image", Path(path).suffix):
         return LinkedFile(path=path, source=picture.file("image"))
     return MadeFile(path=path, write=partial(_write_grey, picture))
 
 
 def any_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
-    """Return the image in 8 bits, grey or in colour as it is, at `path`, whose ending says whether as .jpg or .png."""
+    """Return the image in 8 bits, grey or in colour as it is, at `path`, whose ending is .jpg or .png."""
     if picture.linkable("image", Path(path).suffix) and picture.picture.files["image"].dtype == "uint8":
         return LinkedFile(path=path, source=picture.file("image"))
     return MadeFile(path=path, write=partial(_write_eight, picture))
 
 
 def own_suffix(picture: ExportedPicture) -> str:
-    """Return the ending for which `any_image` makes no image that loses what the dataset's has: .jpg or .png."""
+    """Return the ending for which `any_image` loses nothing of the dataset's image: .jpg or .png."""
     return ".jpg" if picture.linkable("image", ".jpg") else ".png"
 
 
@@ -46,24 +46,24 @@ def mask_image(picture: ExportedPicture, path: str) -> MadeFile:
 
 
 def part_image(picture: ExportedPicture, path: str) -> MadeFile:
-    """Return the part ids at `path`, a grey 8-bit PNG; the format's limits say that they fit."""
+    """Return the part ids at `path`, a grey 8-bit PNG; the format's limits ensure that they fit."""
     return MadeFile(path=path, write=partial(_write_parts, picture))
 
 
 def depth_image(picture: ExportedPicture, path: str, scale: float = 1.0) -> MadeFile:
-    """Return depth at `path`, a grey 16-bit PNG of whole numbers of `scale` millimetres: planar z, 0 for nothing. To
-    write it raises UnsupportedError for what 16 bits do not hold, which of an occluder no record tells."""
+    """Return depth at `path`, a grey 16-bit PNG of whole numbers of `scale` millimetres: planar z, 0 for nothing.
+    Writing raises UnsupportedError for depth beyond 16 bits, since records lack an occluder's distance."""
     return MadeFile(path=path, write=partial(_write_depth, picture, scale))
 
 
 def depth_numbers(depth: NDArray[np.float32], scale: float, where: str | None = None) -> NDArray[np.uint16]:
     """Return depth (H, W) in metres as whole numbers of `scale` millimetres; 0 stays 0. Raises UnsupportedError for
-    what 16 bits do not hold."""
+    depth beyond 16 bits."""
     steps = np.rint(depth.astype(np.float64) * (MILLIMETRES / scale))
     if steps.max(initial=0) > UINT16_MAX:
         far, most = float(depth.max()), UINT16_MAX * scale / MILLIMETRES
         found = f"is up to {far:g} m deep, and 16 bits of {scale:g} mm end at {most:g} m"
-        do = "export without depth, or leave out the pictures that show what is so far"
+        do = "export without depth, or leave out the pictures with such distances"
         raise UnsupportedError(found, where=where, do=do)
     return steps.astype(np.uint16)
 

@@ -49,7 +49,7 @@ def json_lists(head: Mapping[str, Any], names: Sequence[str]) -> IndexFile:
 
 
 def csv_table(columns: Sequence[str] = ()) -> IndexFile:
-    """A CSV table with a line of headings, unless there are none; a row is a sequence of values."""
+    """A CSV table with a line of headings, if there are any; a row is a sequence of values."""
     return IndexFile(text=csv_line, sections={"": Section(before=csv_line(columns) if columns else "")})
 
 
@@ -64,13 +64,13 @@ def json_text(value: Any) -> str:
 
 
 def write_json_file(value: Any) -> Callable[[Path], None]:
-    """Return what writes the value as indented JSON, for a MadeFile."""
+    """Return a function that writes the value as indented JSON, for a MadeFile."""
     text = json.dumps(value, indent=1, allow_nan=False) + "\n"
     return lambda path: _write(path, text)
 
 
 def write_text_file(text: str) -> Callable[[Path], None]:
-    """Return what writes the text as UTF-8, for a MadeFile."""
+    """Return a function that writes the text as UTF-8, for a MadeFile."""
     return lambda path: _write(path, text)
 
 

@@ -1,4 +1,4 @@
-"""Limits of formats: what they cannot hold, refused before anything is written."""
+"""Limits of formats: content that they cannot hold, refused before anything is written."""
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import Limit
@@ -36,7 +36,7 @@ no_distortion = undistorted("export to speedplus, or render with a camera withou
 
 
 def bodies_told_apart(survey: Survey) -> None:
-    """Raise UnsupportedError where there are several bodies, and pictures do not say which pixel shows which."""
+    """Raise UnsupportedError if there are several bodies, and pictures lack the label of the body at each pixel."""
     if survey.bodies > 1 and survey.kinds[INSTANCE] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE}")
@@ -46,7 +46,7 @@ def has_keypoints(survey: Survey) -> None:
     """Raise UnsupportedError where no target has keypoints, for the format is made of them."""
     if not any(target.keypoints.names for target in survey.targets):
         do = "author the stage with --keypoints, and render again"
-        raise UnsupportedError(f"no target has keypoints, which {survey.format} is asked for", do=do)
+        raise UnsupportedError(f"no target has keypoints, which {survey.format} needs", do=do)
 
 
 def one_camera(survey: Survey) -> None:
@@ -81,7 +81,7 @@ def one_variant(survey: Survey) -> None:
 
 
 def parts_at_most(count: int, bits: int) -> Limit:
-    """Return the limit to `count` part ids, which is what `bits` bits hold."""
+    """Return the limit to `count` part ids, the capacity of `bits` bits."""
 
     def limit(survey: Survey) -> None:
         if survey.parts > count:
@@ -94,7 +94,7 @@ def parts_at_most(count: int, bits: int) -> Limit:
 
 
 def depth_at_most(millimetres: float, remedy: str) -> Limit:
-    """Return the limit of depth in 16 bits whose unit is `millimetres`; `remedy` is what to do about it."""
+    """Return the limit of depth in 16 bits whose unit is `millimetres`; `remedy` is the way around it."""
     metres = UINT16_MAX * millimetres / 1000
 
     def limit(survey: Survey) -> None:

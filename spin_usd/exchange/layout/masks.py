@@ -20,8 +20,8 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
 
 
 def compressed(lengths: list[int]) -> str:
-    """Write the run lengths as the short text that pycocotools reads. From the fourth on each is written as what it has
-    more than the one of its kind before it.
+    """Write the run lengths as the short text that pycocotools reads. From the fourth on, each is written as the
+    difference from the previous one of its kind.
 
     Source: P. Dollar and T.-Y. Lin, the mask interface of the COCO API (2014); its C file `maskApi` has the same in
     `rleEncode` and `rleToString`.
@@ -34,7 +34,7 @@ def compressed(lengths: list[int]) -> str:
 
 
 def _characters(number: int) -> list[int]:
-    """Cut the number into digits; the highest bit of the last one is its sign, and a further bit says that more
+    """Cut the number into digits; the highest bit of the last one is its sign, and a further bit marks that more
     follow."""
     digits = []
     while True:
@@ -51,7 +51,7 @@ def outlines(mask: NDArray[np.bool_]) -> list[Corners]:
 
     An outline goes along the edges of pixels, so that it covers what the mask covers. Seen in the image it goes
     clockwise around pixels and counter-clockwise around holes, so that the areas of all by the shoelace formula add up
-    to the mask's. Pixels that touch at a corner alone are apart.
+    to the mask's. Pixels that touch only at a corner are separate.
     """
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     if not len(rows):

@@ -1,4 +1,4 @@
-"""What bodies look like without their poses: triangles, the numbers that data sets give of them, and PLY files.
+"""Shapes of bodies: triangles, the measures in data sets, and PLY files.
 
 The files are binary, in millimetres, as BOP's tools read them. Those know the number types float, double, int and
 uchar, and faces of three corners alone. Source: `load_ply` in bop_toolkit's `inout.py`.
@@ -53,7 +53,7 @@ SAVE_MODELS = Call("spin_usd.exchange.layout.save_models:save_models", SaveModel
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Model:
-    """Triangles that stand for a body in a data set."""
+    """Triangles that represent a body in a data set."""
 
     points: Float
     """(P, 3) float64, body axes, metres."""
@@ -77,7 +77,7 @@ class Model:
 
 
 def diameter(points: Float) -> float:
-    """Return the largest distance between two of the points (N, 3): of all, so give those of the convex hull."""
+    """Return the largest distance between two of the points (N, 3), comparing all pairs: give the convex hull's."""
     near = points - points.mean(0)  # far from the origin the products would cancel
     squares = (near**2).sum(1)
     step = max(CHUNK // len(near), 1)
@@ -110,7 +110,7 @@ def body_models(dataset: ExportedDataset) -> dict[int, Model]:
 
 
 def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Model]:
-    """Return the model of each target of the stage by its id, as it is in the `frames`, their names by variant. Raises
+    """Return the model of each target of the stage by its id, in the `frames`, their names by variant. Raises
     StageError, UnsupportedError for a target that changes its shape in them."""
     from spin_usd.processes.ask_child import ask_child  # not above: who only reads may have no system for children
 

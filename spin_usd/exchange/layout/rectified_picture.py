@@ -1,8 +1,8 @@
 """A picture as the same camera would take it without lens distortion.
 
-Each pixel of the new picture looks along its own ray, and takes what the old picture has there. Images are interpolated
-between the centres of four pixels. Labels are looked up in the pixel that the ray falls in, for a mean of two part ids
-or of depths before and behind an edge is neither: so their outlines are off by up to half a pixel.
+Each pixel of the new picture takes the old picture's value along its ray. Images are interpolated between the centres
+of four pixels. Labels are taken from the pixel that the ray falls in, since a mean of two part ids, or of depths before
+and behind an edge, has no meaning: their outlines are off by up to half a pixel.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -25,9 +25,9 @@ RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
 RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
 RECTIFIED = (
-    "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest pixel, "
-    "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "
-    "what is projected from them are exact. What the lens did not show is black.",
+    "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest "
+    "pixel, so outlines of masks are off by up to half a pixel, and counts in masks are of these. Poses, models and "
+    "projections are exact. Directions outside the lens's view are black.",
 )
 Array = NDArray[Any]
 
@@ -39,7 +39,7 @@ class Resampling:
     pinhole: Camera
     """The camera without distortion."""
     uv: Float
-    """(H, W, 2) float64: pixels in the old picture, (0, 0) being its corner; 0 where there are none."""
+    """(H, W, 2) float64: pixels in the old picture, (0, 0) being its corner; 0 for none."""
     covered: NDArray[np.bool_]
     """(H, W): whether the old picture shows what the pixel sees; the lens may leave corners empty."""
 
@@ -81,7 +81,7 @@ class Resampling:
         return first[:, 1] * np.int32(size[0]) + first[:, 0], right, down
 
     def _placed(self, pixels: Array, old: Array) -> Array:
-        """Return the pixels (H * W, ...) as a picture shaped as `old`, without those that nothing is known of."""
+        """Return the pixels (H * W, ...) as a picture shaped as `old`, with 0 for unknown ones."""
         new: Array = pixels.reshape(old.shape)
         new[~self.covered] = 0
         return new
@@ -107,9 +107,9 @@ def _flat(picture: Array) -> Array:
 class RectifiedPicture(ExportedPicture):
     """The picture resampled: its image interpolated, its labels looked up in the nearest pixel.
 
-    What its targets say of pixels is said anew. Points are projected exactly; one in the frame is as visible as it was,
-    for the ray to it is the same. The box of the projected surface is not known, so it is NaN; whether a target is
-    truncated, and which share of it is visible, stay as they were with distortion.
+    Pixel facts of its targets are computed again. Points are projected exactly; a point in the frame keeps its
+    visibility, since the ray to it is the same. The box of the projected surface is not known, so it is NaN; whether a
+    target is truncated, and which share of it is visible, stay as they were with distortion.
     """
 
     @classmethod
@@ -128,12 +128,11 @@ class RectifiedPicture(ExportedPicture):
         return self._resampling.interpolated(super().image)
 
     def label(self, kind: str) -> NDArray[Any]:
-        """Return the label of that name, each pixel that of the nearest. Raises InputError where the picture has
-        none."""
+        """Return the label of that name by nearest pixels. Raises InputError if the picture lacks it."""
         return self._resampling.nearest(super().label(kind))
 
     def linkable(self, kind: str, suffix: str) -> bool:
-        """Return False: no file of the dataset has what is exported."""
+        """Return False: no file of the dataset has the exported content."""
         return False
 
     def mask(self, target: int | None = None) -> NDArray[np.bool_]:
@@ -179,12 +178,12 @@ def _box(mask: NDArray[np.bool_]) -> Float:
 
 
 def _left(pixel: Float, size: tuple[int, int]) -> bool:
-    """Return whether the pixel (2,) lies outside an image of that size; False where there is none."""
+    """Return whether the pixel (2,) lies outside an image of that size; False without an image."""
     return bool(((pixel < 0) | (pixel >= size)).any())
 
 
 def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedPicture:
-    """Return the picture without lens distortion where that is asked for."""
+    """Return the picture, without lens distortion if requested."""
     return RectifiedPicture.of(picture) if dataset.options.get(RECTIFY) == YES else picture
 
 
@@ -194,5 +193,5 @@ def exported_cameras(dataset: ExportedDataset) -> tuple[Camera, ...]:
 
 
 def as_rectified(camera: Camera, dataset: ExportedDataset) -> Camera:
-    """Return the camera without lens distortion where that is asked for."""
+    """Return the camera, without lens distortion if requested."""
     return camera.pinhole if dataset.options.get(RECTIFY) == YES else camera

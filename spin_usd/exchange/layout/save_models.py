@@ -1,4 +1,4 @@
-"""What a child process does for models: it reads the bodies of a stage, which the supervising process must not open."""
+"""The child's part of models: it reads the bodies of a stage, which the supervising process must not open."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

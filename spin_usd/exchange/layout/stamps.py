@@ -8,8 +8,7 @@ from spin_usd.reading.picture import Picture
 STEP_S = 0.1  # between two pictures without times, as KITTI's 10 Hz
 START = datetime(2000, 1, 1, tzinfo=UTC)  # of pictures whose times have none
 SAYS = (
-    "Timestamps are the pictures' UTC; without it their seconds from 2000-01-01 on, and one every 0.1 s where nothing "
-    "says when they were taken."
+    "Timestamps are the pictures' UTC; without UTC their seconds from 2000-01-01 on; without any times one every 0.1 s."
 )
 
 

@@ -1,7 +1,7 @@
-"""Points on a target's surface, taken from what pictures show of it, and which of them another picture sees.
+"""Points on a target's surface, taken from pictures of it, and their visibility in other pictures.
 
-A point is the place in the body's axes that the label "dense_pose" gives a pixel. It has a normal, by the pixels to the
-right and below, so that one on the far side of a thin plate is told from one on the near side.
+A point is a pixel's position in body axes from the label "dense_pose". It has a normal, from the pixels to the right
+and below, to distinguish the two sides of a thin plate.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from spin_usd.files.new_file import write_whole
 
 DENSE_POSE = "dense_pose"
 MAX_PICTURES = 200  # that points are taken from, so that an export of many pictures does not read them all twice
-GRAZING = 0.2  # cosine of the angle to the normal below which a surface is seen too flat for its pixels to say much
+GRAZING = 0.2  # cosine of the angle to the normal below which a surface is seen at too shallow an angle
 NEAR = 2.0  # footprints of a pixel between a point and the pixels around it, which are a diagonal apart at most
 FLAT = 0.5  # footprints of a pixel that those may lie off the point's plane
 CLOUD = np.dtype([("point", "<f4", 3), ("normal", "<f4", 3), ("colour", "u1", 3)])
@@ -53,8 +53,8 @@ class SurfacePoints:
     """(N, 3): R, G and B of the image that each was taken from."""
 
     def seen_in(self, picture: ExportedPicture) -> tuple[Float, NDArray[np.bool_]]:
-        """Return pixels (N, 2) of the points in the picture, NaN where the lens sees none, and (N,) whether each is
-        visible: the four pixels around it show the target's surface as near to it as they are."""
+        """Return pixels (N, 2) of the points in the picture, NaN outside the lens's view, and (N,) whether each is
+        visible: the four pixels around it show the target's surface as near to it as pixels allow."""
         pose, camera = picture.target.T_cam_body, picture.camera
         places = self.points @ pose[:3, :3].T + pose[:3, 3]
         pixels = camera.project(places)
@@ -76,8 +76,8 @@ class SurfacePoints:
 
 @lru_cache(maxsize=1)
 def surface_points(dataset: ExportedDataset, count: int) -> SurfacePoints:
-    """Return `count` points or fewer, as many of each of the pictures that they are taken from, evenly over what those
-    show: the same in every run."""
+    """Return at most `count` points, equally many from each source picture, evenly over its surface: the same in
+    every run."""
     numbers = _some(np.arange(len(dataset)), min(MAX_PICTURES, count))
     found = [
         _points_in(as_exported(dataset, dataset.picture(number)), count // len(numbers)) for number in numbers.tolist()

@@ -1,4 +1,4 @@
-"""A survey of the pictures before anything is written: what limits ask for, and what the dataset's card tells."""
+"""A survey of the pictures before anything is written, for the limits and for the dataset's card."""
 
 from array import array
 from collections import Counter
@@ -22,7 +22,7 @@ def _columns() -> "dict[str, array[float]]":
 
 @dataclass(kw_only=True)
 class Survey:
-    """What is known of all pictures together; it grows by a few numbers a picture."""
+    """Statistics of all pictures; they grow by a few numbers per picture."""
 
     format: str
     """The name of the format, for sentences."""
@@ -45,10 +45,10 @@ class Survey:
     kinds: Counter[str] = field(default_factory=Counter)
     """Pictures by the kinds of file that they have."""
     columns: "dict[str, array[float]]" = field(default_factory=_columns)
-    """One number a picture, of its target; NaN where there is none. "range" is in metres. "turn" is the angle of the
-    rotation from the body's axes to the camera's, degrees. "azimuth" (degrees) and "height" (sine of the elevation) are
-    those of the camera as seen from the target, in the body's axes. "sun" is the angle between the directions from it
-    to the Sun and to the camera, degrees. "visible" is the share of it that is so."""
+    """One number per picture, of its target; NaN without a target. "range" is in metres. "turn" is the angle of the
+    rotation from the body's axes to the camera's, degrees. "azimuth" (degrees) and "height" (sine of the elevation)
+    give the camera as seen from the target, in the body's axes. "sun" is the angle between the directions from the
+    target to the Sun and to the camera, degrees. "visible" is the visible share."""
 
     def add(self, picture: ExportedPicture) -> None:
         """Count one more picture."""

@@ -1,6 +1,6 @@
-"""A COLLADA file's XML: its elements by what refers to them, and its numbers.
+"""A COLLADA file's XML: its elements by their references, and its numbers.
 
-Source: COLLADA 1.4.1 and 1.5. docs/concepts/decisions.md says why pycollada does not read it.
+Source: COLLADA 1.4.1 and 1.5. docs/concepts/decisions.md explains why we do not use pycollada.
 """
 
 from collections.abc import Iterator
@@ -79,7 +79,7 @@ class DaeDocument:
         try:
             return np.array(words, kind)
         except (ValueError, OverflowError):
-            raise self.damaged(element, "holds what are no numbers, or decimal commas") from None
+            raise self.damaged(element, "contains text that is not a number, or decimal commas") from None
 
 
 ACCESSOR = (("count", 0), ("offset", 0), ("stride", 1))
@@ -110,17 +110,17 @@ NAMED = {"meter": 1.0, "metre": 1.0, "centimeter": 0.01, "millimeter": 0.001, "i
 
 
 def unit_notes(document: DaeDocument) -> Iterator[str]:
-    """Yield a note where the unit's name says another length than its number, and one on animations."""
+    """Yield a note if the unit's name and number contradict each other, and one on animations."""
     name = next((unit.get("name", "") for unit in document.root.iterfind("asset/unit")), "")
     metres, named = metres_per_unit(document), NAMED.get(name.strip().lower())
     if metres and named and abs(metres / named - 1) > 0.01:
-        yield f"its <unit> is called {name!r} and says {metres:g} metres, which was taken"
+        yield f"its <unit> is called {name!r} but has {metres:g} metres, which was taken"
     if document.root.find("library_animations/animation") is not None:
-        yield "its animations are not applied: it stands as it is stored without them"
+        yield "its animations are not applied: it is read in its stored rest state"
 
 
 def metres_per_unit(document: DaeDocument) -> float | None:
-    """Return the length of the file's unit, None where it does not say: exporters differ in what they mean then. Raises
+    """Return the length of the file's unit, None if it states none: exporters differ in their default. Raises
     InputError."""
     text = next((unit.get("meter") for unit in document.root.iterfind("asset/unit")), None)
     if text is None:
@@ -130,19 +130,19 @@ def metres_per_unit(document: DaeDocument) -> float | None:
     except ValueError:
         metres = 0.0
     if not 0 < metres < float("inf"):
-        raise InputError(f"says that its unit is {text[:40]!r} metres", where=document.path, do="mend its <unit>")
+        raise InputError(f"has a unit of {text[:40]!r} metres", where=document.path, do="mend its <unit>")
     return metres
 
 
 def unit_of(path: Path) -> float | None:
-    """Return the length in metres of the unit of the COLLADA file at `path`, None where it does not say. Raises
+    """Return the length in metres of the unit of the COLLADA file at `path`, None if it states none. Raises
     InputError."""
     return metres_per_unit(read_dae_document(path))
 
 
 class _Builder(ElementTree.TreeBuilder):
-    """Builds elements without their namespaces, of a bounded number and depth, of a file that declares nothing:
-    COLLADA has no DOCTYPE, and what could stand in one names other files, or grows without end."""
+    """Builds elements without namespaces, of bounded number and depth, from a file without declarations: COLLADA has no
+    DOCTYPE, which could refer to other files or expand without end."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -172,5 +172,5 @@ def inputs(element: Element) -> Iterator[tuple[str, str | None, int, int]]:
 
 
 def _small(text: str | None) -> int:
-    """Return a whole number of at most three digits, 0 for what is none."""
+    """Return a whole number of at most three digits, 0 for other text."""
     return int(text) if text and text.isascii() and text.isdigit() and len(text) < 4 else 0

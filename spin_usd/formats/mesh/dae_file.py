@@ -1,7 +1,7 @@
-"""COLLADA (.dae), as the file says it: a part for each group of faces of each geometry where the scene places it.
+"""COLLADA (.dae), as stored: a part for each group of faces of each geometry that the scene places.
 
-Nothing is merged or smoothed; the file's axes stay, whatever it calls up. A skin is shown in the pose that it was bound
-in, a morph without its targets. Source: COLLADA 1.4.1, chapters 4 and 5.
+Nothing is merged or smoothed; the file's axes stay, whatever its up axis. A skin is shown in its bind pose, a morph
+without its targets. Source: COLLADA 1.4.1, chapters 4 and 5.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ from spin_usd.scene.shape import MAX_FACES
 
 GROUPS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 SKIPPED = ("lines", "linestrips")
-MAX_NODES = 2**17  # that a scene comes to, with what it instances
+MAX_NODES = 2**17  # of a scene, including its instances
 
 Indices = NDArray[np.int64]
 
@@ -43,7 +43,7 @@ class _PlacedGeometry:
 
 @dataclass
 class _DaeModel:
-    """The part of the model that is read so far."""
+    """The part of the model read so far."""
 
     document: DaeDocument
     parts: list[MeshPart] = field(default_factory=list)
@@ -209,7 +209,7 @@ def _read_group(model: _DaeModel, group: Element, placed: _PlacedGeometry, name:
         return values, indices
 
     if not np.isfinite(placed.matrix).all():
-        raise GeometryError(f"part {name!r} is placed by <skew>, <lookat> or what is no number; bake its transform")
+        raise GeometryError(f"part {name!r} is placed by <skew>, <lookat> or no number; bake its transform")
     linear, order = placed.matrix[:3, :3], np.arange(len(corners))
     volume = np.linalg.det(linear)
     if volume < 0:  # a mirrored face is seen from its other side

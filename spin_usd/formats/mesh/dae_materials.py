@@ -1,8 +1,8 @@
 """COLLADA's common materials as UsdPreviewSurface.
 
 Source: COLLADA 1.4.1, chapter 7. Specular and shininess are read as MTL's Ks and Ns; colours are taken as linear,
-images of 8 bits as sRGB. What exporters mean by transparency differs: a constant that leaves nothing of a surface is
-taken as opaque, for nobody exports what cannot be seen. Blender writes how metallic a surface of nodes is as its
+images of 8 bits as sRGB. Exporters differ in the meaning of transparency: a constant that makes a surface invisible is
+taken as opaque, since nobody exports an invisible surface. Blender writes the metallic value of node materials as
 reflectivity.
 """
 
@@ -29,8 +29,8 @@ LUMINANCE = (0.212671, 0.715160, 0.072169)  # COLLADA's own
 
 @dataclass
 class _Effect:
-    """An effect while it is read: `said` has what it says by COLLADA's names; `coordinates` the primvars by the names
-    that its textures have for them, `first` that of the others."""
+    """An effect while it is read: `said` has its values by COLLADA's names, `coordinates` the primvars by the names in
+    its textures, `first` the primvar of the others."""
 
     document: DaeDocument
     effect: Element
@@ -62,7 +62,7 @@ class _Effect:
         return self._clamped(name, float(self.document.numbers(element, 1)[0]), high)
 
     def _value(self, name: str, kind: str) -> Element | None:
-        """Return the element that has a value: its own, or that of the parameter which it names."""
+        """Return the element with the value: its own, or the parameter's that it names."""
         param = self.said.find(f"{name}/param")
         if param is None:
             return self.said.find(f"{name}/{kind}")
@@ -170,15 +170,14 @@ def read_dae_material(
 
 
 def _by_blender(document: DaeDocument) -> bool:
-    """Say whether Blender wrote the file. Of a material without nodes it writes no index of refraction, and as its
-    reflectivity what it has left of a specular intensity of versions before 2.8: that is no metal."""
+    """Return whether Blender wrote the file. For a material without nodes it writes no index of refraction, and a
+    leftover specular intensity of versions before 2.8 as reflectivity, which does not mean metal."""
     tools = document.root.iterfind("asset/contributor/authoring_tool")
     return any((tool.text or "").strip().startswith("Blender") for tool in tools)
 
 
 def _with_opacity(reading: _Effect, constants: Material) -> Material:
-    """Return the material with the opacity that `transparent` and `transparency` give, by the mode that the first
-    says."""
+    """Return the material with the opacity from `transparent` and `transparency`, in the mode of the first."""
     transparent = reading.said.find("transparent")
     if transparent is None and reading.said.find("transparency") is None:
         return constants
@@ -198,7 +197,7 @@ def _with_opacity(reading: _Effect, constants: Material) -> Material:
     }
     opacity = min(max(taken.get(mode, 1.0), 0.0), 1.0)
     if not opacity > 0:
-        reading.note("its transparency leaves nothing of it, as some exporters write of what is opaque: it was ignored")
+        reading.note("its transparency, which would make it invisible, as exporters write for opaque ones, was ignored")
         return constants
     return replace(constants, opacity=opacity, opacity_mode=PRESENCE) if opacity < 1 else constants
 

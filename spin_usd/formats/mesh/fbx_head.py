@@ -1,7 +1,7 @@
-"""What an FBX file says of its axes, its unit and whether it moves, without its geometry, which Blender reads.
+"""An FBX file's axes, unit and presence of animations, without its geometry, which Blender reads.
 
-Blender turns what it imports to its own axes and tells nobody by how much. Binary files and text hold the same
-properties; that they are there is all that is asked, so no node is followed.
+Blender turns imported models to its own axes and does not report the rotation. Binary files and text hold the same
+properties; only their presence matters, so no node is followed.
 """
 
 import re
@@ -22,20 +22,20 @@ NAMES = ("CoordAxis", "UpAxis", "FrontAxis")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FbxHead:
-    """What an FBX file says of itself as a whole."""
+    """Global settings of an FBX file."""
 
     from_blender: Float | None
-    """(3, 3): from Blender's axes to the file's own; None where it does not say them."""
+    """(3, 3): from Blender's axes to the file's own; None if it does not state them."""
     up: str
     """The name of the axis that it calls up."""
     says_unit: bool
-    """Whether it says its unit."""
+    """True if the file states its unit."""
     moves: bool
-    """Whether it has animations."""
+    """True if the file has animations."""
 
 
 def read_fbx_head(path: Path) -> FbxHead:
-    """Read it from the file at `path`. Raises InputError where that cannot be opened."""
+    """Read it from the file at `path`. Raises InputError if the file cannot be opened."""
     data = read_bytes(path, MAX_MODEL)
     axes, signs = ([_number(data, name + end) for name in NAMES] for end in ("", "Sign"))
     matrix, up = None, ""

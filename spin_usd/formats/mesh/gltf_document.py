@@ -37,15 +37,14 @@ MAX_ELEMENTS = 3 * MAX_FACES
 
 @dataclass(frozen=True)
 class Document:
-    """`json` as the file has it, `binary` the GLB's own buffer. Whatever is asked of it raises InputError for damaged
-    files."""
+    """`json` is the file's, `binary` the GLB's own buffer. All methods raise InputError for damaged files."""
 
     path: Path
     json: JsonObject
     binary: bytes | memoryview
 
     def entries(self, name: str) -> list[JsonObject]:
-        """Return the top-level array `name`, empty where there is none."""
+        """Return the top-level array `name`, empty if missing."""
         if name not in self._entries:
             self._entries[name] = self.json.objects(name, GLTF_ENTRIES[name])
         return self._entries[name]
@@ -72,8 +71,8 @@ class Document:
         *,
         whole: bool = False,
     ) -> NDArray[Any]:
-        """Return (count, width) of an accessor, or of what `decoded` has in its place: float64 for floats and
-        normalised integers, else its own integers. The width is one of `widths`; `whole` asks for integers."""
+        """Return (count, width) of an accessor, or of its replacement in `decoded`: float64 for floats and normalised
+        integers, else its own integers. The width is one of `widths`; `whole` requires integers."""
         accessor = self.entry("accessors", index)
         values = decoded[index] if index in decoded else self._stored(accessor)
         if values.shape[1] not in widths:
@@ -110,8 +109,8 @@ class Document:
         return values
 
     def image(self, index: int) -> ImageFile:
-        """Return an image, from its file beside this one, its data URI or its part of a buffer. InputError says why
-        not."""
+        """Return an image, from its file beside this one, its data URI or its part of a buffer. Raises InputError with
+        the reason."""
         if index not in self._decoded:
             self._decoded[index] = self._image(index)
         return self._decoded[index]
@@ -158,7 +157,7 @@ class Document:
         return {}
 
     def _strided(self, part: JsonObject, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
-        """Return (count, width) of a part of an accessor, or of it all, that says where in which view they lie."""
+        """Return (count, width) of an accessor or a part of it, which gives their place in a view."""
         view, offset, item = part.whole("bufferView"), part.whole("byteOffset", 0), kind.itemsize * width
         data = self.view(view)
         stride = self.entry("bufferViews", view).whole("byteStride", 0) or item
@@ -179,7 +178,7 @@ class Document:
     def _buffer(self, entry: JsonObject, index: int) -> bytes | memoryview:
         uri = entry.text("uri", "")
         if not uri:
-            if index:  # the GLB's own is the first; others are placeholders of what is compressed elsewhere
+            if index:  # the GLB's own is the first; others are placeholders for compressed buffers
                 raise entry.damaged(f"{entry.place} has no data")
             return self.binary
         if (data := _data_uri(uri, f"{self.path}, {entry.place}")) is not None:
@@ -201,7 +200,7 @@ def read_document(path: Path) -> Document:
     binary: bytes | memoryview = b""
     if data.startswith(GLB_MAGIC):
         length = int.from_bytes(data[12:16], "little")
-        rest = memoryview(data)[GLB_HEAD + length :]  # no copy of what may be large
+        rest = memoryview(data)[GLB_HEAD + length :]  # no copy, since it may be large
         data = data[GLB_HEAD : GLB_HEAD + length]
         if int.from_bytes(rest[4:8], "little") == BIN:
             binary = rest[8 : 8 + int.from_bytes(rest[:4], "little")]

@@ -1,4 +1,4 @@
-"""glTF and GLB, as the file says it: a part for each primitive of each mesh where a node of the scene places it.
+"""glTF and GLB, as stored: a part for each primitive of each mesh that a node of the scene places.
 
 Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
 """
@@ -49,7 +49,7 @@ MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metad
 
 @dataclass
 class _Model:
-    """The part of the model that is read so far."""
+    """The part of the model read so far."""
 
     document: Document
     parts: list[MeshPart] = field(default_factory=list)
@@ -198,8 +198,7 @@ def _is_empty(document: Document, primitive: JsonObject) -> bool:
 
 
 def _faces(values: Values, primitive: JsonObject, points: int, mode: int) -> tuple[NDArray[np.int64], int]:
-    """Return (F, 3) of triangles, a strip or a fan, all wound as the standard says; and how many corners are left
-    over."""
+    """Return (F, 3) of triangles, a strip or a fan, wound as in the standard, and the number of corners left over."""
     order = np.arange(points)
     if "indices" in primitive:
         order = values(primitive.whole("indices"), (1,), whole=True)[:, 0].astype(np.int64)
@@ -247,11 +246,11 @@ def _colors(model: _Model, entry: JsonObject, colors: Float, name: str) -> Float
 
 
 def decompressed(document: Document, primitive: JsonObject) -> dict[int, NDArray[Any]] | None:
-    """Return what stands for the primitive's accessors by their indices, as triangles; None where it is not compressed.
+    """Return replacements of the primitive's accessors by their indices, as triangles; None if not compressed.
 
     KHR_draco_mesh_compression has a primitive's numbers in one compressed buffer view, which Google's own decoder
-    reads. Its attributes are found by their unique ids; the accessors' own buffers, where there are any, are a fallback
-    for readers without a decoder. Strips are given as triangles. Source: the extension's text. Raises InputError.
+    reads. Attributes are found by their unique ids; the accessors' own buffers, if present, are a fallback for readers
+    without a decoder. Strips become triangles. Source: the extension's text. Raises InputError.
     """
     if DRACO not in primitive.object("extensions"):
         return None

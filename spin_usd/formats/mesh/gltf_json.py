@@ -1,5 +1,5 @@
-"""The JSON of a glTF file by typed look-ups: nobody else looks into it, so a value of another type than glTF 2.0 gives
-it is one sentence that says its place, wherever it stands."""
+"""The JSON of a glTF file by typed look-ups. All access goes through here, so a value of a wrong type always gives one
+sentence with its place."""
 
 import json
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from spin_usd.basics.nesting import parsed_json
 from spin_usd.errors import InputError
 
 MEND = "export the model again"
-SHOWN = 40  # characters of a value that is no good
+SHOWN = 40  # characters of an invalid value
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class JsonObject:
         return tuple(map(float, values))
 
     def whole(self, name: str, default: int | None = None) -> int:
-        """Return the whole number from 0; InputError where it is absent and there is no `default`."""
+        """Return the whole number from 0; InputError if it is absent and has no `default`."""
         value = self._values.get(name)
         if value is None and default is not None:
             return default
@@ -107,12 +107,12 @@ class JsonObject:
         return [JsonObject(self.file, f"{self._place(name)}[{i}]", value) for i, value in enumerate(values)]
 
     def wrong(self, name: str, wanted: str) -> InputError:
-        """Return the error that the value `name` is not what is `wanted`."""
+        """Return the error that the value `name` is not of the `wanted` form."""
         shown = json.dumps(self._values[name])[:SHOWN] if name in self else "absent"
         return self.damaged(f"{self._place(name)} is {shown}, expected {wanted}")
 
     def damaged(self, found: str) -> InputError:
-        """Return the error that the file is damaged, as `found` says."""
+        """Return the error that the file is damaged, with the reason `found`."""
         return InputError(found, where=self.file, do=MEND)
 
     def _place(self, name: str) -> str:

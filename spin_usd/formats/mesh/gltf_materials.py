@@ -54,7 +54,7 @@ class _Reading:
         return taken
 
     def add(self, name: str, of: JsonObject, kind: str, **uses: Any) -> None:
-        """Add the texture that `of` says for the input `name`, or a note why not; `kind` is what glTF calls it."""
+        """Add the texture in `of` for the input `name`, or a note why not; `kind` is glTF's name for it."""
         if kind not in of:
             return
         info = of.object(kind)
@@ -65,7 +65,7 @@ class _Reading:
             return
         sampler = _sampler(self.document, info)
         if sampler.whole("magFilter", 0) == NEAREST:
-            self.notes.append(f"material {self.name!r}: its {kind} asks for nearest texels and is interpolated")
+            self.notes.append(f"material {self.name!r}: its {kind} specifies nearest texels, but is interpolated")
 
 
 def read_material(
@@ -150,7 +150,7 @@ def _add_occlusion(reading: _Reading, entry: JsonObject) -> None:
 
 
 def _with_opacity(reading: _Reading, entry: JsonObject, constants: Material, base: RGBA) -> Material:
-    """alphaMode: MASK is a cut-out, BLEND the share by which a surface is there, OPAQUE has no alpha."""
+    """alphaMode: MASK is a cut-out, BLEND the opacity of a surface, OPAQUE has no alpha."""
     mode = entry.text("alphaMode", OPAQUE)
     cutoff = max(entry.number("alphaCutoff", 0.5), 0.0)
     if mode == OPAQUE or (mode == MASK and cutoff == 0):
@@ -159,7 +159,7 @@ def _with_opacity(reading: _Reading, entry: JsonObject, constants: Material, bas
         reading.images["opacity"] = replace(reading.images["diffuseColor"], output="a")
     if mode == MASK and cutoff > 1:
         reading.images.pop("opacity", None)
-        return replace(constants, opacity=0.0, opacity_threshold=1.0)  # nothing of it is there
+        return replace(constants, opacity=0.0, opacity_threshold=1.0)  # fully transparent
     if mode == MASK:
         return replace(constants, opacity=base[3], opacity_threshold=cutoff)
     return replace(constants, opacity=base[3], opacity_mode=PRESENCE)

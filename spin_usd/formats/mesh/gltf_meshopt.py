@@ -1,7 +1,7 @@
-"""EXT_meshopt_compression: the bytes of a buffer view out of compressed ones.
+"""EXT_meshopt_compression: decodes the bytes of a buffer view.
 
-Source: the extension's text, whose appendices define the three streams and the three filters; there is no well-kept
-package that decodes them.
+Source: the extension's text, whose appendices define the three streams and the three filters; no maintained package
+decodes them.
 """
 
 from dataclasses import dataclass
@@ -20,20 +20,20 @@ MAX_BLOCK_BYTES, MAX_BLOCK = 8192, 256
 MOST_IN_A_BYTE = 4 * GROUP  # elements: a head of two bits stands for a group
 TABLE_BYTES = 16  # of a stream of triangles, at its end
 NO_EDGE, PAIR_FOLLOWS, ALL_TOLD = 0xF0, 0xFE, 0xFF  # least codes of triangles that continue no edge, whose codes of
-# two corners are no entry of the table, and whose first corner is told as well
-BESIDE_LAST, TOLD = 13, 15  # codes of a corner: before what was last told, and told
+# two corners are no entry of the table, and whose first corner is coded as well
+BESIDE_LAST, TOLD = 13, 15  # codes of a corner: before the last coded one, and coded
 RAW = 3  # the kind of a group whose deltas are whole bytes
 WIDTHS = {1: 2, 2: 4}  # kind of a group -> bits of each of its deltas
 ESCAPED = {
     kind: bytes(sum(byte >> at & 2**bits - 1 == 2**bits - 1 for at in range(0, 8, bits)) for byte in range(256))
     for kind, bits in WIDTHS.items()
 }
-"""How many deltas in each byte stand for a byte that follows."""
+"""Number of deltas in each byte that refer to a following byte."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Compressed:
-    """What the extension says of the `count` elements of `stride` bytes in a compressed buffer view."""
+    """The extension's description of the `count` elements of `stride` bytes in a compressed buffer view."""
 
     count: int
     stride: int
@@ -138,7 +138,7 @@ def _rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class _Numbers:
-    """Whole numbers of 7 bits a byte; `last`: what differences of each of two sequences count from."""
+    """Whole numbers of 7 bits a byte; `last`: base of the differences of each of two sequences."""
 
     def __init__(self, data: bytes, at: int) -> None:
         self._data, self._at, self.last = data, at, [0, 0]
@@ -172,8 +172,8 @@ def _indices(data: bytes, count: int) -> list[int]:
 
 
 def _triangles(data: bytes, count: int) -> list[int]:
-    """Return the corners of triangles. A code for each says which of the last 16 edges it continues, or none, and of
-    its other corners which are new, are among the last 16, or follow as numbers."""
+    """Return the corners of triangles. The code of each triangle selects the edge among the last 16 that it continues,
+    or none, and whether its other corners are new, among the last 16, or follow as numbers."""
     if count % 3:
         raise ValueError(f"a compressed buffer view has {count} corners of triangles")
     numbers, table = _Numbers(data, 1 + count // 3), data[-TABLE_BYTES:]

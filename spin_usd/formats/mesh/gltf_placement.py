@@ -22,7 +22,7 @@ INSTANCING, VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 
 
 class Values(Protocol):
-    """The numbers of an accessor, by its index, as those of `Document.values`."""
+    """The numbers of an accessor, by its index, as from `Document.values`."""
 
     def __call__(self, index: int, widths: tuple[int, ...], *, whole: bool = False) -> NDArray[Any]: ...
 
@@ -72,7 +72,7 @@ class _PlacedNode:
     to_body: Float
     """(4, 4): from its axes to the body's."""
     visible: bool = True
-    """Whether it is."""
+    """True for a visible node."""
     groups: tuple[str, ...] = ()
     """Names of the nodes above it."""
 
@@ -89,7 +89,7 @@ def placed_meshes(document: Document) -> Iterator[PlacedMesh]:
         skinned = "skin" in node
         matrices = _joints(document, node, found) if skinned else placed.to_body @ _instances(document, node)
         if not np.isfinite(matrices).all():
-            raise node.damaged(f"{node.place} is placed by what is no number")
+            raise node.damaged(f"{node.place} is placed by a value that is not a number")
         total += len(matrices)
         if total > MAX_PLACEMENTS:
             raise node.damaged(f"has more than {MAX_PLACEMENTS} joints and instances in all")
@@ -102,7 +102,7 @@ def _joints(document: Document, node: JsonObject, found: Mapping[int, _PlacedNod
     skin = document.entry("skins", node.whole("skin"))
     indices = skin.wholes("joints")
     if not indices or not set(indices) <= set(found):
-        raise skin.damaged(f"{skin.place} has no joints, or some that are no nodes of the scene")
+        raise skin.damaged(f"{skin.place} has no joints, or joints that are not nodes of the scene")
     joints = np.stack([found[joint].to_body for joint in indices])
     if "inverseBindMatrices" not in skin:
         return joints
@@ -165,7 +165,7 @@ def _matrices(translation: Float | None, rotation: Float | None, scale: Float | 
     counts = [len(each) for each in (translation, rotation, scale) if each is not None]
     found = np.tile(np.eye(4), (max(counts, default=1), 1, 1))
     if rotation is not None:
-        with np.errstate(invalid="ignore"):  # a quaternion of zeros places by what is no number, which is refused
+        with np.errstate(invalid="ignore"):  # a quaternion of zeros gives NaN, which is refused
             turned = rotation / np.linalg.norm(rotation, axis=1, keepdims=True)
         found[:, :3, :3] = matrices_from_quaternions(np.roll(turned, 1, axis=1))
     if scale is not None:

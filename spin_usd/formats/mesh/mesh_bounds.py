@@ -48,7 +48,7 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
 
 
 def _buffers_beside(path: Path) -> dict[str, bytes] | None:
-    """Return the buffers that a glTF file names, by their names; None for what trimesh misreads."""
+    """Return the buffers that a glTF file names, by their names; None if trimesh misreads the file."""
     if path.suffix.lower() not in GLTF:
         return {}
     document = read_document(path)
@@ -56,8 +56,8 @@ def _buffers_beside(path: Path) -> dict[str, bytes] | None:
 
 
 def _is_beyond_trimesh(document: Document) -> bool:
-    """Return whether trimesh 5.2 misreads what decides the size: it ignores sparse values, skins, instances, hidden
-    nodes and meshopt's compression, and leaves positions that are fractions of the largest integer whole numbers."""
+    """Return whether trimesh 5.2 misreads the size: it ignores sparse values, skins, instances, hidden nodes and
+    meshopt's compression, and does not normalise integer positions."""
     primitives = [primitive for mesh in document.entries("meshes") for primitive in document.primitives(mesh)]
     points = [document.entry("accessors", primitive.object("attributes").whole("POSITION")) for primitive in primitives]
     odd = any(accessor.flag("normalized", False) or "sparse" in accessor for accessor in points)

@@ -32,8 +32,8 @@ def read_mesh_file(
 ) -> MeshAsset:
     """Read the model in the file at `path`, metres.
 
-    `units_per_metre` is 100 for a file in centimetres; glTF has a unit of its own, the metre, and COLLADA says its own.
-    `metres_per_unit`: the unit of what was converted to this file, which stands in place of its own. Raises InputError
+    `units_per_metre` is 100 for a file in centimetres; the unit of glTF is the metre, and COLLADA states its own.
+    `metres_per_unit`: the unit of the file that was converted to this one, used instead of its own. Raises InputError
     that names the file.
     """
     path = Path(path)
@@ -55,7 +55,7 @@ def read_mesh_file(
 
 
 def says_unit(path: Path) -> bool:
-    """Return whether the mesh file at `path` says its unit of length. Raises InputError where it cannot be read."""
+    """Return whether the mesh file at `path` states its unit of length. Raises InputError if it cannot be read."""
     if path.suffix.lower() == DAE:
         return unit_of(path) is not None
     if path.suffix.lower() == FBX:
@@ -64,10 +64,10 @@ def says_unit(path: Path) -> bool:
 
 
 def check_units(path: Path, units_per_metre: float | None) -> None:
-    """Raise InputError where nobody says the unit of the model in a file, or it is no number."""
+    """Raise InputError if neither file nor user states the model's unit, or if it is not a number."""
     if units_per_metre is None and not says_unit(path):
         raise InputError(
-            "does not say its unit of length",
+            "does not state its unit of length",
             where=path,
             do="give --units-per-metre, for example 100 for centimetres or 1000 for millimetres",
         )
@@ -114,18 +114,18 @@ def _corner_keys(part: MeshPart) -> NDArray[np.uint64]:
 
 
 def _without_nan(asset: MeshAsset) -> MeshAsset:
-    """Replace normals that are no numbers by those of their faces, and drop a part's colours or coordinates where some
-    are none; with notes."""
+    """Replace normals that are not numbers by their faces' normals, and drop a part's colours or coordinates if some
+    are not numbers; with notes."""
     parts, notes = [], []
     for part in asset.parts:
         if part.normals is not None and not np.isfinite(part.normals).all():
             normals = np.where(np.isfinite(part.normals).all(axis=1, keepdims=True), part.normals, 0.0)
             part = replace(part, normals=normals)
-            notes.append(f"normals of {part.name!r} that are no numbers: those of its faces were taken")
+            notes.append(f"normals of {part.name!r} that are not numbers: replaced by the normals of its faces")
         lost = [name for name, values in part.primvars.items() if not np.isfinite(values).all()]
         if lost:
             part = replace(part, primvars={name: part.primvars[name] for name in part.primvars if name not in lost})
-            notes.append(f"{', '.join(lost)} of {part.name!r} holds what is no number: dropped")
+            notes.append(f"{', '.join(lost)} of {part.name!r} holds values that are not numbers: dropped")
         parts.append(part)
     return replace(asset, parts=tuple(parts), notes=(*asset.notes, *notes))
 
@@ -137,8 +137,8 @@ def flat_faces(part: MeshPart) -> NDArray[np.bool_]:
 
 
 def _with_agreeing_normals(asset: MeshAsset) -> MeshAsset:
-    """Normals that point to the back of their face are turned, with a note: path tracers show black there, others do
-    not, and which side is meant nobody can know."""
+    """Turn normals that point to the back of their face, with a note: path tracers show black there, others do not, and
+    the intended side is unknown."""
     found, against, whole = [], 0.0, 0.0
     for part in asset.parts:
         vectors, areas, _ = part.areas

@@ -31,12 +31,12 @@ CHANNELS = {"r": "r", "g": "g", "b": "b", "m": "a"}
 ARGUMENTS = {"-mm": 2, "-o": 3, "-s": 3, "-t": 3}  # the others have one
 CARRIED = ("-s", "-o", "-clamp", "-imfchan")
 NEUTRAL = {"-mm": (0.0, 1.0), "-t": (0.0, 0.0, 0.0), "-bm": (1.0,)}
-WITHOUT_EFFECT = ("-blendu", "-blendv", "-texres", "-boost")  # how a texture is filtered, not what it shows
+WITHOUT_EFFECT = ("-blendu", "-blendv", "-texres", "-boost")  # filtering of a texture, not its content
 
 
 @dataclass(frozen=True, kw_only=True)
 class MapStatement:
-    """`options` by name with their arguments, and the file's name as it is written."""
+    """`options` by name with their arguments, and the file's name as written."""
 
     key: str
     options: Mapping[str, tuple[str, ...]]
@@ -73,9 +73,9 @@ def image_of(
     """Return (input, image, notes) for `material`, whose constants `stated` were given; the image lies within `folder`.
 
     Texture statements, such as `map_Kd -s 2 2 -clamp on wood.png`, are images for UsdPreviewSurface. A map is
-    multiplied by its constant, as the format says ("MTL material format", 1995): map_Kd by Kd, map_d by d. -s and -o
-    are read as today's importers do (three.js, Blender): st times -s plus -o. Colours of 8 bits are taken as sRGB.
-    Raises InputError for what has no place.
+    multiplied by its constant, as the format defines ("MTL material format", 1995): map_Kd by Kd, map_d by d. -s and -o
+    are read as by today's importers (three.js, Blender): st times -s plus -o. Colours of 8 bits are taken as sRGB.
+    Raises InputError for a map without an input.
     """
     key = statement.key.lower()
     if key not in INPUTS:
@@ -107,7 +107,7 @@ def image_of(
 
 
 def _refuse_options(statement: MapStatement) -> None:
-    """Raise InputError for options that change what the texture shows and that USD has no equivalent of."""
+    """Raise InputError for options that change the texture's content and have no equivalent in USD."""
     for option, given in statement.options.items():
         if option in (*CARRIED, *WITHOUT_EFFECT):
             continue
@@ -117,7 +117,7 @@ def _refuse_options(statement: MapStatement) -> None:
 
 
 def _channel(statement: MapStatement, file: ImageFile) -> str:
-    """Return the channel of a scalar texture: as -imfchan says, else opacity where the image has it, else its grey."""
+    """Return the channel of a scalar texture: from -imfchan, else opacity if the image has it, else its grey."""
     asked = (*statement.options.get("-imfchan", ()), "")[0].lower()
     if asked in CHANNELS:
         return CHANNELS[asked]
@@ -169,17 +169,17 @@ def tr_is_opacity(library: Collection[Statements]) -> bool:
 
     To most programs Tr is 1 - d, to others another name of d: MeshLab, openMVS and mvs-texturing wrote `Tr 1` and no d
     of opaque materials for years (MeshLab issue 1399, openMVS pull request 1285, mvs-texturing pull request 97),
-    IfcOpenShell both with one value (its issue 140). A library has one writer: if it says `Tr 1` of a material where
-    only Tr stands, and `Tr 0` of none, 1 is opaque to it, because nobody exports what cannot be seen.
+    IfcOpenShell both with one value (its issue 140). A library has one writer: if it has `Tr 1` for a material with
+    only Tr, and nowhere `Tr 0`, 1 means opaque, since nobody exports an invisible material.
     """
     alone = {said.tr for said in library if said.d is None and said.tr is not None}
     return 1.0 in alone and 0.0 not in alone
 
 
 def opacity(said: Statements, tr_is_d: bool) -> float:
-    """0 to 1: the share of the surface that is there; 1 where nothing is said.
+    """Opacity from 0 to 1; 1 if not stated.
 
-    `d` decides where it stands, since of `d` and `Tr` it alone is in the format's own text.
+    `d` takes precedence, since only `d`, not `Tr`, is in the format's own text.
     """
     if said.d is not None:
         return said.d
@@ -197,12 +197,10 @@ def opacity_note(said: Statements, tr_is_d: bool) -> str | None:
         return None if agrees else f"d {said.d:g} and Tr {said.tr:g} contradict each other: d was taken"
     if tr_is_d:
         return (
-            f"Tr {said.tr:g} without d was taken as opacity {said.tr:g}, because its library says Tr 1 and nowhere "
-            "Tr 0, as MeshLab does of opaque materials; write d to say otherwise"
+            f"Tr {said.tr:g} without d was taken as opacity {said.tr:g}, because its library has Tr 1 and nowhere "
+            "Tr 0, as MeshLab writes for opaque materials; write d to override"
         )
-    return (
-        f"Tr {said.tr:g} without d was taken as opacity {1 - said.tr:g}; write d to say otherwise" if said.tr else None
-    )
+    return f"Tr {said.tr:g} without d was taken as opacity {1 - said.tr:g}; write d to override" if said.tr else None
 
 
 @dataclass
@@ -243,8 +241,7 @@ def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, 
 
 
 def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: list[str]) -> ModelMaterial:
-    """Return the material with its opacity and textures; what was decided, and what cannot be carried over, is
-    noted."""
+    """Return the material with its opacity and textures, and notes on decisions and on losses."""
     constants = replace(entry.constants, opacity=opacity(entry.opacity, tr_is_d))
     about = f"material {constants.path!r} of {path.name}"
     decided = opacity_note(entry.opacity, tr_is_d)
@@ -266,10 +263,9 @@ def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: lis
 
 
 def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
-    """Take over what the statement `key` says of the material.
+    """Apply the statement `key` to the material.
 
-    Numbers outside what a surface can have are moved to the nearest that it can, with a note: Blender wrote Ns -1.96
-    for years.
+    Numbers out of range are clamped, with a note: Blender wrote Ns -1.96 for years.
     """
     if fields[:1] == ["-halo"]:  # of d: fading towards the silhouette, which a surface's opacity cannot do
         entry.moved.append("the option -halo of its d is ignored")
@@ -289,7 +285,7 @@ def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
 
 
 def changed(material: Material, key: str, value: Color) -> Material:
-    """Return `material` with a statement's colour, or with its number, which is in each place of `value`.
+    """Return `material` with a statement's colour, or with its number, repeated in `value`.
 
     Kd is the diffuse colour. MTL's Ks and Ns belong to a Phong lobe that no surface has, so they are read as exporters
     mean them: the mean of Ks as Disney's "specular", a head-on reflectance of 0.08 Ks (B. Burley, "Physically-Based

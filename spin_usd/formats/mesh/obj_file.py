@@ -1,5 +1,5 @@
-"""Wavefront OBJ and MTL, as the file says it: polygons, corner normals and texture coordinates, a material per face,
-groups in file order.
+"""Wavefront OBJ and MTL, as stored: polygons, corner normals and texture coordinates, a material per face, groups in
+file order.
 
 trimesh reads OBJ too, but cuts polygons, merges corners into vertices and keeps one material per group; it serves as
 the authority in the tests. Source: P. Bourke, "Object Files (.obj)", "MTL material format".
@@ -30,7 +30,7 @@ NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no gr
 
 @dataclass
 class _ObjFaces:
-    """The faces of one part while the file is read: corners as (point, coordinates, normal), -1 where there is none."""
+    """The faces of one part while the file is read: corners as (point, coordinates, normal), -1 for a missing one."""
 
     name: str
     counts: list[int] = field(default_factory=list)
@@ -65,7 +65,7 @@ def read_obj(path: Path) -> MeshAsset:
             faces = parts[group]
             if len(parts) > MAX_PARTS:
                 many = f"has more than {MAX_PARTS} objects and groups"
-                raise InputError(many, where=path, do="join those that are one part")
+                raise InputError(many, where=path, do="join the faces of one part")
             counts = len(points), len(coordinates), len(normals)
             corners = [_corner(text, counts, where) for text in rest.split()]
             if len(corners) < 3:
@@ -89,7 +89,7 @@ def read_obj(path: Path) -> MeshAsset:
     found, notes = read_materials(path, list(materials), libraries)
     xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
     st = np.array(coordinates, np.float64).reshape(-1, 2)
-    for (own, divided), faces in parts.items():  # a group divides an object, or says its name again
+    for (own, divided), faces in parts.items():  # a group divides an object, or repeats its name
         only = [name for name, _ in parts].count(own) == 1 and own.lower() not in NO_NAMES
         faces.name = _part_name((own, "" if only else divided), path)
     asset = MeshAsset(
@@ -103,8 +103,8 @@ def read_obj(path: Path) -> MeshAsset:
 
 
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
-    """Yield (where, keyword, rest) of every line that says something; a backslash continues a line. Raises InputError
-    for one of more than MAX_LINE characters in all."""
+    """Yield (where, keyword, rest) of every line with content; a backslash continues a line. Raises InputError for a
+    line of more than MAX_LINE characters in all."""
     pending: list[str] = []
     length = 0
     for number, line in enumerate(lines_of(path, MAX_MODEL), 1):
@@ -148,7 +148,7 @@ def _corner_colors(colors: list[list[float]], parts: list[_ObjFaces]) -> list[Fl
 
 
 def _coordinates(rest: str, where: str) -> list[float]:
-    """u and v of "u", "u v" or "u v w": v is 0 where there is none."""
+    """u and v of "u", "u v" or "u v w": v is 0 if missing."""
     try:
         u, v = (float(text) for text in [*rest.split(), "0"][:2])
     except ValueError:

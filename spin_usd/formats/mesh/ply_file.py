@@ -1,8 +1,8 @@
 """PLY, parsed by plyfile: polygons or triangle strips, normals, colours and texture coordinates.
 
 trimesh reads PLY too, but cuts polygons, merges corners, reads no strips and refuses binary files of triangles among
-quads; it serves as the authority in the tests. The format names no properties but a point's; the names are those that
-exporters write. A texture is named by MeshLab's comment `TextureFile`.
+quads; it serves as the authority in the tests. The format names only a point's properties; other names are as exporters
+write them. A texture is named by MeshLab's comment `TextureFile`.
 """
 
 import io
@@ -95,8 +95,8 @@ def _with_plain_header(data: bytes, path: Path) -> bytes:
 
 
 def _least_bytes(lines: list[bytes]) -> int:
-    """Return the bytes that what the header's lines count takes at the least: of text a digit for each value and what
-    parts it from the next; of a list how many it has."""
+    """Return the least number of bytes that the header implies: in text a digit and a separator for each value; for a
+    list its count."""
     total = rows = 0
     sizes: Mapping[bytes, int] = {}
     for line in lines:
@@ -169,7 +169,8 @@ def _columns(element: PlyElement, choices: tuple[tuple[str, ...], ...]) -> Float
 
 
 def _white(columns: Sequence[NDArray[Any]]) -> int:
-    """Return what stands for a full colour: 255, which many write into wider numbers too, or all that these hold."""
+    """Return the value of a full colour: 255, which many write into wider numbers too, or the largest number of the
+    type."""
     most = max((int(column.max()) for column in columns if column.size), default=0)
     return 255 if most <= 255 else int(np.iinfo(columns[0].dtype).max)
 

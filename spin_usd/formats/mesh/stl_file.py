@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     import trimesh
 
 HEAD, FACE = 84, 50  # bytes of a binary file
-LEAD = 1024  # bytes in which text says that it is one
+LEAD = 1024  # bytes in which text identifies itself
 UNNAMED = "geometry_0"
-"""What trimesh calls the mesh of a binary file."""
+"""Name that trimesh gives the mesh of a binary file."""
 
 
 def read_stl(path: Path) -> MeshAsset:
@@ -46,7 +46,7 @@ def _meshes(path: Path) -> list[tuple[str, "trimesh.Trimesh"]]:
 
 
 def _refuse_damaged(data: bytes, path: Path) -> None:
-    """Raise InputError where the file is neither as long as its head says nor text of lines."""
+    """Raise InputError if the file is neither as long as its head implies nor text of lines."""
     faces = int.from_bytes(data[HEAD - 4 : HEAD], "little")
     if len(data) == HEAD + FACE * faces:
         return

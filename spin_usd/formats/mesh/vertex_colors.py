@@ -26,9 +26,9 @@ def linear_colors(encoded: Float) -> Float:
 
 
 def with_colors(asset: MeshAsset, colors: Sequence[Float | None]) -> MeshAsset:
-    """Return the asset with `colors`, linear (C, 3) at the corners of each part, None where it has none.
+    """Return the asset with `colors`, linear (C, 3) at the corners of each part, None for a part without.
 
-    They multiply the diffuse colour of each face's material, as three.js does, and stand for it where nothing is said.
+    They multiply the diffuse colour of each face's material, as in three.js, or replace a missing one.
     """
     if all(part_colors is None for part_colors in colors):
         return asset
@@ -45,7 +45,7 @@ def with_colors(asset: MeshAsset, colors: Sequence[Float | None]) -> MeshAsset:
 
 
 def _colored(part: MeshPart, colors: Float, materials: list[ModelMaterial], shown: dict[int, int]) -> MeshPart:
-    """`part` with materials that show its colours; `shown` says where in `materials` that of each other one is."""
+    """`part` with materials that show its colours; `shown` maps each original material to its index in `materials`."""
     face_material, factors = part.face_material.copy(), np.ones((len(part.face_counts), 3))
     for index in np.unique(part.face_material):
         material = materials[index] if index >= 0 else ModelMaterial(constants=UNSAID)

@@ -68,7 +68,7 @@ class Rays:
     """One number where all rays have the same."""
     length: Float32
     angle: Float32
-    """What each ray's pixel spans, radians."""
+    """Angle that each ray's pixel spans, radians."""
 
     @classmethod
     def through(cls, camera: Camera, xy: Float) -> "Rays":

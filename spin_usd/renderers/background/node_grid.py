@@ -23,7 +23,7 @@ class Octave:
     """0 for the coarsest."""
     wave: float
     amplitude: Float32
-    """What pixels resolve of it, at the nodes, for a variance of 1 of all octaves."""
+    """Amplitude at the nodes, as far as pixels resolve it, for a variance of 1 of all octaves."""
     stride: int
     """Pixels from one to the next of the points that it needs."""
 

@@ -24,7 +24,7 @@ class SunAtPoints:
     """Light at points of any shape: R, G, B, W/m2/sr."""
 
     cosine: Float32
-    """That of the Sun's zenith angle."""
+    """Cosine of the Sun's zenith angle."""
     ground: list[Float32]
     """Light of white ground that faces the Sun."""
     air: list[Float32]

@@ -111,11 +111,11 @@ class CellKinds:
     """Which cells (R - 1, C - 1) between the nodes (R, C) show a planet."""
 
     smooth: Mask
-    """Those that it fills, and that can be interpolated between their nodes."""
+    """Cells full of the planet that can be interpolated between their nodes."""
     rough: Mask
     """Others that may show its ground."""
     air: Mask
-    """Those that show its air alone."""
+    """Cells that show only its air."""
 
     @classmethod
     def of(cls, globe: Globe, meeting: Meeting) -> "CellKinds":

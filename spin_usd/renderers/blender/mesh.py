@@ -146,7 +146,7 @@ class MeshCopy:
     matrix: Float
     """(4, 4) from its axes around its centre to the body's around the target's, metres."""
     group: int = 0
-    """That of its faces, 0 where nobody asks."""
+    """Group of its faces, 0 if not needed."""
     first: int = 0
     """How many faces are numbered before its own."""
 

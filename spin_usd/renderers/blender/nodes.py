@@ -25,7 +25,7 @@ FOLDED: Mapping[str, Callable[..., float]] = {
     "LESS_THAN": lambda a, b: float(a < b),
     "GREATER_THAN": lambda a, b: float(a > b),
 }
-"""What Blender's Math node computes, of constants. Division by zero is zero, as there."""
+"""Results of Blender's Math node for constants. Division by zero is zero, as in Blender."""
 
 SINGLE_PRECISION = 1e-6  # relative rounding of a float32 property, with room for its unit conversion
 FLOAT32 = 2.0**-23  # relative rounding of a matrix that Blender stores

@@ -23,8 +23,8 @@ from spin_usd.scene.target import Target
 
 VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise
 LIGHT = {"blender": "blender 2"}
-"""What renders light, of renderers that once made other numbers of the same content: its number grows where they may
-do so again."""
+"""Versions of renderers that once made other numbers of the same content; a version grows when that may happen
+again."""
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
 

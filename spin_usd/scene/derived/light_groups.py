@@ -32,7 +32,7 @@ class UnitLight:
     scene: Scene
     """As it is rendered, its lights of unit strength and white."""
     gains: tuple[Color, ...]
-    """What each group of that render is to be multiplied by, red, green and blue, for the picture."""
+    """Factors for red, green and blue of each group of that render, for the picture."""
 
 
 @dataclass(frozen=True, kw_only=True)

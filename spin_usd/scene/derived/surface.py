@@ -29,7 +29,7 @@ TINY = np.finfo(np.float64).tiny
 CHUNK = 16384  # points worked on at once: their temporaries fit a core's cache
 
 Rows = NDArray[np.intp] | slice
-"""Which points of a surface."""
+"""Indices of points of a surface."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ class Surface:
     body: Float
     """(N, 3) metres in its own axes."""
     alone: tuple[Visibility, ...]
-    """What is seen of each of Scene.bodies as if it were alone."""
+    """Visibility of each of Scene.bodies as if it were alone."""
     caster: RayCaster | None = None
     """For labels that cast rays."""
 

@@ -18,7 +18,7 @@ class ViewMessage:
     found: str
     """The end of a sentence that says what a picture of the kind shows."""
     do: str
-    """What follows, or what to do."""
+    """Consequence, or remedy."""
 
 
 MESSAGES: Mapping[ViewKind, ViewMessage] = {

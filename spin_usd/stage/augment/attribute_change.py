@@ -31,7 +31,7 @@ class ChangedAttribute:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CopiedPrim:
-    """A prim to define that is like another: as that one is in the stage, and as it is changed."""
+    """A prim to define as a copy of another, with the same changes."""
 
     path: str
     of: str
@@ -67,7 +67,7 @@ class BaseStage:
     metres: float = 1.0
     """The length of a stage unit."""
     chosen_camera: Usd.Prim | None = None
-    """The one of several whose attributes are changed; None for the first."""
+    """The camera of several whose attributes are changed; None for the first."""
 
     @property
     def camera(self) -> Usd.Prim:

@@ -69,7 +69,7 @@ def background_of(stage: Usd.Stage, given: Sequence[str], folder: Path, times: S
 
 
 def is_picture(name: str) -> bool:
-    """Return whether the name is that of a picture's file, and not of an environment."""
+    """Return whether the name is an image file's, not an environment's."""
     return Path(name).suffix.lower() in PICTURES
 
 
@@ -101,7 +101,7 @@ def compose_background(stage: Usd.Stage, background: Background) -> Sdf.Layer:
 
 def write_background(layer: Sdf.Layer, background: Background, folder: Path, copies: Copies) -> None:
     """Author `background` in `layer`, a file in `folder`, into which the environment and its images are copied. copies:
-    those of photographs that are there already."""
+    existing copies of photographs."""
     environment = background.opened()
     if background.pictures:
         copy_assets(environment, folder / PHOTOGRAPHS, copies)

@@ -1,4 +1,4 @@
-"""The target's own axes in those of the camera, at the times of a base."""
+"""The target's axes in the camera's, at the times of a base."""
 
 import numpy as np
 from pxr import Usd, UsdGeom

@@ -36,7 +36,7 @@ LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 
 def of_each_camera(make: Maker) -> Maker:
-    """Return what makes the change of all cameras of a stage from what makes that of `base.camera`."""
+    """Return a function that changes all cameras of a stage, from one that changes `base.camera`."""
 
     def of_all(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
         cameras = find_cameras(base.stage).values()

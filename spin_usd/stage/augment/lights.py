@@ -42,7 +42,7 @@ SHINING = "sun.shining"
 
 
 def find_sun(base: BaseStage) -> Usd.Prim:
-    """Find the strongest distant light that can be visible, at the first picture. Raises InputError where there is
+    """Find the strongest distant light that can be visible, at the first picture. Raises InputError if there is
     none."""
     world = UsdGeom.XformCache(base.first)
     distant = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
@@ -55,7 +55,7 @@ def find_sun(base: BaseStage) -> Usd.Prim:
 
 
 def find_suns(base: BaseStage) -> dict[int, Usd.Prim]:
-    """Find the Sun, which is number 1, and those that were added, by their numbers. Raises InputError."""
+    """Find the Sun, number 1, and added Suns, by their numbers. Raises InputError."""
     added = [prim for prim in find_lights(base.stage) if prim.HasCustomDataKey(NUMBER)]
     return {1: find_sun(base)} | {int(prim.GetCustomDataByKey(NUMBER)): prim for prim in added}
 
@@ -153,7 +153,7 @@ def order(prim: Usd.Prim, *operations: ChangedAttribute) -> tuple[ChangedAttribu
 
 
 def _parent_from_cam(base: BaseStage, prim: Usd.Prim, camera: Usd.Prim, time: float) -> Float:
-    """Return the rotation (3, 3) from camera axes to those of the prim's parent."""
+    """Return the rotation (3, 3) from camera axes to the axes of the prim's parent."""
     world = UsdGeom.XformCache(Usd.TimeCode(time))
     R_world_cam = camera_from_world(world, camera, base).rotation.T
     return parent_rotation(world, prim) @ R_world_cam
@@ -203,8 +203,8 @@ def strengths(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 def _changed_lights(base: BaseStage, suns: Mapping[int, Usd.Prim], names: tuple[str, ...]) -> dict[Usd.Prim, int]:
-    """Return the lights that the parameters change, with the Suns' numbers and 0 for others. Raises InputError where
-    there is none."""
+    """Return the lights that the parameters change, with the Suns' numbers and 0 for others. Raises InputError if there
+    is none."""
     lights, numbers = find_lights(base.stage), {prim: number for number, prim in suns.items()}
     fills = [prim for prim in lights if prim not in numbers]
     if not lights or ("fill.factor" in names and not fills):
@@ -230,7 +230,7 @@ def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
 
 
 def _strength(own: float, sampled: ParameterValues, number: int, per_watt: float) -> float:
-    """Return a light's intensity; `number`: that of a Sun, else 0."""
+    """Return a light's intensity; `number`: a Sun's number, else 0."""
     if number and "sun.irradiance" in sampled:
         own = float(sampled["sun.irradiance"]) * per_watt
     factor = sampled.get("sun.factor" if number else "fill.factor", 1.0) * sampled.get(f"sun.{number}.factor", 1.0)
@@ -254,7 +254,7 @@ def temperature(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 def _of_kind(base: BaseStage, name: str) -> list[Usd.Prim]:
-    """Return the lights that the parameter `name` changes, which its first word says."""
+    """Return the lights that the parameter `name` changes, from its first word."""
     if name.startswith("lights."):
         return list(find_lights(base.stage))
     suns = list(find_suns(base).values())

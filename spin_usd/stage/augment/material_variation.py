@@ -1,8 +1,8 @@
-"""material.NAME.variation: another appearance of the same kind of material, which one number chooses.
+"""material.NAME.variation: another appearance of the same kind of material, selected by one number.
 
-What the library says that its material may be is drawn: one of its colours, a roughness within its limits, the size of
-its crinkles, and where they lie. So a foil stays a foil, and a panel of cells one of cells. A material that is
-not of the library may be anything, without images: of a model that says nothing, training must not learn what it is.
+For a material of the library the variation draws one of its colours, a roughness within its limits, and the size and
+place of its crinkles: a foil stays a foil, and solar cells stay cells. Any other material may become anything, without
+images: training must not learn the looks of a model without material data.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,7 +17,7 @@ from spin_usd.stage.author.material_library import CUSTOM
 from spin_usd.stage.usd.shader_inputs import Output, read_input
 
 VARIATION = "variation"
-STEPS = 2**53  # the numbers from 0 to 1 that a float tells apart
+STEPS = 2**53  # the numbers from 0 to 1 that a float can distinguish
 DRAWS = 6
 ANY_COLOR = (
     (0.02, 0.02, 0.02), (0.1, 0.1, 0.1), (0.3, 0.3, 0.3), (0.6, 0.6, 0.6), (0.9, 0.9, 0.9), (0.8, 0.1, 0.05),
@@ -57,13 +57,13 @@ def _anything(shader: UsdShade.Shader) -> Iterator[Drawn]:
 
 
 def _drawn(changed: tuple[ChangedAttribute, Callable[[Any], Any]], value: Callable[[Draws], Any]) -> Drawn:
-    """Return the attribute with what makes its value of the draws."""
+    """Return the attribute with the function that makes its value from the draws."""
     attribute, make = changed
     return attribute, lambda draws: make(value(draws))
 
 
 def _of_library(shader: UsdShade.Shader, said: dict[str, Any], time: Usd.TimeCode) -> Iterator[Drawn]:
-    """Yield what a material of the library may vary in; `said`: what it says of itself."""
+    """Yield the variations of a material of the library; `said`: its own description."""
     colors = [tuple(float(each) for each in color) for color in said.get("colors", ())]
     if colors:
         image = isinstance(read_input(shader, "diffuseColor", time), Output)

@@ -31,8 +31,8 @@ CHANNELS: dict[str, tuple[int, ...]] = {"r": (0,), "g": (1,), "b": (2,), "a": (3
 
 
 def material_input(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
-    """material.NAME.INPUT is replaced by the value; material.NAME.INPUT.factor multiplies what is there, an image
-    too."""
+    """material.NAME.INPUT is replaced by the value; material.NAME.INPUT.factor multiplies the existing value or
+    image."""
     (parameter,) = names
     name, _, rest = parameter.removeprefix("material.").partition(".")
     factor, of = rest.endswith(FACTOR), rest.removesuffix(FACTOR)

@@ -42,13 +42,13 @@ class Parameter:
     unit: str = ""
     """Its own; "" for plain numbers."""
     limits: Range = FINITE
-    """Those of numbers, in that unit."""
+    """Range of numbers, in that unit."""
     kind: str = NUMBER
     """The kind of value sampled."""
     group: str = ""
-    """That of the parameters that act with it on the same attributes."""
+    """Group of the parameters that change the same attributes."""
     changes: bool = True
-    """Whether it can differ between pictures."""
+    """True if it can differ between pictures."""
 
     def factor(self, unit: str | None) -> float:
         """Return how many of the parameter's own units one `unit` is. Raises InputError at the parameter's name for a

@@ -69,8 +69,12 @@ _ALL = (
         make=lights.sun_from_target,
         kind=DIRECTION,
     ),
-    _strength("sun.irradiance", "The Sun's irradiance on a plane that faces it; that of each, of several.", "W/m2"),
-    _strength("sun.factor", "Factor on the Sun's irradiance; on that of each, of several."),
+    _strength(
+        "sun.irradiance",
+        "The Sun's irradiance on a plane that faces it; of each of several Suns.",
+        "W/m2",
+    ),
+    _strength("sun.factor", "Factor on the Sun's irradiance; with several Suns on each."),
     Parameter(
         name=lights.SHINING,
         description="Which of several Suns shines, from 1; the others are dark.",
@@ -142,11 +146,11 @@ _ALL = (
     _sensor("black_level", "Steps of the ADC added to the signal.", "steps"),
     _sensor("contrast", "Exponent of the linear signal about mid-grey."),
     _sensor("saturation", "Factor on each colour's distance from its luminance."),
-    _sensor("gamma", "What the encoding gamma takes the root of."),
+    _sensor("gamma", "Degree of the root that the encoding gamma takes."),
     _event("threshold_on", "Rise of the natural logarithm of the light that makes an event."),
     _event("threshold_off", "Fall of the natural logarithm of the light that makes an event."),
     _event("threshold_spread", "Standard deviation of both thresholds from pixel to pixel."),
-    _event("dark", "The dark current of the event camera's pixels; 1 is that of white light."),
+    _event("dark", "Dark current of the event camera's pixels; 1 is the current of white light."),
     _event("cutoff", "Corner frequency of the pixels in white light, Hz; 0 for none."),
     _event("leak", "Events of a rise that a pixel in constant light makes, a second."),
     _event("shot_noise", "Events that noise makes in a dark pixel, a second."),
@@ -198,11 +202,11 @@ _ALL = (
         kind=ATTITUDE,
         group="planet",
     ),
-    Parameter(name="earth.visible", description="Whether the planet is there.", make=planet.visible, kind=TRUTH),
+    Parameter(name="earth.visible", description="Whether the planet is shown.", make=planet.visible, kind=TRUTH),
 )
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
-"""All parameters by name; those of NUMBERED, `material.NAME.INPUT`, `material.NAME.INPUT.factor`,
-`material.NAME.variation` and attributes by their paths come beside them."""
+"""All parameters by name; parameters of NUMBERED, `material.NAME.INPUT`, `material.NAME.INPUT.factor`,
+`material.NAME.variation` and attributes by their paths are accepted too."""
 NUMBERED: Mapping[str, Parameter] = {
     rf"sun\.[2-{lights.MAX_SUNS}]\.direction": Parameter(
         name="sun.N.direction",
@@ -215,7 +219,7 @@ NUMBERED: Mapping[str, Parameter] = {
 """Parameters with a number N in their names, by patterns of those."""
 
 MATERIAL = re.compile(r"material\.([A-Za-z_]\w*|\*)\.([A-Za-z]+)(\.factor)?")
-VARIES = "Which appearance of its kind a material has: each number from 0 to 1 stands for another."
+VARIES = "Appearance of a material among those of its kind: each number from 0 to 1 selects another."
 FIELDS: Mapping[str, str] = {
     "roughness": "roughness",
     "metallic": "metallic",

@@ -18,12 +18,12 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 
 SUN_RADIUS = 695.7e6  # metres: IAU 2015 resolution B3
-ASTRONOMICAL_UNIT = 149_597_870_700.0  # metres; lights of the Sun say its irradiance at this distance
+ASTRONOMICAL_UNIT = 149_597_870_700.0  # metres; lights of the Sun state its irradiance at this distance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedSky:
-    """What is seen in N pictures, in the camera's axes: rotations (N, 3, 3) to them, places (N, 3) in metres."""
+    """The sky in N pictures, in the camera's axes: rotations (N, 3, 3) to them, positions (N, 3) in metres."""
 
     sun: Float
     planets: Mapping[str, tuple[Float, Float]]
@@ -38,8 +38,8 @@ class PlacedSky:
     """Whose catalogue it is."""
 
     def values(self, stage: Usd.Stage, base: BaseStage) -> SampledValues:
-        """Return what places the stage's Sun and, as far as it has them, its planets and stars. Raises InputError for a
-        stage without a Sun."""
+        """Return the values that place the stage's Sun and its planets and stars, if any. Raises InputError for a stage
+        without a Sun."""
         far = np.linalg.norm(self.sun, axis=1)
         directions = [tuple(row) for row in (self.sun / far[:, None]).tolist()]
         factors = ((ASTRONOMICAL_UNIT / far) ** 2).tolist()

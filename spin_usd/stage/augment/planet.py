@@ -30,7 +30,7 @@ MILLIMETRE = 3  # digits after the point to which a position is rounded
 def find_planet(base: BaseStage) -> Usd.Prim | None:
     """Find the planet that the parameters earth.* set: the only one, else the one named Earth; None without any.
 
-    Raises InputError where there are several and none has that name.
+    Raises InputError if there are several and none has that name.
     """
     planets = [prim for prim in Usd.PrimRange.Stage(base.stage, PROXIES) if prim.HasAPI(schema.PLANET_API)]
     named = [prim for prim in planets if prim.GetName() == "Earth"]
@@ -72,7 +72,7 @@ def planet_centres(base: BaseStage, planet: Usd.Prim) -> Float:
 
 
 def pose(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
-    """Set the planet's pose: what is sampled of it, and for the rest the pose that the stage gives it."""
+    """Set the planet's pose: the sampled part of it, and for the rest the pose in the stage."""
     planet = the_planet(base, names[0])
     world = UsdGeom.XformCache(base.first)
     scale = placement(world.GetLocalToWorldTransform(planet), frame="p", metres=1.0, where=planet.GetPath()).scale
@@ -101,7 +101,7 @@ def pose(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 def centre(own: Float, sampled: ParameterValues, longest: float) -> Float:
-    """Return the planet's centre (3,), camera axes, metres: `own` as far as nothing of it is sampled."""
+    """Return the planet's centre (3,), camera axes, metres: `own` where it is not sampled."""
     far = float(np.linalg.norm(own))
     direction = np.array(sampled["earth.direction"]) if "earth.direction" in sampled else own / far
     away = float(sampled["earth.altitude"]) + longest if "earth.altitude" in sampled else far

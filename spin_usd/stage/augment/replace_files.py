@@ -42,7 +42,7 @@ def written_in(work: Path) -> Iterator[None]:
 
 
 def replace(work: Path, layers: Path, name: str) -> None:
-    """Move what was written into place, or leave what was there."""
+    """Move the written files into place, or leave the old ones."""
     own, old = layers / name, work / "old"
     with writing(own):
         layers.mkdir(exist_ok=True)
@@ -64,7 +64,7 @@ def refuse_other_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temp
         return
     export(root_over(path, final, root, layer), temporary)
     if temporary.read_bytes() != final.read_bytes():
-        found = "is there already, and is not the root layer that would be written"
+        found = "exists already, and is not the root layer that would be written"
         raise InputError(found, where=final, do="choose another --out, or move it elsewhere")
 
 

@@ -37,10 +37,10 @@ class SampledValues:
     """(prim, API schema) to apply."""
     copies: tuple[CopiedPrim, ...] = ()
     credit: str = ""
-    """Whose data they are, where these ask for it."""
+    """Credit for the data, if required."""
 
     def of(self, chosen: Callable[[str], bool]) -> "SampledValues":
-        """Return those of the chosen prims, by their paths."""
+        """Return the values of the chosen prims, by their paths."""
         return SampledValues(
             attributes=tuple(each for each in self.attributes if chosen(each.attribute.prim)),
             apis=tuple(each for each in self.apis if chosen(each[0])),
@@ -93,7 +93,7 @@ def sampled_values(
         for attribute, column in zip(change.attributes, zip(*rows, strict=True), strict=True):
             found.append(SampledValue(attribute=attribute, samples=tuple(zip(base.times, column, strict=True))))
     copies = tuple(each for change in changes for each in change.copies)
-    for copy in copies:  # it is changed as the other is, but for what is its own
+    for copy in copies:  # it changes like the other, except for its own values
         own = {each.attribute.name for each in found if each.attribute.prim == copy.path}
         alike = [each for each in found if each.attribute.prim == copy.of and each.attribute.name not in own]
         found += [replace(each, attribute=replace(each.attribute, prim=copy.path)) for each in alike]

@@ -62,11 +62,11 @@ def _centre(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float, mi
 
 def write_sampled(root: Path, values: SampledValues, frames: int) -> None:
     """Write `values` into the layers of lights and environment of the stage at `root`, which has `frames` pictures; all
-    values of a prim of which one differs from picture to picture beside those layers, as text where a person would read
-    it. What these beat is removed there: a hand edits what is rendered.
+    values of a prim with one that differs between pictures go beside those layers, as text if short enough to read.
+    Opinions that they override are removed, so that a user edits what is rendered.
 
-    The layers are referenced, so a variant on the default prim beats them. Raises InputError for an attribute that is
-    neither on the lights nor on the environment, OutputError.
+    The layers are referenced, so a variant on the default prim overrides them. Raises InputError for an attribute that
+    is neither on the lights nor on the environment, OutputError.
     """
     places = (LIGHTS, ENVIRONMENT)
     changed = [Sdf.Path(each.attribute.prim) for each in values.attributes]
@@ -88,7 +88,7 @@ def write_sampled(root: Path, values: SampledValues, frames: int) -> None:
 
 def _write_own(path: Path, place: Sdf.Path, values: SampledValues, moving: set[str], file: str) -> None:
     """Write the values that hold for all pictures into the layer of `place`, and remove from it the opinions that those
-    or `file` beat. The layer's documentation says which they are."""
+    or `file` override. The layer's documentation lists them."""
     values = values.of(lambda prim: Sdf.Path(prim).HasPrefix(place))
     if not values.attributes:
         return
@@ -101,7 +101,7 @@ def _write_own(path: Path, place: Sdf.Path, values: SampledValues, moving: set[s
         for name in unread & named.keys():
             prim.RemoveProperty(named[name])
         said = f"in {file} for each picture" if each.attribute.prim in moving else "as given to author, or drawn"
-        if each.attribute.name != "xformOpOrder":  # which says no more than the operation does
+        if each.attribute.name != "xformOpOrder":  # the same as the operation
             layer.documentation += f"\n{prim.name} {each.attribute.name}: {said}."
     write_values(layer, values.of(lambda prim: prim not in moving), {str(place): str(root)})
     with writing(path):

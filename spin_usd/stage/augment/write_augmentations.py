@@ -38,7 +38,7 @@ from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
-MAX_FRAMES_IN_TEXT = 4096  # with more time samples than this nobody reads a layer as text
+MAX_FRAMES_IN_TEXT = 4096  # with more time samples than this a layer is not written as text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -184,7 +184,7 @@ def _variants(
 
 
 def _head(layer: Sdf.Layer, root: Sdf.Layer, frames: int, documentation: str, source: Source) -> None:
-    """Author what every layer repeats from the stage's root layer."""
+    """Author the metadata that every layer repeats from the stage's root layer."""
     author_metadata(layer, default_prim=root.defaultPrim, documentation=documentation, frames=frames)
     repeat(root, layer, [name for name in REPEATED if name != "renderSettingsPrimPath"])
     source.author(layer)

@@ -25,11 +25,11 @@ def add_parts(
     root: Path, rules: Sequence[PartRule], where: object, model_materials: Mapping[str, tuple[str, ...]]
 ) -> tuple[dict[str, int], int]:
     """Label the surfaces of the model in the stage at `root`: all that a part's rules match become one part. Returns
-    the number of surfaces of each part, and of those that no rule matches.
+    the number of surfaces of each part, and of unmatched ones.
 
     A surface whose names no rule matches keeps its part and its class. Instances that hold matched surfaces are made
     plain prims, since labels cannot be authored inside an instance. `where`: the rules' file, for messages.
-    `model_materials`: names of materials that surfaces have in the model and not here, by their paths below it. Raises
+    `model_materials`: names of materials that surfaces have only in the model, by their paths below it. Raises
     InputError for a rule that labels nothing, and for a part of several classes; OutputError.
     """
     stage = open_stage(root)

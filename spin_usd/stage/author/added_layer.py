@@ -37,7 +37,7 @@ def add_layer(root: Path, layer: Sdf.Layer, file: str, prims: Mapping[Sdf.Path, 
 
 
 def add_keypoints(root: Path, keypoints: Keypoints) -> None:
-    """Write `keypoints` over the stage at `root`, instead of those that its model has. Raises OutputError."""
+    """Write `keypoints` over the stage at `root`, replacing the model's. Raises OutputError."""
     layer = keypoints_layer(keypoints, "The keypoints that were given, metres, body axes.")
     prim = TARGET.AppendChild(KEYPOINTS.name)
     add_layer(root, layer, "keypoints.usda", {prim: KEYPOINTS})

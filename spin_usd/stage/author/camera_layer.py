@@ -1,4 +1,4 @@
-"""Camera layers: one Camera prim with its lens, sensor and exposure; those of published data sets by name."""
+"""Camera layers: one Camera prim with its lens, sensor and exposure; cameras of published data sets by name."""
 
 import math
 import re
@@ -152,11 +152,11 @@ def set_event_sensor(path: Path, sensor: EventSensor) -> None:
 
 
 def set_resolution(layer: Sdf.Layer, resolution: str) -> tuple[str, ...]:
-    """Give the camera of the layer "W" or "WxH" pixels, and return notes on it. What it sees stays: focal lengths and
-    principal point are scaled, and so are the optics' lengths in pixels. Raises InputError."""
+    """Give the camera of the layer "W" or "WxH" pixels, and return notes on it. The field of view stays: focal lengths,
+    principal point and the optics' lengths in pixels are scaled. Raises InputError."""
     found = re.fullmatch(r"([1-9]\d{0,4})(?:[x,]([1-9]\d{0,4}))?", resolution)
     if found is None:
-        raise InputError(f"resolution {resolution!r} is no number of pixels", do="write for example 256, or 512x384")
+        raise InputError(f"resolution {resolution!r} is not a number of pixels", do="write for example 256, or 512x384")
     stage = stage_on(layer)
     prim = stage.GetDefaultPrim()
     lens = read_lens(prim)

@@ -54,7 +54,7 @@ def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
 
 
 def author_diffuse_materials(model: Sdf.PrimSpec, displayed: Sdf.Path, overrides: DiffuseOverrides) -> None:
-    """Write the opinions over `model`, the target's root within a variant; what has no material of its own gets one at
+    """Write the opinions over `model`, the target's root within a variant; surfaces without a material get one at
     `displayed`, in the same variant."""
     for path in overrides.instances:
         _below(model, path).instanceable = False
@@ -89,7 +89,7 @@ def _is_displayed(prim: Usd.Prim) -> bool:
 
 
 def _author_displayed(layer: Sdf.Layer, path: Sdf.Path) -> None:
-    """Author a material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
+    """Author a material of the gprims' own displayColor and displayOpacity; 18 % grey if missing."""
     material = _define(layer, path, "Material")
     shader = _node(material, "Surface", PREVIEW_SURFACE)
     for name, (kind, value) in INPUTS.items():

@@ -118,7 +118,7 @@ def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
     mesh.CreateFaceVertexIndicesAttr(int_array(part.face_indices))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(box(part.points))
-    faceted = part.normals is None  # which Blender takes for smooth unless it is said
+    faceted = part.normals is None  # smooth to Blender unless authored
     mesh.CreateNormalsAttr(vec3f_array(unit_vectors(part.areas[0]) if faceted else _unit(part)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.uniform if faceted else UsdGeom.Tokens.faceVarying)
     _author_primvars(mesh, part)
@@ -180,7 +180,8 @@ def _label(prim: Usd.Prim, taxonomy: str, *labels: str) -> None:
 
 
 def _printable(name: str) -> str:
-    """Return a name as a label may be: files of old encodings hold what cannot be printed, and some paths are names."""
+    """Return a name that is valid as a label: files of old encodings contain unprintable characters, and some names are
+    paths."""
     return "".join(each if each.isprintable() else "_" for each in name)[:MAX_LABEL]
 
 
@@ -264,7 +265,7 @@ def _texture(stage: Usd.Stage, path: Sdf.Path, image: ImageMap, file: str) -> Us
 
 
 def _coordinates(texture: UsdShade.Shader, image: ImageMap) -> UsdShade.Output:
-    """Author the texture coordinates: the primvar, transformed where the placement asks for it."""
+    """Author the texture coordinates: the primvar, transformed if the placement requires it."""
     read = _reader(texture.GetPrim(), image.primvar, "float2", TYPES.Float2)
     placement = image.placement
     if placement == ImageTransform():

@@ -37,7 +37,7 @@ def copy_usd_target(
     variants: Mapping[str, str] = MappingProxyType({}),
 ) -> TargetAsset:
     """Copy the asset at `source` with all it depends on into `folder`, which must not exist yet. `prim` is the path of
-    the target in it, where that is not the default prim; `variants` are selected of it, by their sets.
+    the target in it, if not the default prim; `variants` are selected by their sets.
 
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
@@ -52,7 +52,7 @@ def copy_usd_target(
             _anchor(folder, left_out)
         file = folder / source.resolve().name
         if not (copied or incomplete) or composition_errors(open_as_it_is(file)):
-            raise InputError("cannot be copied with what it depends on", where=source)
+            raise InputError("cannot be copied with its dependencies", where=source)
         if variants:
             if file.suffix.lower() not in LAYER_SUFFIXES:
                 raise InputError("is a package, of which no variant can be selected", where=source, do="unpack it")
@@ -82,8 +82,8 @@ def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
 
 
 def _refuse_missing(source: Path) -> tuple[bool, list[str]]:
-    """Return whether files are missing that nothing here needs, images with fallbacks and what other renderers alone
-    read, and the names of the latter. Raises InputError for other missing files."""
+    """Return whether files are missing that we do not need, images with fallbacks and files only for other renderers,
+    and the names of the latter. Raises InputError for other missing files."""
     missing = [(file.layer.parent / file.name).resolve() for file in files_of(source).missing]
     stage = open_as_it_is(source) if missing else None
     dispensable, foreign = (dispensable_images(stage), files_of_others(stage)) if stage else (set(), set())
@@ -126,7 +126,7 @@ def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
     A stage can reference them all through it. A reference includes one prim with all below it, and loses its
     relationships to prims elsewhere in the file. Raises InputError for a prim that cannot be moved.
     """
-    absolute = file.resolve()  # so are the asset paths that USD makes in what it flattens
+    absolute = file.resolve()  # so are the asset paths that USD makes while flattening
     layer = UsdUtils.FlattenLayerStack(open_as_it_is(absolute))
     UsdUtils.ModifyAssetPaths(layer, lambda path: _beside(path, absolute.parent))
     roots = [prim.path for prim in layer.rootPrims]
@@ -175,11 +175,11 @@ def _move(stage: Usd.Stage, path: Sdf.Path, below: Sdf.Path, file: Path) -> None
 @contextmanager
 def slashes(source: Path) -> Iterator[None]:
     """Within this context, and in memory only, replace backslashes by slashes in asset paths of all layers that
-    `source` depends on, where the file exists. Raises StageError as `files_of`, for what they named before and name
-    then."""
+    `source` depends on, where the file exists. Raises StageError like `files_of`, for the files named before and
+    after."""
     changed: list[Sdf.Layer] = []
     while more := [layer for layer in _layers(source) if _fix(layer)]:
-        changed += more  # what these name now may name others
+        changed += more  # the files they name now may name others
     try:
         yield
     finally:
@@ -199,7 +199,7 @@ def _fix(layer: Sdf.Layer) -> bool:
         other = path.replace("\\", "/")
         tiles = path.replace("<UDIM>", "[1-9][0-9][0-9][0-9]")
         if tiles != path and path[0] not in "./" and any(folder.glob(tiles)):
-            found.append(path)  # USD would take those of the first layer that names such for all
+            found.append(path)  # USD would use the first layer's for all
             return f"./{other}"
         if other == path or (folder / path).exists() or not (folder / other).is_file():
             return path

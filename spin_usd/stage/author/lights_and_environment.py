@@ -1,6 +1,6 @@
-"""Surroundings: layers of a stage's lights, and of its background, in which a planet may have maps.
+"""Surroundings: layers of a stage's lights, and of its background, whose planet may have maps.
 
-Those that travel with spin_usd lie in `stages/environments`; a user may give others.
+Bundled ones are in `stages/environments`; a user may give others.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,9 +17,9 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata
 
 SURROUNDING_PRIMS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
-"""The kinds of surroundings, and where an authored stage has them.
+"""The kinds of surroundings, and their prims in an authored stage.
 
-The default prim of a layer of lights is Lights, that of an environment is Environment."""
+The default prim of a layer of lights is Lights, of an environment Environment."""
 USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 """The layer of each kind that a stage has unless another is chosen."""
 PICTURES = (".jpg", ".jpeg", ".png", ".exr")
@@ -63,7 +63,7 @@ def extracted(flat: Sdf.Layer, prim: Sdf.Path, documentation: str) -> Sdf.Layer:
 
 
 def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
-    """Let the planet of an environment's `layer` show `maps`, files by what they show. Raises InputError for a layer
+    """Let the planet of an environment's `layer` show `maps`, files by their kind. Raises InputError for a layer
     without a planet, or with several and none that is named Earth, and for a map that cannot be rendered."""
     stage = stage_on(layer)
     planets = [prim for prim in stage.Traverse() if prim.HasAPI(schema.PLANET_API)]
@@ -85,7 +85,7 @@ def refuse_damaged(files: Iterable[Path]) -> None:
 
 def set_back_plate(layer: Sdf.Layer, files: Sequence[Path], *, always: bool, times: Sequence[float] = ()) -> None:
     """Let the back plate of an environment's `layer` be one of the images in `files`, or each at its time code of
-    `times`; `always`, and upright as they are. Raises InputError for a layer without a back plate."""
+    `times`; `always`, upright and unchanged. Raises InputError for a layer without a back plate."""
     stage = stage_on(layer)
     plates = [prim for prim in stage.Traverse() if prim.HasAPI(schema.BACK_PLATE_API)]
     if len(plates) != 1:
@@ -104,8 +104,7 @@ def set_back_plate(layer: Sdf.Layer, files: Sequence[Path], *, always: bool, tim
 
 
 def _refuse_unless_map(file: Path, kind: str) -> None:
-    """Decode the map as a render will, so that what cannot be rendered is refused before a stage is written of it.
-    Raises InputError."""
+    """Decode the map like a render, to refuse an unusable one before a stage is written. Raises InputError."""
     image = image_in(file, "raw" if kind == "clouds" else "auto")
     height, width = image.size
     if not MAP_SHAPE[0] * height <= width <= MAP_SHAPE[1] * height:

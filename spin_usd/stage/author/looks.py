@@ -73,8 +73,8 @@ def write_looks(
     *,
     rich_alone: bool = False,
 ) -> TargetAsset:
-    """Write layers over the `asset` that give its surfaces these finishes, and leave those `kept` as they are; return
-    the asset that they are. With `rich_alone` they have them in the look REFLECTIVE alone, which is not selected.
+    """Write layers over the `asset` that give its surfaces these finishes, except those `kept`; return the new asset.
+    With `rich_alone` only the look REFLECTIVE, which is not selected, has them.
 
     Raises InputError for a target whose variant set LOOK has other variants, OutputError.
     """
@@ -123,10 +123,10 @@ def _interface(asset: TargetAsset, root: Usd.Prim) -> Sdf.Layer:
 
 
 class _Finished:
-    """The layer that says which surface of a model has which material."""
+    """The layer that binds a material to each surface of a model."""
 
     def __init__(self, root: Usd.Prim, scope: str) -> None:
-        """`root`: the model's; `scope`: the name of that of the materials."""
+        """`root`: the model's; `scope`: name of the materials' scope."""
         self.layer = Sdf.Layer.CreateAnonymous(".usda")
         author_metadata(self.layer, default_prim=root.GetName(), documentation="Which surface has which material.")
         self.layer.subLayerPaths = ["./coordinates.usdc"]
@@ -141,7 +141,7 @@ class _Finished:
         return tuple(f"{self._scope.name}/{each.name}/{SURFACE}" for each in self.materials.values())
 
     def material(self, finish: Finish) -> Sdf.Path:
-        """Return the path of the material of that finish, over that of the library, whose layer is beside this one."""
+        """Return the path of the material of that finish, over the library's, whose layer is beside this one."""
         if finish not in self.materials:
             made = self.materials[finish] = _define(self._scope, self._names.give(finish.material), "Material")
             made.referenceList.Prepend(Sdf.Reference(f"./{finish.material}.usda"))
@@ -162,7 +162,7 @@ class _Finished:
             _binding(prim, name).targetPathList.explicitItems = [material]
 
     def keep(self, surface: ModelSurface) -> None:
-        """Keep what the surface has, where a group above it gave it that against its own and gives it no longer."""
+        """Keep the surface's material if it came from a group above it that no longer gives it."""
         if surface.bound and any(self.layer.GetPrimAtPath(self._place(group)) for group in surface.overruling):
             self.bind(surface, self._place(surface.bound))
 
@@ -227,8 +227,8 @@ def _coordinates(root: Usd.Prim, surfaces: Iterable[ModelSurface], metres_per_un
 
 
 def _faces(gprim: Usd.Prim, prims: Sequence[Usd.Prim]) -> NDArray[np.int64] | None:
-    """Return the faces of a gprim that `prims` are: subsets of it, or itself, which is what no subset takes; None for
-    all faces."""
+    """Return the faces of a gprim in `prims`: subsets of it, or the gprim itself, for the faces outside subsets; None
+    for all faces."""
     subsets = [each for each in find_subsets(gprim) if binds_material(each)]
     faces = {each.GetPath(): array(each.GetIndicesAttr(), TIME, np.int64) for each in subsets}
     if gprim not in prims:

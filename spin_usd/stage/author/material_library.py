@@ -1,4 +1,4 @@
-"""The library of spacecraft materials in stages/materials: what each layer says of its material, and copies of them."""
+"""The library of spacecraft materials in stages/materials: the description of each, and copies of the layers."""
 
 from dataclasses import fields
 from pathlib import Path
@@ -16,7 +16,7 @@ CUSTOM = "spin"
 
 
 def vocabulary() -> Vocabulary:
-    """Return the words by which it is told what is made of which material."""
+    """Return the words that identify which surface has which material."""
     found: dict[str, dict[str, str]] = {each.name: {} for each in fields(Vocabulary)}
     for name in bundled_names("material"):
         layer = open_layer(bundled("material", name))

@@ -1,4 +1,4 @@
-"""The surfaces of a model: what has a name, and a material of its own."""
+"""The surfaces of a model: geometry with its own name and material."""
 
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class ModelSurface:
 
     path: Sdf.Path
     names: tuple[str, ...]
-    """Its own and those of the prims above it, and their paths below the model."""
+    """Its name, the names of prims above it, and their paths below the model."""
     materials: tuple[str, ...]
     """Names of its material."""
     class_name: str
@@ -37,7 +37,7 @@ class ModelSurface:
     instances: tuple[Sdf.Path, ...]
     """Paths of the instances that hold it."""
     bare: bool
-    """Whether it has neither a material that says anything nor a colour."""
+    """True if it has no colour, and no material with a value."""
     color: Color | None
     """Its one opaque colour; None where it has none, several or an image, and where it shines by itself."""
     below: str
@@ -45,7 +45,7 @@ class ModelSurface:
     bound: Sdf.Path | None
     """The path of its material; None where it has none."""
     overruling: tuple[Sdf.Path, ...]
-    """Paths of the groups above it whose materials beat those of what they hold."""
+    """Paths of the groups above it whose materials override their contents'."""
     purposes: tuple[str, ...]
     """The relationships by which it or a group above it binds a material for one purpose alone."""
     collected: bool
@@ -53,7 +53,7 @@ class ModelSurface:
 
     @property
     def all_names(self) -> tuple[str, ...]:
-        """Return its names and those of its material: what patterns match."""
+        """Return its names and its material's, for patterns to match."""
         return self.names + self.materials
 
     @property
@@ -80,18 +80,18 @@ def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[ModelSurface]:
 def refuse_idle(
     rules: Sequence[NameRule], found: Sequence[ModelSurface], used: Container[NameRule], where: object
 ) -> None:
-    """Raise InputError for a rule that is none of those `used`, of the table `where`."""
+    """Raise InputError for a rule of the table `where` that is not among those `used`."""
     for rule in rules:
         if rule in used:
             continue
         if any(rule.matches(each.all_names) for each in found):
-            what, do = "matches only what rows before it match", "put it before them, or remove it"
+            what, do = "matches only surfaces that rows before it match", "put it before them, or remove it"
         else:
             materials = dict.fromkeys(each.materials[-1] for each in found if each.materials)
             prims = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
             what = "matches nothing"
             do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(prims)}"
-            do += "; [...] stands for one of its characters, [[] for a bracket" * ("[" in rule.pattern)
+            do += "; [...] means one of its characters, [[] a bracket" * ("[" in rule.pattern)
         raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
 
 
@@ -124,14 +124,14 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
 
 
 def _bindings(prim: Usd.Prim) -> list[Usd.Relationship]:
-    """Return the relationships by which a prim may bind a material: for all purposes, and those that it has for one."""
+    """Return the relationships by which a prim may bind a material: for all purposes, and for single ones."""
     own = UsdShade.MaterialBindingAPI(prim)
     of_purposes = (own.GetDirectBindingRel(each) for each in (UsdShade.Tokens.full, UsdShade.Tokens.preview))
     return [own.GetDirectBindingRel(), *(each for each in of_purposes if each and each.HasAuthoredTargets())]
 
 
 def _is_stronger(binding: Usd.Relationship) -> bool:
-    """Return whether a group binds so that it beats what it holds."""
+    """Return whether a group's binding overrides its contents'."""
     strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) if binding else ""
     return bool(strength == UsdShade.Tokens.strongerThanDescendants)
 
@@ -158,7 +158,7 @@ def _constants(material: UsdShade.Material) -> dict[str, UsdShade.Input] | None:
 
 
 def _is_blank(material: UsdShade.Material) -> bool:
-    """Return whether a material is what one is that says nothing, as that of mesh files without any."""
+    """Return whether a material has only default values, like the one of mesh files without materials."""
     if (inputs := _constants(material)) is None:
         return False
     fields = {limits.name: getattr(NOTHING_SAID, of) for of, limits in LIMITS.items()}
@@ -177,7 +177,7 @@ def _color_of(material: UsdShade.Material) -> Color | None:
 
 
 def _only(colors: Any) -> Color | None:
-    """Return the colour that all of `colors` are; None for none, several, and what is no colour."""
+    """Return the common colour of `colors`; None for none, several, and values that are not colours."""
     found = np.asarray([] if colors is None else colors, np.float64)
     if found.ndim != 2 or found.shape[1] != 3 or not len(found) or (found != found[0]).any():
         return None

@@ -41,14 +41,14 @@ def add_target(root: Path, asset: TargetAsset, poses: PoseList) -> None:
 
 
 def add_occluder(root: Path, asset: TargetAsset, poses: PoseList | None) -> None:
-    """Write `asset`, which lies in the stage's folder, below the camera of the stage at `root`, in a layer of its own:
-    in the camera's axes where `poses` is None, at its one pose, or at a pose for each picture. Raises OutputError."""
+    """Write `asset`, in the stage's folder, below the camera of the stage at `root`, in its own layer: in the camera's
+    axes if `poses` is None, at its one pose, or at a pose for each picture. Raises OutputError."""
     made = open_layer(root)
     stage = stage_on(made)
     path = _free_path(stage, CAMERA, asset.name)
     suffix = ".usdc" if poses and len(poses) > 1 else ".usda"
     layer = Sdf.Layer.CreateAnonymous(suffix)
-    documentation = f"{asset.name}, fixed to the camera: it occludes, shades and reflects, and is no target."
+    documentation = f"{asset.name}, fixed to the camera: it occludes, shades and reflects, but is not a target."
     author_metadata(layer, default_prim=path.name, documentation=documentation, frames=len(poses or (0,)))
     _author_occluder(layer, asset, poses, _reference(asset, root.parent, up=".."))
     export(layer, root.parent / FOLDER / f"{_stem(path)}{suffix}")
@@ -61,7 +61,7 @@ def _author_occluder(layer: Sdf.Layer, asset: TargetAsset, poses: PoseList | Non
     stage = stage_on(layer)
     prim = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(layer.defaultPrim)).GetPrim()
     model = author_model(stage, prim.GetPath().AppendChild(MODEL), asset, reference)
-    Usd.ModelAPI(model).SetKind(Kind.Tokens.subcomponent)  # a camera is no group of models
+    Usd.ModelAPI(model).SetKind(Kind.Tokens.subcomponent)  # a camera is not a group of models
     q_cam_body = poses.q_cam_body if poses else np.array([[1.0, 0, 0, 0]])
     t_cam_body = poses.t_cam_body if poses else np.zeros((1, 3))
     turns = T_USDCAM_CAM.rotation @ matrices_from_quaternions(q_cam_body)

@@ -99,7 +99,7 @@ def by_short_ways(q: Float) -> Float:
 
 
 def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:
-    """Author one time sample for each time code; no attribute where there are no values."""
+    """Author one time sample for each time code; no attribute without values."""
     if not values:
         return
     attribute = Sdf.AttributeSpec(prim, name, kind)

@@ -1,7 +1,7 @@
-"""Presets: how pictures of one kind are taken, as a layer: camera attributes, lights, environment, materials.
+"""Presets: layers with the settings of a kind of pictures: camera attributes, lights, environment, materials.
 
 A preset's default prim is World, with any of the children Camera (sensor, exposure, optics, focus: not the lens),
-Lights, Environment and Target/Model (variant selections). What a preset does not author stays as it is without one.
+Lights, Environment and Target/Model (variant selections). A preset changes nothing else.
 """
 
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ class Preset:
         return extracted(self.flat, prim, self.flat.documentation)
 
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-        """Return its selections among the `variants` of a target, without those of sets that the target does not have.
+        """Return its selections among the `variants` of a target, without sets that the target lacks.
 
         Raises InputError for a variant that a set lacks.
         """
@@ -49,7 +49,7 @@ class Preset:
         return chosen
 
     def set_camera(self, layer: Sdf.Layer) -> None:
-        """Write its camera attributes over those of a camera layer."""
+        """Write its camera attributes over a camera layer's."""
         source = self.flat.GetPrimAtPath(CAMERA)
         if not source:
             return
@@ -58,7 +58,7 @@ class Preset:
         for schema in source.GetInfo("apiSchemas").GetAddedOrExplicitItems() if source.HasInfo("apiSchemas") else ():
             camera.AddAppliedSchema(schema)
         camera.SetDocumentation(source.GetInfo("documentation"))
-        note = f"Sensor, exposure, optics and focus are those of the preset {self.file.stem} instead."
+        note = f"Sensor, exposure, optics and focus are from the preset {self.file.stem} instead."
         layer.documentation = f"{layer.documentation}\n{note}"
         for attribute in source.properties:
             Sdf.CopySpec(self.flat, attribute.path, layer, camera.GetPath().AppendProperty(attribute.name))

@@ -225,8 +225,8 @@ def _below(target: Usd.Prim) -> Iterator[Usd.Prim]:
 
 
 def hull_corners(target: TargetAsset) -> Float:
-    """Compute the corners (N, 3) of the target's convex hull: metres, in its own axes. Those of the box around a target
-    that a render will refuse."""
+    """Compute the corners (N, 3) of the target's convex hull: metres, in its own axes. Of a target that a render will
+    refuse, the corners of its box."""
     try:
         return _hull(target)
     except (StageError, UnsupportedError, GeometryError):
@@ -251,8 +251,8 @@ def _hull(target: TargetAsset) -> Float:
 
 
 def box_corners(target: TargetAsset) -> Float:
-    """Compute the corners (8, 3) of the target's bounding box: metres, in its own axes. Where USD finds none, as of a
-    SkelRoot without an extent, those of its hull."""
+    """Compute the corners (8, 3) of the target's bounding box: metres, in its own axes. If USD finds no box, as for a
+    SkelRoot without an extent, the box of its hull."""
     stage = open_as_it_is(target.file)
     cache = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(RENDERED_PURPOSES))
     box = cache.ComputeWorldBound(_root(stage, target)).ComputeAlignedRange()

@@ -1,4 +1,4 @@
-"""A USD target within a stage's folder, and what is read of it before the stage is written."""
+"""A USD target within a stage's folder, and the data read from it before the stage is written."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class TargetAsset:
     notes: tuple[str, ...] = ()
     """Sentences on which prims of that file are the target."""
     up: str = ""
-    """The axis that the file calls up; empty where it does not say."""
+    """The file's up axis; empty if not stated."""
 
 
 def describe(
@@ -83,7 +83,7 @@ def describe(
 
 
 def _unselected(root: Usd.Prim) -> str | None:
-    """Say which variant sets of a prim have no selection, and how to make one; None where all have."""
+    """Return a note on the variant sets of a prim without selection, and how to select; None if there are none."""
     sets = root.GetVariantSets()
     free = [name for name in sets.GetNames() if not sets.GetVariantSelection(name)]
     each = ((name, variant) for name in free for variant in sets.GetVariantSet(name).GetVariantNames())
@@ -92,7 +92,8 @@ def _unselected(root: Usd.Prim) -> str | None:
 
 
 def select_variants(root: Usd.Prim, variants: Mapping[str, str], where: object) -> None:
-    """Select `variants` by their sets, in the stage's edit target. Raises InputError for what `root` does not have."""
+    """Select `variants` by their sets, in the stage's edit target. Raises InputError for variants that `root` does not
+    have."""
     for name, variant in variants.items():
         found = root.GetVariantSets()
         known = found.GetVariantSet(name).GetVariantNames() if name in found.GetNames() else ()
@@ -103,8 +104,8 @@ def select_variants(root: Usd.Prim, variants: Mapping[str, str], where: object) 
 
 
 def open_source(source: Path) -> Usd.Stage:
-    """Open the stage in a user's file. Raises StageError for what must not be opened, InputError where it does
-    not compose."""
+    """Open the stage in a user's file. Raises StageError for a file that must not be opened, InputError if it does not
+    compose."""
     stage = open_as_it_is(source)
     errors = composition_errors(stage)
     if errors:

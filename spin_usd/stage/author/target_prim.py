@@ -36,7 +36,7 @@ def author_target(stage: Usd.Stage, path: Sdf.Path, target: TargetAsset, referen
 
 
 def author_model(stage: Usd.Stage, path: Sdf.Path, target: TargetAsset, reference: Sdf.Reference) -> Usd.Prim:
-    """Author the model at `path`, in metres, and return its prim; it is no target itself."""
+    """Author the model at `path`, in metres, and return its prim, which is not the target itself."""
     # Without a type the asset's own counts, which may be Mesh; one without a transform needs an Xform to be scaled.
     model = stage.DefinePrim(path, "" if target.xformable else "Xform")
     model.GetReferences().AddReference(reference)
@@ -68,8 +68,8 @@ def asset_reference(target: TargetAsset, asset_path: str) -> Sdf.Reference:
 
 
 def composed_target(asset: TargetAsset, folder: Path) -> Target:
-    """Read the target of the `asset`, which lies in `folder`, where a stage of it alone is written: body axes, metres,
-    with its own keypoints. Raises StageError, UnsupportedError and GeometryError for what a render would refuse too."""
+    """Read the target of the `asset` in `folder`, where a stage of it alone is written: body axes, metres, with its own
+    keypoints. Raises StageError, UnsupportedError and GeometryError like a render."""
     with writing(folder / ALONE_FILE):
         layer = Sdf.Layer.CreateNew(str(folder / ALONE_FILE))  # a stage's images must lie in its root layer's folder
     author_metadata(layer, default_prim=ALONE.name)

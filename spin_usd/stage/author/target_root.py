@@ -1,4 +1,4 @@
-"""The prim of a USD file that is the target, what it uses outside itself, and what a stage was authored from."""
+"""The target's prim in a USD file, its dependencies outside it, and the source that a stage was authored from."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,9 +23,9 @@ Option = str | int | float | tuple[float, float, float]
 
 
 def target_root(stage: Usd.Stage, source: Path, prim: str | None) -> Sdf.Path:
-    """Return the path of `prim` where it is given; else of the default prim, or of the only root prim; the absolute
-    root where there are several, since usdview and Blender show them all. Raises InputError for a missing prim, and for
-    one without geometry."""
+    """Return the path of `prim` if given; else of the default prim, or of the only root prim; the absolute root if
+    there are several, since usdview and Blender show them all. Raises InputError for a missing prim, and for one
+    without geometry."""
     if prim is not None:
         return _given(stage, source, prim)
     if stage.GetDefaultPrim():

@@ -23,7 +23,7 @@ def author_coordinates(over: Usd.Prim, prim: Usd.Prim, faces: NDArray[np.int64] 
     """Author, on the prim `over` of another stage, the coordinates of the `faces` of the gprim `prim`, of all where
     None; those of its other faces stay. `to_body` (4, 4): row-vector, from its axes to the body's, metres.
 
-    A shape that is no mesh becomes one, since USD gives it no coordinates. A mesh that has coordinates in metres keeps
+    A shape that is not a mesh becomes one, since USD gives it no coordinates. A mesh with coordinates in metres keeps
     them.
     """
     mesh = _author_mesh(over, prim) if str(prim.GetTypeName()) in SHAPES else UsdGeom.Mesh(prim)

@@ -1,7 +1,7 @@
 """The variant sets `camera`, `environment` and `materials` of an authored stage, each with the variants plain and rich.
 
-They are those of the published ablation. The variants reference layers of `stages/augmentations`; no variant is
-selected, so that the stage stays as it was authored until an augmentation selects among them.
+They reproduce the published ablation. The variants reference layers of `stages/augmentations`; no variant is selected,
+so the stage stays as authored until an augmentation selects some.
 """
 
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ BEHIND = (schema.PLANET_API, schema.STARS_API, schema.BACK_PLATE_API)
 DOCUMENTATION = """Three variant sets of /World, each with the variants plain and rich; none is selected here.
 camera: sensor, optics and exposure, never the lens. environment: the stage's own lights and surroundings are switched
 off, and others come in. materials: {materials}
-What they hold is in variant_sets/plain.usda and variant_sets/rich.usda."""
+Their contents are in variant_sets/plain.usda and variant_sets/rich.usda."""
 SELECTED = "the target's own variants of its set look."
 OVERRIDDEN = """the target has no variants of these names. In plain, its materials are made diffuse; rich has no
 opinions, because the target is rich as it was modelled."""
@@ -42,14 +42,14 @@ def write_variant_sets(
     variants: Mapping[str, tuple[str, ...]],
     overrides: DiffuseOverrides,
 ) -> None:
-    """Write the layer with the three sets, and what it refers to, into `folder`.
+    """Write the layer with the three sets, and the files it refers to, into `folder`.
 
     Raises InputError for surroundings that cannot be switched off, OutputError.
 
     Args:
         surroundings: The stage's own layers of LIGHTS and ENVIRONMENT.
         variants: The target's variant sets with their variants.
-        overrides: What makes its materials diffuse where it has no variants of these names.
+        overrides: Opinions that make its materials diffuse if it lacks variants of these names.
     """
     kinds = {name: open_preset(stages() / "augmentations" / f"{name}.usda") for name in (PLAIN, RICH)}
     selectable = all(_has(variants, kind.selections) for kind in kinds.values())
@@ -124,6 +124,6 @@ def _children(layer: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]
     names = tuple(child.GetName() for child in root.GetChildren())
     for name in names:
         if kind.flat.GetPrimAtPath(path.AppendChild(name)):
-            found = f"has the name of what the stage's variant environment={kind.file.stem} brings in"
+            found = f"has the same name as a prim of the stage's variant environment={kind.file.stem} brings in"
             raise InputError(found, where=f"{path.name} /{root.GetName()}/{name}", do="give it another name")
     return names

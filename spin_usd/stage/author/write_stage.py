@@ -42,12 +42,12 @@ PRODUCTS, VARIABLES = Sdf.Path("/Render/Products"), Sdf.Path("/Render/Vars")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StageSources:
-    """What a stage is written of beside its poses and its target."""
+    """The sources of a stage besides its poses and its target."""
 
     camera: Sdf.Layer
     """As `author.camera_layer` makes it; it is changed."""
     camera_name: str = ""
-    """What the camera is called, if not as its prim."""
+    """Name of the camera, if not its prim's."""
     further: Sequence[FurtherCamera] = ()
     """Cameras mounted on the first, whose layers are changed too."""
     preset: Preset | None = None
@@ -95,7 +95,8 @@ def write_stage(
 def _write_layers(
     folder: Path, sources: StageSources, poses: PoseList, outputs: Mapping[str, str]
 ) -> dict[Sdf.Path, Sdf.Layer]:
-    """Write the layers that the root layer references. Returns those of lights and environment, by the prims' paths."""
+    """Write the layers that the root layer references. Returns the layers of lights and environment, by the prims'
+    paths."""
     lens = _place_camera(sources.camera, T_WORLD_CAM @ T_CAM_USDCAM)
     lenses = {each.name: _place_camera(each.layer, _below_first(each.T_first_cam)) for each in sources.further}
     export(poses_layer(poses), folder / "poses.usdc")
@@ -114,7 +115,7 @@ def _write_layers(
 
 
 def _below_first(T_first_cam: Transform) -> Transform:
-    """Return the pose of a further camera's prim below that of the first."""
+    """Return the pose of a further camera's prim below the first's."""
     return T_USDCAM_CAM @ T_first_cam @ T_CAM_USDCAM
 
 
@@ -186,7 +187,7 @@ def render_layer(camera: Camera, outputs: Mapping[str, str], further: Mapping[st
     the first camera and of each of the `further` ones, by their names. Cameras are set by the layer that references it,
     since they lie outside."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
+    author_metadata(layer, default_prim="Render", documentation="The RenderSettings: resolution, products, labels.")
     stage = stage_on(layer)
     UsdGeom.Scope.Define(stage, "/Render")
     UsdGeom.Scope.Define(stage, PRODUCTS)

@@ -1,4 +1,4 @@
-"""Rules on the cameras of a stage: each has a size in pixels, and what USD has of its lens follows from ours."""
+"""Rules on the cameras of a stage: each has a size in pixels, and USD's lens attributes agree with ours."""
 
 from collections.abc import Iterator
 from contextlib import suppress

@@ -85,7 +85,7 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
             code="layer-metadata",
             where=layer.identifier,
             message=f"the layer does not author {', '.join(missing)}, so where it is root USD takes "
-            f"{', '.join(FALLBACKS[name] for name in missing)}; author what is meant",
+            f"{', '.join(FALLBACKS[name] for name in missing)}; author the intended value",
             severity=WARNING,
         )
 
@@ -180,11 +180,11 @@ def check_stage(
     target_rule: TargetRule = lambda target: iter(()),
     on_views: OnViews = lambda views: None,
 ) -> tuple[Finding, ...]:
-    """Return all findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one
-    more, on each shape of its target; `on_views` receives the views of the stage's own pictures.
+    """Return all findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is a
+    further rule, on each shape of its target; `on_views` receives the views of the stage's own pictures.
 
     A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
-    when there is no file at `path`.
+    if there is no file at `path`.
     """
     if not Path(path).is_file():
         raise InputError("is not there, or is not a file", where=path)

@@ -1,4 +1,4 @@
-"""Rules on what the pictures need: every picture of every variant is read as for a render."""
+"""Rules on pictures: every picture of every variant is read as for a render."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
@@ -37,7 +37,7 @@ PROGRESS_EVERY = 500
 TargetRule = Callable[[Target], Iterator[Finding]]
 """A rule on a body's shape."""
 OnViews = Callable[[Views], None]
-"""Called with the views of a stage's own pictures, those of its first variant."""
+"""Called with the views of a stage's own pictures, of its first variant."""
 
 MAX_TURN_RAD = np.radians(30.0)  # from one time sample to the next
 
@@ -56,8 +56,8 @@ def scene_findings(
     path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule, on_views: OnViews
 ) -> Iterator[Finding]:
     """Yield the errors that a render of the stage at `path` would raise: for each variant the first picture that cannot
-    be read, and all that is wrong there, as the readers report it. What variants share is reported once, for the first;
-    the findings of `target_rule` once for each shape of a body. `on_views` receives the views of the pictures.
+    be read, with all its faults, as the readers report them. Faults shared by variants are reported once, for the
+    first; findings of `target_rule` once for each shape of a body. `on_views` receives the views of the pictures.
 
     `stage`: the same stage as opened for checks. One that does not compose is not read: USD's validators report that.
     """
@@ -79,8 +79,8 @@ def scene_findings(
 
 
 def _variants(stage: Usd.Stage) -> tuple[str, ...]:
-    """List the variants of the stage's pictures. Of a stage whose cameras cannot be told apart they are its
-    augmentations: each says why."""
+    """List the variants of the stage's pictures. If its cameras cannot be distinguished, list its augmentations, each
+    of which then reports why."""
     with suppress(SpinError):
         return picture_variants(stage)
     return variants(stage)
@@ -153,8 +153,8 @@ class _VariantCheck:
             yield from self._once(finding.code, finding.where, finding.message, "", finding.severity)
 
     def _findings_on_views(self, seen: Sequence[tuple[str, Views | None]]) -> Iterator[Finding]:
-        """Yield findings on the views of each target, given with its path: of the first all, of others only that no
-        picture shows them, for some are there to pass by."""
+        """Yield findings on the views of each target, given with its path: all for the first; for others only that no
+        picture shows them, since some merely pass by."""
         (first, self.views), *others = seen
         yield from view_findings(self.views, first) if self.views else ()
         for path, views in others:

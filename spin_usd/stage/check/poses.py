@@ -17,7 +17,7 @@ SEEN_RAD = 1e-6  # 0.003 px of SPEED+'s camera
 
 
 def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """The stage's time codes are those of the frames that the default prim names."""
+    """The stage's time codes match the frames that the default prim names."""
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else Usd.Attribute()
     times = attribute.GetTimeSamples() if attribute else []

@@ -68,13 +68,13 @@ def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def light_unit_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Lights are all in watts, where one says so: UsdLux's own units are lux, nits and candelas."""
+    """Lights are all in watts if one is: UsdLux's own units are lux, nits and candelas."""
     lights = [prim for prim in stage.Traverse() if prim.HasAPI(UsdLux.LightAPI)]
     units = {str(prim.GetPath()): prim.GetCustomDataByKey(schema.INTENSITY_UNIT) for prim in lights}
     ours = next((f"{unit} of {path}" for path, unit in units.items() if unit in schema.INTENSITY_UNITS), None)
     for path, unit in units.items():
         if unit not in schema.INTENSITY_UNITS and ours:
-            says = "does not say the unit of its intensity" if unit is None else f"says that its intensity is in {unit}"
+            says = "does not state the unit of its intensity" if unit is None else f"has its intensity in {unit}"
             message = f"{says}, and it is rendered beside {ours}"
             do = f"convert it, and author customData {schema.INTENSITY_UNIT}: {', '.join(schema.INTENSITY_UNITS)}"
             yield Finding(code="light-unit", where=path, message=f"{message}; {do}", severity=WARNING)
@@ -98,17 +98,17 @@ def xform_findings(stage: Usd.Stage) -> Iterator[Finding]:
         names = [name for name in prim.GetAuthoredPropertyNames() if name.startswith("xformOp:")]
         order = {*(read(prim.GetAttribute("xformOpOrder")) or ())} if names else set()
         unread = [name for name in names if not {name, f"!invert!{name}"} & order]
-        replaced = any(name.endswith((EDITED, SAMPLED)) for name in order)  # on purpose, by what is sampled or logged
+        replaced = any(name.endswith((EDITED, SAMPLED)) for name in order)  # on purpose, by sampling or by a log
         if unread and not replaced and not _of_target(prim):
             message = f"its xformOpOrder leaves out {', '.join(unread)}, so that moves nothing; put it in, or remove it"
             yield Finding(code="xform-unread", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
 def _effect(prim: Usd.Prim, missing: list[str]) -> str:
-    """Describe the consequence of inputs that the light does not author, and what to do."""
+    """Describe the consequence of inputs that the light does not author, and the remedy."""
     if not prim.IsA(UsdLux.DistantLight):
         effects = {"inputs:intensity": "its intensity is 1", "inputs:normalize": "its light grows with its area"}
-        return f"{' and '.join(effects[name] for name in missing)}; author what is meant"
+        return f"{' and '.join(effects[name] for name in missing)}; author the intended value"
     watts = irradiance(prim)
     appearance = next((text for limit, text in BRIGHTNESS if watts < limit), "white")
     return (

@@ -256,7 +256,7 @@ class _VariantOpinions:
 
     def _beaten(self, where: str, what: str, by: Opinion | None) -> Iterator[Finding]:
         """Yield a finding where `by` is stronger. Sets of the same prim are left to `_overlaps`; an augmentation may
-        override, and so may a log, which says how the stage was at each picture."""
+        override, and so may a log, which records the stage's state at each picture."""
         if by is None or by.spec.layer.customLayerData.get(schema.PROVENANCE, {}).get(schema.LOG):
             return
         if any(s.owner == self.tried.owner or s.name == AUGMENTATION for s in by.through):

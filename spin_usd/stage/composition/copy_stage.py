@@ -38,7 +38,7 @@ def _needed(files: Files) -> list[Missing]:
 
 @dataclass
 class Copies:
-    """The names of files in a folder of copies, by what they are copies of."""
+    """The names of files in a folder of copies, by their originals."""
 
     names: dict[Path, str] = field(default_factory=dict)
     _unique: UniqueNames = field(default_factory=lambda: UniqueNames(first=1), init=False)
@@ -50,9 +50,9 @@ class Copies:
 
 
 def copy_assets(layer: Sdf.Layer, folder: Path, copies: Copies | None = None) -> None:
-    """Copy every file that `layer` names by an absolute path into `folder`, and let it name the copies as it will find
-    them from beside `folder`; `copies`: those that are there already, to which new ones are added. Raises InputError
-    for a file that is not there, OutputError as `copy_stage`.
+    """Copy every file that `layer` names by an absolute path into `folder`, and let it name the copies by paths from
+    beside `folder`; `copies`: existing copies, to which new ones are added. Raises InputError for a missing file,
+    OutputError like `copy_stage`.
     """
     copies = copies or Copies()
 

@@ -26,7 +26,7 @@ from spin_usd.stage.composition.stage_hash import asset_sha256, used_files
 from spin_usd.stage.usd.visibility import PROXIES
 
 ALL_PRIMS = Usd.TraverseInstanceProxies(Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
-"""All prims, also those that are not active."""
+"""All prims, also inactive ones."""
 WITHOUT_EFFECT = {
     "allowedTokens", "apiSchemas", "active", "comment", "custom", "customData", "default", "displayGroup",
     "displayName", "documentation", "hidden", "specifier", "spline", "timeSamples", "typeName", "variability",

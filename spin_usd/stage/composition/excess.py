@@ -1,4 +1,4 @@
-"""How many prims a composition has, counted before USD opens it: a few lines can ask for 2^30 of them."""
+"""The number of prims of a composition, counted before USD opens it: a few lines can make 2^30 of them."""
 
 from collections import deque
 

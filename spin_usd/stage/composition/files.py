@@ -36,7 +36,7 @@ QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
 STEPS = np.zeros(256, np.int8)
-"""By the byte of a text, how much deeper in brackets what follows lies."""
+"""Change of the depth of brackets, by a byte of the text."""
 STEPS[list(b"([{")], STEPS[list(b")]}")] = 1, -1
 NO_BRACKETS = bytes(np.flatnonzero(STEPS == 0).tolist())
 
@@ -64,8 +64,7 @@ class Files:
 
 
 def files_of(path: str | Path, *, also_bundled: bool = False) -> Files:
-    """Find all files that the layer at `path` depends on. `also_bundled`: it may name those that travel with spin_usd
-    by absolute paths.
+    """Find all files that the layer at `path` depends on. `also_bundled`: it may name bundled files by absolute paths.
 
     Raises StageError for a path that leaves the stage's folder, or the `root_of` a model, a file that is not regular or
     too large, a layer that does not parse, or a time scale of zero or less.
@@ -141,7 +140,8 @@ def _named_by(file: Path) -> list[str]:
 
 @lru_cache(maxsize=1024)
 def _named_once(file: Path, version: tuple[int, ...]) -> list[str]:
-    """Return what `_named_in` lists of that version of a file: the stage of each variant is made of the same files."""
+    """Return the list of `_named_in` for that version of a file, cached: the stages of all variants use the same
+    files."""
     return _named_in(file)
 
 
@@ -156,8 +156,7 @@ def _named_in(file: Path) -> list[str]:
 
 
 def _check_layer(file: Path) -> None:
-    """Raise StageError for a file that is no layer, for text that is too long, and for what `_refuse_nesting`
-    refuses."""
+    """Raise StageError for a file that is not a layer, for text that is too long, and like `_refuse_nesting`."""
     with open_file(file, MAX_FILE_BYTES) as opened:
         head = opened.read(len(CRATE))
         if head.startswith(CRATE):
@@ -216,8 +215,8 @@ def _named_outside(layer: str) -> Iterator[str]:
 
 
 def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
-    """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>. They must lie in
-    one of `folders`; absolute paths may name all of these but the first."""
+    """Find the files of `named`, an asset path authored in `layer`; several for <UDIM>. They must lie in one of
+    `folders`; absolute paths may name all of these but the first."""
     do = "use a relative path to a file in the stage's own folder, or of a model below author's --root FOLDER"
     if "\0" in named:
         raise StageError(f"refers to {named!r}, which no file is called", where=layer, do=do)
@@ -244,8 +243,8 @@ def named_assets(identifier: str) -> list[str]:
 def opened_assets(identifier: str, names: Iterable[str]) -> list[str]:
     """Select those of `names` that the layer names outside descriptions: in arcs, clips and values.
 
-    Not every asset path that a layer names brings something into a stage. Metadata that describe an asset (assetInfo,
-    customData) hold some too: an identifier says what the asset is called where it came from, and nothing opens it.
+    Not every asset path in a layer is opened by a stage. Metadata on an asset (assetInfo, customData) contain some too:
+    an identifier is the asset's name at its origin, and nothing opens it.
     """
     bare = Sdf.Layer.CreateAnonymous()
     bare.TransferContent(layer_at(identifier))

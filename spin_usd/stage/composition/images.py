@@ -1,8 +1,8 @@
-"""Image files that a stage names, as linear or raw RGBA, as UsdUVTexture and dome lights use them.
+"""Image files of a stage, as linear or raw RGBA, for UsdUVTexture and dome lights.
 
-Their numbers are decoded when something asks for them, and then by bands: labels ask for none but those of cut-outs.
-Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel, before any
-interpolation; alpha is never a colour, and never multiplied into one.
+Their numbers are decoded on demand, by bands: labels need only those of cut-outs. Colour spaces follow the
+UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel, before any interpolation; alpha is never a
+colour, and never multiplied into one.
 """
 
 import hashlib
@@ -53,15 +53,15 @@ class ImageSource:
     rows: tuple[int, int]
     """The first and the end."""
     tile_rows: int
-    """Those of the tiles that the file is made of, 0 for rows alone."""
+    """Rows of a tile in the file, 0 for a file of rows."""
     channels: tuple[str, ...]
     """Their names."""
     levels: int | None
-    """Those of whole numbers, which stand for 0 to 1; None for others."""
+    """Number of levels of whole numbers, which stand for 0 to 1; None for others."""
     linearised: bool
     """Whether its colours are sRGB's, to be decoded."""
     orientation: int = 1
-    """That of EXIF to turn it by, 1 for none."""
+    """EXIF orientation to turn it by, 1 for none."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -77,8 +77,8 @@ class ImageSource:
         return digest(how, sha256_of(Path(self.path)))
 
     def bands(self) -> Iterator[NDArray[np.float32]]:
-        """Yield the numbers (rows, W, 4) from the top, with those of colours linear where the file's are sRGB's. Raises
-        StageError where they are damaged or not finite."""
+        """Yield the numbers (rows, W, 4) from the top, with sRGB colours made linear. Raises StageError if they are
+        damaged or not finite."""
         for values in self._encoded(oiio.FLOAT):
             pixels = _rgba(values, self.channels)
             if not (self.levels or np.isfinite(pixels).all()):
@@ -88,7 +88,7 @@ class ImageSource:
             yield pixels
 
     def shown(self) -> tuple[tuple[int, int], Callable[[], Iterator[NDArray[np.float32]]]]:
-        """Return its rows and columns, and what yields its `bands`, upright."""
+        """Return its rows and columns, and an iterator of its upright `bands`."""
         if self.orientation not in TURNS:
             return self.size, self.bands
         mirrored, turns = TURNS[self.orientation]
@@ -101,7 +101,7 @@ class ImageSource:
 
     @cached_property
     def damage(self) -> StageError | None:
-        """What `bands` raises, None where nothing is wrong: whole numbers are only decompressed to find it."""
+        """The error of `bands`, None if there is none: whole numbers are only decompressed to find it."""
         try:
             for _ in self._encoded(WHOLE[self.levels]) if self.levels else self.bands():
                 pass
@@ -110,7 +110,7 @@ class ImageSource:
         return None
 
     def _encoded(self, kind: Any) -> Iterator[NDArray[Any]]:
-        """Yield what the file holds (rows, W, C), as numbers of that kind."""
+        """Yield the file's contents (rows, W, C), as numbers of that kind."""
         width, count = self.size[1], len(self.channels)
         step = max(BAND_PIXELS // width, 1)
         step = -(-step // self.tile_rows) * self.tile_rows if self.tile_rows else step
@@ -132,7 +132,7 @@ class ImageSource:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Decoded:
-    """An image, and the wrap modes of s and t that its file's metadata asks for ("black" where it asks for none)."""
+    """An image, and the wrap modes of s and t in its file's metadata ("black" if missing)."""
 
     image: Image
     wrap: tuple[str, str]
@@ -142,8 +142,7 @@ class Decoded:
 @dataclass(eq=False)
 class Images:
     """A cache of images: each file is opened once for each colour space. `before`: the `decoded` of another reader of
-    the same files, which have not changed since. `check`: whether the numbers of each are looked at when it is opened,
-    which finds damage; else what needs them finds it."""
+    the same, unchanged files. `check`: whether each image is decoded when it is opened, to find damage early."""
 
     before: Mapping[tuple[str, str], Decoded] = field(default_factory=dict)
     check: bool = True
@@ -159,12 +158,12 @@ class Images:
         one_of_many: bool = False,
         upright: bool = False,
     ) -> Decoded:
-        """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES. one_of_many: of such
-        as a picture shows one at most, whose pixels nothing keeps. upright: whether it is a photograph, turned as EXIF
-        says, and no texture, whose coordinates are of the image as it is stored.
+        """Open the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES. one_of_many: a
+        picture shows at most one of them, and its pixels are not kept. upright: whether it is a photograph, turned by
+        EXIF, not a texture, whose coordinates refer to the stored image.
 
         Raises StageError, with the prim and the file, for a file that is missing, outside the stage's folder, too
-        large, damaged or not finite, UnsupportedError for a format that is not read.
+        large, damaged or not finite, UnsupportedError for a format that we do not read.
         """
         path = _checked(asset, prim)
         key = (path, f"{color_space} upright" if upright else color_space)
@@ -205,7 +204,7 @@ def image_in(file: Path, color_space: str) -> Image:
 
 @contextmanager
 def _named(name: str, where: object) -> Iterator[None]:
-    """Let errors within say which image is meant, and where it is named."""
+    """Add the image and the place that names it to errors."""
     try:
         yield
     except SpinError as error:
@@ -307,8 +306,8 @@ def _head(path: str) -> bytes:
 
 
 def _linear(encoded: NDArray[np.float32], levels: int | None) -> NDArray[np.float32]:
-    """Return linear values of code values. Those of whole numbers come from a table made in double precision: its
-    rounding to float32 hides that powers differ in their last bit from one processor to the next."""
+    """Return linear values of code values. Whole numbers go through a table made in double precision: its rounding to
+    float32 hides that powers differ in the last bit between processors."""
     if levels is None:
         return srgb.decode(encoded).astype(np.float32)
     return np.asarray(_linear_table(levels).take(np.rint(encoded * np.float32(levels - 1)).astype(np.intp)))
@@ -330,7 +329,7 @@ def _check_size(spec: Any) -> None:
 
 
 def _rgba(values: NDArray[np.float32], names: Sequence[str]) -> NDArray[np.float32]:
-    """Arrange channels as RGBA (H, W, 4): a grey channel for all three colours, alpha 1 where there is none."""
+    """Arrange channels as RGBA (H, W, 4): a grey channel for all three colours, alpha 1 if missing."""
     grey = [name for name in names if name not in "RGBA"]
     if set("RGB") <= set(names):
         colors = [names.index(name) for name in "RGB"]

@@ -1,4 +1,4 @@
-"""Missing files without which a target can be shown: images for which a fallback is authored, and what only other
+"""Missing files without which a target can be shown: images with an authored fallback, and files that only other
 renderers read."""
 
 from pathlib import Path
@@ -36,7 +36,7 @@ def dispensable_images(stage: Usd.Stage) -> set[Path]:
 
 
 def files_of_others(stage: Usd.Stage) -> set[Path]:
-    """Return the paths of missing files that shaders other than textures name, such as those of MDL, and no texture."""
+    """Return the paths of missing files that only shaders other than textures name, such as MDL's."""
     found: dict[Path, bool] = {}
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
         shader = UsdShade.Shader(prim)

@@ -12,8 +12,8 @@ from spin_usd.stage.usd.parser_faults import parser_faults
 
 
 def open_layer(path: str | Path) -> Sdf.Layer:
-    """Open the layer in the file at `path`, which must exist. Raises InputError without one, StageError for one that
-    USD must not open, nor the files that it names (see `files`); those that travel with spin_usd it may name."""
+    """Open the layer in the file at `path`, which must exist. Raises InputError without one, StageError if USD must not
+    open it or a file that it names (see `files`); it may name bundled files."""
     if not Path(path).is_file():
         raise InputError("is not there, or is not a file", where=path)
     files = files_of(path, also_bundled=True)
@@ -21,8 +21,8 @@ def open_layer(path: str | Path) -> Sdf.Layer:
 
 
 def stage_on(root: Sdf.Layer, session: Sdf.Layer | None = None) -> Usd.Stage:
-    """Compose `root`, a layer that was made here or opened by `open_layer`, under `session`. Raises StageError for what
-    is too large to compose."""
+    """Compose `root`, a layer that was made here or opened by `open_layer`, under `session`. Raises StageError if it is
+    too large to compose."""
     where = root.realPath or root.identifier
     with parser_faults(where):
         refuse_excess(root, session, where)

@@ -18,14 +18,14 @@ from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults
 
-VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
+VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema requires the same
 
 
 def open_stage(
     path: str | Path, *, variant: str = NOMINAL, selections: Mapping[str, str] = MappingProxyType({})
 ) -> Usd.Stage:
     """Open the stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`, and
-    the `selections` (set to variant) of its other sets, which beat those of the stage and its augmentation.
+    the `selections` (set to variant) of its other sets, which override those of the stage and its augmentation.
 
     "nominal" is the stage without any augmentation, whatever it selects itself, unless it has a variant of that name.
     Raises StageError for a file that USD must not open (see `files`), any composition error, too many prims, a variant
@@ -34,7 +34,7 @@ def open_stage(
     files = files_of(path)
     with silenced(), parser_faults(path):
         root, session = layer_at(files.root), Sdf.Layer.CreateAnonymous("session.usda")
-        alone = default_prim_on(root, session)  # what its variants hold is counted before it is composed
+        alone = default_prim_on(root, session)  # the prims of its variants are counted before it is composed
         _select(alone, variant, path)
         for name, chosen in selections.items():
             _select_other(alone, name, chosen, path)
@@ -60,8 +60,8 @@ def variants(stage: Usd.Stage) -> tuple[str, ...]:
 
 
 def compositions(stage: Usd.Stage) -> Iterator[tuple[str, Callable[[], Usd.Stage]]]:
-    """Yield each of the stage's variants with what composes it anew, of the same root layer. That raises StageError for
-    what is too large to compose."""
+    """Yield each of the stage's variants with a function that composes it anew, from the same root layer, and raises
+    StageError if it is too large."""
     for name in variants(stage):
         yield name, partial(_composed, stage.GetRootLayer(), name)
 
@@ -131,7 +131,7 @@ def _refuse_strangers(stage: Usd.Stage, files: Files, path: str | Path) -> None:
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep USD's warnings off the terminal: those that matter are raised as errors."""
+    """Keep USD's warnings off the terminal: important ones are raised as errors."""
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         yield

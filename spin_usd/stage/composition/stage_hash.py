@@ -15,7 +15,7 @@ PROTOTYPE = re.compile(r"\bFlattened_Prototype_\d+\b")
 
 
 def selected_variant(stage: Usd.Stage) -> str:
-    """Return the selection of the default prim's augmentation; "nominal" where there is none."""
+    """Return the selection of the default prim's augmentation; "nominal" if there is none."""
     prim = stage.GetDefaultPrim()
     return (prim.GetVariantSet(AUGMENTATION).GetVariantSelection() if prim else "") or NOMINAL
 
@@ -29,7 +29,8 @@ def stage_hash(stage: Usd.Stage) -> str:
 
 
 def hash_and_files(stage: Usd.Stage, root: str | Path) -> tuple[str, dict[str, str]]:
-    """Return what `stage_hash` and `used_files` do; the stage, which may have a million poses, is flattened once."""
+    """Return the results of `stage_hash` and `used_files`; the stage, which may have a million poses, is flattened
+    once."""
     flat = stage.Flatten(addSourceFileComment=False)
     files = _files(stage, flat, root)  # before the hash takes the paths away
     return _hash(stage, flat), files
@@ -62,15 +63,13 @@ def _files(stage: Usd.Stage, flat: Sdf.Layer, root: str | Path) -> dict[str, str
 
 
 def _resolved(path: str) -> list[Path]:
-    """List the files that an absolute asset path stands for: a package for a path into it, several for <UDIM>, or
-    none."""
+    """List the files of an absolute asset path: a package for a path into it, several for <UDIM>, or none."""
     outer = Path(Ar.SplitPackageRelativePathOuter(path)[0])
     return [file for file in udim_files(outer) if file.is_file()]
 
 
 def asset_sha256(path: str) -> str:
-    """Digest the files that a resolved asset path stands for, wherever they lie; "missing NAME" where there are
-    none."""
+    """Digest the files of a resolved asset path, in any folder; "missing NAME" if there are none."""
     inner = Ar.SplitPackageRelativePathOuter(path)[1]
     files = _resolved(path)
     return digest([[sha256_of(file) for file in files], inner]) if files else f"missing {Path(path).name}"

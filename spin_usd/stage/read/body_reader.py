@@ -33,7 +33,7 @@ from spin_usd.stage.usd.transforms import (
 from spin_usd.stage.usd.visibility import ancestors
 
 OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
-"""Opens the reader of what is in the axes of a prim, at a time."""
+"""Opens the reader of the contents of a prim's axes, at a time."""
 
 
 class BodyReader:
@@ -96,7 +96,7 @@ class BodyReader:
         return self.shared.at(time, lambda: self._placed(time, world))
 
     def _placed(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> Placed:
-        """Compute what `placed` returns. Units are applied last: a far origin would be rounded by them."""
+        """Compute the result of `placed`. Units are applied last: they would round a far origin."""
         usdcam, size = self._usdcam_below.at(time)
         body = placement_below(self._above, self.prim, world, frame="body")
         T_above_body = body.transform
@@ -112,7 +112,7 @@ class BodyReader:
         ), size * body.scale
 
     def motion_at(self, time_code: float, T_cam_body: Transform, scale: float) -> BodyMotion | None:
-        """Return how the body moves before the camera, whose pose it has then; None where that is not known."""
+        """Return the body's motion relative to the camera at its pose then; None if unknown."""
         if self._motion is None or not self._seen_still:
             return None
         motion = self._motion.at(time_code)
@@ -141,11 +141,11 @@ class BodyReader:
         return self._last
 
     def _read(self, reader: TargetReader, metres: float) -> Target | None:
-        """Read the whole shape, in the last one's mesh where that is equal; `metres`: a unit of its axes."""
+        """Read the whole shape, with the last one's mesh if equal; `metres`: a unit of its axes."""
         found = reader.read_occluder(self._roots, metres) if self._roots else reader.read(metres)
         last = self._last
         if found and last and (found.mesh.key, found.mesh.shading_key) == (last.mesh.key, last.mesh.shading_key):
-            return replace(found, mesh=last.mesh)  # of which renderers keep what they made
+            return replace(found, mesh=last.mesh)  # renderers keep what they made of it
         return found
 
     def _variation(self, reader: TargetReader) -> "Variation":
@@ -155,7 +155,7 @@ class BodyReader:
 
 
 def common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
-    """Find the prim below which the poses of both are compared: what is fixed to the camera, in the camera's own axes,
+    """Find the prim in whose axes the poses of both are compared: for a body fixed to the camera the camera's own axes,
     so that its pose is the same in all pictures."""
     below = prim.GetPath().HasPrefix(camera.GetPath())
     if below and (prim == camera or not UsdGeom.XformCache().ComputeRelativeTransform(prim, camera)[1]):
@@ -164,7 +164,7 @@ def common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
 
 
 def _camera_below(above: Usd.Prim, camera: Usd.Prim) -> Callable[[Usd.TimeCode], tuple[Transform, float]]:
-    """Return what computes T_above_usdcam in units of `above`, and the size of these units in the world."""
+    """Return a function for T_above_usdcam in units of `above`, and for the size of these units in the world."""
 
     def compute(time: Usd.TimeCode) -> tuple[Transform, float]:
         world = UsdGeom.XformCache(time)
@@ -176,13 +176,13 @@ def _camera_below(above: Usd.Prim, camera: Usd.Prim) -> Callable[[Usd.TimeCode],
 
 
 class Variation(Enum):
-    """What of a body can change in time, apart from its own pose: LOOK, inputs of materials alone."""
+    """Changes of a body in time, apart from its own pose; LOOK: only inputs of materials."""
 
     NONE, LOOK, SHAPE = range(3)
 
 
 def target_variation(target: Usd.Prim, read: list[Usd.Prim]) -> Variation:
-    """Return what can change of the target. read: the prims that it was read from."""
+    """Return the possible changes of the target. read: the prims that it was read from."""
     if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
         return Variation.SHAPE
     return _variation_of(
@@ -191,15 +191,15 @@ def target_variation(target: Usd.Prim, read: list[Usd.Prim]) -> Variation:
 
 
 def occluder_variation(frame: Usd.Prim, roots: Sequence[Usd.Prim], read: list[Usd.Prim]) -> Variation:
-    """Return what can change of an occluder with these `roots` in the axes of `frame`, which may be one of them. read:
-    the prims that it was read from."""
+    """Return the possible changes of an occluder with these `roots` in the axes of `frame`, which may be one of them.
+    read: the prims that it was read from."""
     if any(visibility_varies(prim) for root in roots for prim in ancestors(root)):
         return Variation.SHAPE
     return _variation_of(prim for prim in read if (varying(prim) if prim == frame else has_varying_attribute(prim)))
 
 
 def _variation_of(varying: Iterable[Usd.Prim]) -> Variation:
-    """Return what these prims, which vary, change."""
+    """Return the changes from these varying prims."""
     looks = [prim.IsA(UsdShade.Shader) or prim.IsA(UsdShade.NodeGraph) for prim in varying]
     if not looks:
         return Variation.NONE

@@ -40,8 +40,8 @@ class BodyReaders:
         keep_poses: bool,
     ) -> None:
         """`metres`: the length of a stage unit. `clock`: the stage's. `group_of`: the light links' group of a prim.
-        `before`: those of a variant before, whose poses may be the same; with `keep_poses` they are kept for variants
-        after this one. Raises as Numbering.in_order."""
+        `before`: readers of an earlier variant, whose poses may be the same; with `keep_poses` they are kept for later
+        variants. Raises like Numbering.in_order."""
         self._camera, self._metres, self._numbering = camera, metres, numbering
         self._group_of, self._images = group_of, images
         self._readers: tuple[BodyReader, ...]
@@ -139,6 +139,6 @@ def _moves(opening: Opening, focal: float, reader: BodyReader, body: Body) -> bo
 
 
 def _pose_at(opening: Opening, reader: BodyReader, body: Body) -> PoseAt:
-    """Return what gives the body's pose: it rests while exposure:time alone says that the shutter is open, unless its
+    """Return a function for the body's pose: the body rests while only exposure:time opens the shutter, unless its
     rates are known."""
     return (lambda _: body.T_cam_body) if opening.of_exposure and not reader.moves_smoothly else reader.pose_at

@@ -18,9 +18,9 @@ PINHOLE = ("", "pinhole", "none")
 
 
 def find_cameras(stage: Usd.Stage) -> dict[str, Usd.Prim]:
-    """Find the cameras that take the stage's pictures, by their names: that of `find_camera`, then those that products
-    of the RenderSettings name instead, in the products' order. A camera's name is its display name, or its prim's, in
-    small letters. Raises StageError for a name that cannot name a folder, or is another's."""
+    """Find the cameras that take the stage's pictures, by their names: first the result of `find_camera`, then cameras
+    that products of the RenderSettings name instead, in the products' order. A camera's name is its display name, or
+    its prim's, in lower case. Raises StageError for a name that cannot name a folder, or is not unique."""
     first, settings = find_camera(stage), render_settings(stage)
     prims = {first.GetPath(): first}
     for product in _products(settings) if settings else ():
@@ -91,7 +91,7 @@ def _products(settings: UsdRender.Settings) -> Iterator[UsdRender.Product]:
 
 
 def _settings_of(camera: Usd.Prim) -> tuple[UsdRender.SettingsBase, ...]:
-    """Return what says how the camera's pictures are laid out, the strongest first: the first product that names it,
+    """Return the prims with the layout of the camera's pictures, the strongest first: the first product that names it,
     and the RenderSettings."""
     settings = render_settings(camera.GetStage())
     if not settings:
@@ -153,7 +153,7 @@ def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def foreign_lens(prim: Usd.Prim) -> str:
-    """Return the lens that a camera has by other tools' names for it, "" where that is a pinhole, as without any."""
+    """Return the camera's lens from other tools' attributes, "" for a pinhole, also without any."""
     applied = [each for each in prim.GetAppliedSchemas() if each.startswith("OmniLensDistortion")]
     for name in (schema.OMNI_LENS_MODEL, schema.OMNI_PROJECTION):
         attribute = prim.GetAttribute(name)

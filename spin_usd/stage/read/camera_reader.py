@@ -1,4 +1,4 @@
-"""The camera of a variant's pictures, in time: its lens, sensor, optics and shutter, and what stands in its axes."""
+"""The camera of a variant's pictures, in time: its lens, sensor, optics and shutter, and the objects in its axes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,9 +1,8 @@
 """The part that all lights share: emission, colour, shadows, shaping, and the refusal of unsupported
 features.
 
-The rules are those of the normative text in UsdLux's schema (LightAPI, ShadowAPI, ShapingAPI; OpenUSD 25.05 and
-later) and of the reference renderer hdEmbree: intensity times 2 ** exposure times colour times colour temperature, over
-the size.
+The rules follow the normative text in UsdLux's schema (LightAPI, ShadowAPI, ShapingAPI; OpenUSD 25.05 and later) and of
+the reference renderer hdEmbree: intensity times 2 ** exposure times colour times colour temperature, over the size.
 """
 
 from typing import Any
@@ -97,10 +96,10 @@ def _color(light: UsdLux.LightAPI, time: Usd.TimeCode) -> Float:
 
 
 def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
-    """Read the shaping of the light at `prim`; None where it emits equally in all directions.
+    """Read the shaping of the light at `prim`; None if it emits equally in all directions.
 
-    An input counts where it exists, by the applied schema or by being authored, as in Hydra. The cone's angle is
-    measured from the axis, -z. A focus below 0 is ignored, as the schema's text says.
+    An input counts if it exists, by the applied schema or as authored, as in Hydra. The cone's angle is measured from
+    the axis, -z. A focus below 0 is ignored, as in the schema's text.
     """
     cone = value_in(prim, CONE, AT_LEAST_0, time) if prim.GetAttribute(CONE) else 180.0
     softness = value_in(prim, SOFTNESS, SOFTNESSES, time) if prim.GetAttribute(SOFTNESS) else 0.0

@@ -69,7 +69,7 @@ class EnvironmentReader:
         return self._cache.all_still
 
     def read(self, space: CameraSpace) -> Environment:
-        """Read what is visible. It is the same object as long as the camera's pose is and nothing in the environment
+        """Read the visible environment. It is the same object as long as the camera's pose is, and nothing in it
         varies. Raises StageError, UnsupportedError."""
         time = space.time
 
@@ -140,8 +140,8 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
 
 
 def colours_of(name: str) -> str:
-    """Return the colour space of the picture in a file of that name: photographs are sRGB's, grey ones and those of 16
-    bits too, which "auto" takes for data."""
+    """Return the colour space of the picture in a file of that name: photographs are sRGB, also grey and 16-bit ones,
+    which "auto" takes as data."""
     return "sRGB" if name.lower().endswith((".png", ".jpg", ".jpeg")) else "auto"
 
 
@@ -179,7 +179,7 @@ def _catalogue(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[Float, Float]:
 
 
 def _colors(prim: Usd.Prim, time: Usd.TimeCode, count: int) -> Float:
-    """Return colours (N, 3) of unit luminance: white, or those of the listed temperatures."""
+    """Return colours (N, 3) of unit luminance: white, or of the listed temperatures."""
     temperatures = array(prim.GetAttribute(schema.STARS_TEMPERATURES), time, np.float64)
     if not len(temperatures):
         return np.ones((count, 3))

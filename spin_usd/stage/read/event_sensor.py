@@ -12,7 +12,7 @@ RANGES = {
     "threshold_on": THRESHOLDS,
     "threshold_off": THRESHOLDS,
     "threshold_spread": Range(0, 10),
-    "dark": Range(1e-9, 1),  # below, the logarithm of what a render leaves dark would tell rounding
+    "dark": Range(1e-9, 1),  # below, the logarithm of a render's dark pixels would be rounding noise
     "cutoff": CUTOFFS,
     "leak": NOISES,
     "shot_noise": NOISES,
@@ -24,7 +24,7 @@ RANGES = {
 
 
 def read_event_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> EventSensor | None:
-    """Read those of the camera `prim`; None where it is no event camera. Raises StageError that names the wrong
+    """Read the pixels of the camera `prim`; None if it is not an event camera. Raises StageError that names the wrong
     attribute."""
     if not prim.HasAPI(schema.EVENT_SENSOR_API):
         refuse_unapplied(prim, "spin:event:", schema.EVENT_SENSOR_API)

@@ -64,13 +64,13 @@ def read_seed(stage: Usd.Stage) -> int:
 
 
 def _source_files(prim: Usd.Prim) -> dict[float, str]:
-    """Map time codes to the image file for which the pose was given, where that is authored."""
+    """Map time codes to the image file for which the pose was given, if authored."""
     attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
     return dict(read_samples(attribute, *TEXT)) if attribute else {}
 
 
 def _epoch(prim: Usd.Prim) -> str:
-    """Return the UTC of second 0; "" where nothing says that. Raises StageError for what is no UTC."""
+    """Return the UTC of second 0; "" if not authored. Raises StageError for a value that is not UTC."""
     of_start = prim.GetAttribute(schema.CAPTURE_EPOCH) if prim else None
     epoch = str(read(of_start, DEFAULT_TIME, *TEXT) or "") if of_start else ""
     if epoch and not is_utc(epoch):

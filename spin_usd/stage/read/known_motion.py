@@ -1,4 +1,4 @@
-"""A body's motion between its samples, where the stage says how fast it moves: SpinMotionAPI."""
+"""A body's motion between its samples, if the stage has its rates: SpinMotionAPI."""
 
 from typing import Self
 
@@ -19,9 +19,9 @@ OPERATIONS = ["xformOp:translate", "xformOp:orient"]
 
 
 class KnownMotion:
-    """How a prim moves in its parent's axes.
+    """Motion of a prim in its parent's axes.
 
-    USD interpolates in straight lines and by slerp; so what it gives between samples is corrected.
+    USD interpolates in straight lines and by slerp; its values between samples are corrected.
     """
 
     def __init__(self, prim: Usd.Prim, clock: Clock, samples: dict[float, tuple[Float, Float]]) -> None:
@@ -30,8 +30,8 @@ class KnownMotion:
 
     @classmethod
     def of(cls, prim: Usd.Prim, clock: Clock) -> Self | None:
-        """Read how the prim moves; None where the stage says no rates, or no times. Raises StageError for rates that
-        are not at the samples of a plain pose."""
+        """Read the prim's motion; None if the stage has no rates, or no times. Raises StageError for rates that are not
+        at the samples of a plain pose."""
         if not prim.HasAPI(schema.MOTION_API):
             refuse_unapplied(prim, "spin:motion:", schema.MOTION_API)
             return None
@@ -53,7 +53,7 @@ class KnownMotion:
         return cls(prim, clock, numbers)
 
     def at(self, time_code: float) -> Motion:
-        """Return the motion: at a sample as the stage says it, at other times as the cubics move."""
+        """Return the motion: at a sample the stage's values, at other times the cubics'."""
         if time_code in self._samples:
             rotation, place = self._local(time_code)
             velocity, rate = self._samples[time_code]
@@ -65,8 +65,8 @@ class KnownMotion:
         return Motion(rotation=rotation, place=place, velocity=(end - start) / (2 * SHORT_S), rate=rate)
 
     def correction(self, time_code: float, size: float) -> Transform | None:
-        """Return T_a_b, where `a` are the prim's axes as USD has them then and `b` as they are, by units of the parent
-        times `size`; None at samples, where both are the same."""
+        """Return T_a_b from the prim's true axes `b` to USD's axes `a` at that time, in units of the parent times
+        `size`; None at samples, where both are the same."""
         if time_code in self._samples:
             return None
         rotation, place = self._moved(time_code)

@@ -26,7 +26,7 @@ def usd_focal_length(camera: Camera, pixel_pitch: float) -> float:
 
 
 def lens_model(camera: Camera) -> str:
-    """Return what spin:lens:model calls the camera's lens."""
+    """Return the camera's lens as named by spin:lens:model."""
     return "fisheye" if camera.fisheye else "brownConrady"
 
 

@@ -145,7 +145,8 @@ class LightLinks:
         return self._number[self._membership(prim)] if self._queries else 0
 
     def linked(self, light: L, prim: Usd.Prim) -> L:
-        """Add the groups that the light illuminates, and those that cast its shadows, to `light`, read from `prim`."""
+        """Add the groups that the light illuminates, and the groups that cast its shadows, to `light`, read from
+        `prim`."""
         if not self._queries:
             return light
         return replace(light, lights=self._groups(prim, LIGHTS), shadowed_by=self._groups(prim, SHADOWED_BY))

@@ -1,7 +1,8 @@
-"""The numbers of all targets and parts of a stage: the same in every picture, whatever hides, adds or reorders prims.
+"""The numbers of all targets and parts of a stage: the same in every picture, even if prims are hidden, added or
+reordered.
 
-They count what any variant can show at any time, body by body: targets in the order of their ids, then occluders; the
-parts of a body in order of their prim paths.
+They count everything that any variant can show at any time, body by body: targets in the order of their ids, then
+occluders; the parts of a body in order of their prim paths.
 """
 
 from collections.abc import Iterator
@@ -31,8 +32,8 @@ class Numbering:
 
     @classmethod
     def of(cls, stage: Usd.Stage, variant: str) -> "Numbering":
-        """Number the bodies of `stage`, which is composed in `variant`. A further variant that cannot be read counts
-        for nothing: it is refused when it is rendered. Raises what reading `variant` does."""
+        """Number the bodies of `stage`, which is composed in `variant`. A further variant that cannot be read is
+        ignored: it is refused when it is rendered. Raises the errors of reading `variant`."""
         numbering = cls()
         for name, composed in compositions(stage):
             if name == variant:
@@ -43,19 +44,18 @@ class Numbering:
         return numbering
 
     def in_order(self, stage: Usd.Stage) -> list[Usd.Prim | OccluderPrims]:
-        """Find the bodies of the stage as it is composed, in the order of their numbers. Raises StageError unless it
-        has the same targets as in its other variants, and these and their parts the same names and classes: an id would
-        mean something else there."""
+        """Find the bodies of the stage as composed, in the order of their numbers. Raises StageError unless targets and
+        parts, with names and classes, are the same as in its other variants: ids would differ in meaning."""
         targets = find_targets(stage)
         for path in sorted({*self.targets} ^ {str(prim.GetPath()) for prim in targets}):
-            found = "is no target of this variant" if path in self.targets else "is a target of this variant alone"
+            found = "is not a target of this variant" if path in self.targets else "is a target of this variant alone"
             do = "give all variants the same targets: their ids hold in all of them"
             raise StageError(found, where=path, do=do)
         bodies = [*targets, *find_occluders(targets, find_cameras(stage).values())]
         names = [target_name(prim) for prim in targets]
         for prim, name in zip(targets, names, strict=True):
             if names.count(name) > 1:
-                do = "give each its own, as spin:target:name: records and exports tell them apart by it"
+                do = "give each its own spin:target:name: records and exports distinguish targets by it"
                 raise StageError(f"has the name {name!r}, as another target has", where=prim.GetPath(), do=do)
         for prim in targets:
             here, there = target_name(prim), self._names[str(prim.GetPath())]
@@ -90,8 +90,8 @@ class Numbering:
         return self._bodies[str(body.GetPath())]
 
     def part_offset(self, body: Usd.Prim) -> int:
-        """Count the parts of the bodies before the one in the axes of that prim: this is what its part ids in labels
-        are above its parts' numbers."""
+        """Count the parts of the bodies before the one in the axes of that prim: the offset from its parts' numbers to
+        their ids in labels."""
         return self._before[str(body.GetPath())]
 
     @cached_property

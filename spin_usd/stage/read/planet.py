@@ -1,4 +1,4 @@
-"""A planet: SpinPlanetAPI, and what colours its images may have."""
+"""A planet: SpinPlanetAPI, and the allowed colours of its images."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -22,10 +22,8 @@ from spin_usd.stage.usd.values import AT_LEAST_0, FINITE, SHARE, Range, read, ty
 RADII = Range(1e-3, 1e10)  # metres: from a marble to a star of ten times the Sun's radius
 MAX_AXIS_RATIO = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
 SCALE_HEIGHTS = Range(1e-6, 1e9, or_0=True)  # metres: from a coat on such a marble to the air of such a star
-MAX_SCALE_HEIGHT = (
-    0.1  # of its shortest semi-axis, a scale height: air masses are those of a shallow layer; Pluto has 0.05
-)
-OPTICAL_DEPTHS = Range(0, 1000)  # thirty times that of Venus's clouds, through which nothing is seen
+MAX_SCALE_HEIGHT = 0.1  # scale height over its shortest semi-axis: air masses assume a shallow layer; Pluto has 0.05
+OPTICAL_DEPTHS = Range(0, 1000)  # thirty times Venus's clouds, which are opaque
 MAX_DISTANCE_M = 1e15  # the camera's distance from the planet: two hundred times as far as Neptune from the Sun
 CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is left
 COLOURS: Mapping[str, Range] = MappingProxyType(
@@ -158,7 +156,7 @@ def _file(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Sdf.AssetPath | None
 
 
 def colours_outside(image: Image, attribute: str) -> str | None:
-    """Return in words which colours the image holds, where some are outside what `attribute` allows; else None."""
+    """Return a phrase on the image's colours if some are outside the range of `attribute`; else None."""
     low, high = _extremes(image)
     allowed = COLOURS[attribute]
     return None if low in allowed and high in allowed else f"holds colours from {low:.3g} to {high:.3g}"

@@ -1,4 +1,4 @@
-"""What stands in the axes of a camera: the stage's other cameras, its LiDAR and its laser range finder."""
+"""Objects in the axes of a camera: the stage's other cameras, its LiDAR and its laser range finder."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -25,8 +25,8 @@ T = TypeVar("T")
 def rig_in_time(
     cameras: Mapping[str, Usd.Prim], camera: Usd.Prim, metres: float
 ) -> tuple[CachedIfConstant[Rig | None], CachedIfConstant[tuple[Camera, Transform]]]:
-    """Return in time which of `cameras` the `camera` is, None where there is one alone; and the intrinsics of the one
-    that is paired with it, with T_pair_cam. `metres`: the length of a stage unit."""
+    """Return in time the place of `camera` among `cameras`, None for a single one; and the intrinsics of the camera
+    paired with it, with T_pair_cam. `metres`: the length of a stage unit."""
     (name,) = (each for each, prim in cameras.items() if prim == camera)
     first, *others = cameras.values()
     pair = first if camera != first else others[0] if others else camera
@@ -77,8 +77,8 @@ def mounted(prim: Usd.Prim, camera: Usd.Prim, metres: float, time: Usd.TimeCode,
 def _in_time(
     stage: Usd.Stage, camera: Usd.Prim, api: str, name: str, of_prim: Callable[[Usd.Prim, Usd.TimeCode], T]
 ) -> CachedIfConstant[T | None]:
-    """Return in time what `of_prim` makes of the stage's only prim with the API schema `api`, called `name` in
-    sentences, which is placed by the `camera`; None where there is none. Raises StageError for several."""
+    """Return in time the result of `of_prim` for the stage's only prim with the API schema `api`, called `name` in
+    messages, which is placed by the `camera`; None if there is none. Raises StageError for several."""
     prims = [prim for prim in stage.Traverse() if prim.HasAPI(api)]
     if not prims:
         return CachedIfConstant(False, lambda time: None)
@@ -112,5 +112,5 @@ def read_lidar(camera: Usd.Prim, metres: float, prim: Usd.Prim, time: Usd.TimeCo
 
 
 def _plain(value: Any) -> Any:
-    """Return a vector as a tuple; everything else as it is."""
+    """Return a vector as a tuple; everything else unchanged."""
     return value if isinstance(value, str | int | float) else tuple(value)

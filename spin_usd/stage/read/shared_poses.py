@@ -1,4 +1,4 @@
-"""Poses that the variants of a stage share: what no variant changes is computed once for all of them."""
+"""Poses that the variants of a stage share: unchanged poses are computed once for all variants."""
 
 from collections.abc import Callable, Iterable
 
@@ -44,8 +44,8 @@ class SharedPoses:
 
 
 def _sources(prim: Usd.Prim) -> Iterable[str]:
-    """Yield what decides the transform of `prim` in time: the opinions on it, strongest first, and the time offsets of
-    the layers that hold them."""
+    """Yield the inputs of the transform of `prim` in time: its opinions, strongest first, and the time offsets of their
+    layers."""
     yield str(prim.GetPath())
     yield str(UsdGeom.Xformable(prim).GetResetXformStack() if prim.IsA(UsdGeom.Xformable) else None)
     for attribute in prim.GetAuthoredAttributes():

@@ -26,7 +26,7 @@ STEP_RAD = np.radians(5.0)  # a chord of this angle is off its arc by a thousand
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
 READOUTS = EXPOSURE_TIMES = Range(0, 1e6)  # seconds
 EXPOSURE_TIME = "exposure:time"
-EXACT = 1e-9  # of a time code: what rounding leaves
+EXACT = 1e-9  # of a time code: tolerance for rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Opening:
     """The share of that between the first row's opening and the last row's."""
     clock: Clock | None = None
     of_exposure: bool = False
-    """Whether it follows exposure:time, because nothing is authored of the shutter."""
+    """True if the opening follows exposure:time, because no shutter is authored."""
 
     def time_codes(self, count: int) -> list[float]:
         """Return `count` time codes, an odd number, equally far apart in time from its start to its end."""

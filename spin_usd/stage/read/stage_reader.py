@@ -39,7 +39,7 @@ NO_IMAGES: Mapping[tuple[str, str], Decoded] = MappingProxyType({})
 
 
 class StageReader:
-    """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
+    """Turns an opened stage into one Scene per frame; constant parts are read once and shared.
 
     frames: the stage's frames · clock: its seconds · seed: the dataset's · variants: all of its pictures' · variant:
     the selected one · camera_prim: the camera that takes its pictures · bodies: the targets in order of their ids, then
@@ -59,12 +59,12 @@ class StageReader:
         keep_poses: bool = False,
         numbering: Numbering | None = None,
     ):
-        """Open the stage at `path`. `stage`: the same stage in that augmentation if it is open already, perhaps with
+        """Open the stage at `path`. `stage`: the same stage in that augmentation if it is open already, possibly with
         other sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used
-        again. `images`: decoded ones of another reader, of files that have not changed since. `check_images`: refuse
-        damaged ones, which takes all their bytes to be decoded once; labels need none. `keep_poses`: keep the poses of
-        all pictures for readers after this one, which take them where their variants do not change them. `numbering`:
-        that of another reader of the same files; that of `after` unless given."""
+        again. `images`: decoded images of another reader of the same, unchanged files. `check_images`: refuse damaged
+        images, which decodes all their bytes once; labels need none. `keep_poses`: keep the poses of all pictures for
+        later readers, which use them if their variants do not change them. `numbering`: numbering of another reader of
+        the same files, by default of `after`."""
         augmentation, self._camera_name = augmentation_and_camera(variant)
         self.stage: Usd.Stage = stage or open_stage(path, variant=augmentation)
         self.variant = variant
@@ -119,12 +119,12 @@ class StageReader:
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """Warnings about what was read so far and is rendered differently from what the stage authors."""
+        """Warnings about features read so far that are rendered differently from the stage's opinions."""
         return self._notes.findings
 
     @property
     def decoded_images(self) -> dict[tuple[str, str], Decoded]:
-        """The images that were decoded so far, by file and colour space."""
+        """The images decoded so far, by file and colour space."""
         return self._images.decoded
 
     @property
@@ -138,7 +138,7 @@ class StageReader:
         return self._lights.still and self._environment.still and not self._camera.T_world_usdcam.varies
 
     def event_sensor(self, frame: FrameId) -> EventSensor | None:
-        """Read the pixels of the camera; None where it is no event camera."""
+        """Read the event camera's pixels; None if it is not an event camera."""
         return read_event_sensor(self.camera_prim, Usd.TimeCode(frame.time_code))
 
     def T_world_cam(self, frame: FrameId) -> Transform:

@@ -1,4 +1,4 @@
-"""Sets of image tiles: asset paths that hold <UDIM>, which stands for each tile's number.
+"""Sets of image tiles: asset paths with <UDIM> in place of each tile's number.
 
 Source: the UsdPreviewSurface specification, version 2.6, and MaterialX 1.38 for the numbers: 1001 is the unit square at
 the origin of the texture coordinates, 1002 the one to its right, 1011 the one above it.
@@ -13,13 +13,13 @@ FIRST, IN_A_ROW = 1001, 10
 
 
 def is_tiled(asset: Sdf.AssetPath) -> bool:
-    """Return whether the asset path stands for a set of tiles."""
+    """Return whether the asset path names a set of tiles."""
     return UDIM in asset.path
 
 
 def resolved_tiles(attribute: Usd.Attribute, value: Any) -> Any:
-    """Return `value` of `attribute`, resolved where it is an asset path to tiles, which USD resolves only against a
-    given layer. The resolved path still holds <UDIM>, and is empty where there is no tile."""
+    """Return `value` of `attribute`, resolved if it is an asset path to tiles, which USD resolves only against a given
+    layer. The resolved path still contains <UDIM>, and is empty if there is no tile."""
     if not isinstance(value, Sdf.AssetPath) or not is_tiled(value) or value.resolvedPath:
         return value
     layer = attribute.GetPropertyStack(Usd.TimeCode.Default())[0].layer

@@ -19,8 +19,8 @@ METERS_PER_UNIT = 1.0
 
 
 def layer_at(file: str | Path) -> Sdf.Layer:
-    """Return the layer in a file that was found fit to be opened. Raises StageError for one that USD cannot read, which
-    it does not always say by an error."""
+    """Return the layer in a file that may be opened. Raises StageError for one that USD cannot read, which USD does not
+    always report as an error."""
     with parser_faults(file):
         layer = Sdf.Layer.FindOrOpen(str(file))
     if layer is None:

@@ -1,5 +1,5 @@
-"""What USD raises while it reads what others wrote, as the input's fault: many values are unpacked long after a layer
-was opened."""
+"""Errors of USD while it reads files, turned into errors of the input: many values are unpacked long after a layer was
+opened."""
 
 import re
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ def parser_fault(error: BaseException, where: object = None) -> StageError | Non
 
 @contextmanager
 def parser_faults(where: object) -> Iterator[None]:
-    """Raise StageError, which names `where`, for what USD raises within this context."""
+    """Raise StageError, which names `where`, for USD's errors within this context."""
     try:
         yield
     except (Tf.ErrorException, UnicodeDecodeError) as error:

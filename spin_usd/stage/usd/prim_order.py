@@ -1,8 +1,8 @@
-"""The order of prims by which ids, faces and lights are numbered: USD's own, but for variants and `reorder`.
+"""The order of prims by which ids, faces and lights are numbered: USD's own, except for variants and `reorder`.
 
-USD lists children as the weakest layer does that names them, if only to override them, and variants are weaker than the
-layers that have them: so any of them may put another child first, and so may `reorder` in a stronger layer. Here what
-variants name comes last, and `reorder` says nothing: neither changes a number.
+USD lists children in the order of the weakest layer that names them, even as overrides, and variants are weaker than
+the layers that contain them: so a variant may put another child first, as may `reorder` in a stronger layer. Here
+children named by variants come last, and `reorder` is ignored: neither changes a number.
 """
 
 from collections.abc import Iterable, Iterator
@@ -33,7 +33,7 @@ def in_order(prims: Iterable[Usd.Prim]) -> list[Usd.Prim]:
     found = list(prims)
     if len(found) < 2:
         return found
-    top = reduce(Sdf.Path.GetCommonPrefix, (prim.GetPath() for prim in found))  # what is above it orders none of them
+    top = reduce(Sdf.Path.GetCommonPrefix, (prim.GetPath() for prim in found))  # prims above it do not order them
     names: dict[Sdf.Path, dict[str, int]] = {}
 
     def place(prim: Usd.Prim) -> tuple[int, ...]:

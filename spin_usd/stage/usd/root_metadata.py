@@ -40,7 +40,7 @@ def metres_per_unit(stage: Usd.Stage) -> float:
 
 @dataclass(eq=False)
 class Notes:
-    """Warnings about what is rendered differently from what the stage authors: a picture with one is better than none.
+    """Warnings about features that are rendered differently from the stage's opinions: better than no picture.
 
     Each rule is reported once for each prim or property.
     """

@@ -163,7 +163,7 @@ UNITS_OP = "xformOp:scale:units"
 CLASS_LABELS = "semantics:labels:class"
 PART_LABELS = "semantics:labels:part"
 GROUP_LABELS = "semantics:labels:group"
-"""What a part belongs to in the file that it comes from: no label, but names for `--parts`."""
+"""Groups of a part in its source file: not labels, but names for `--parts`."""
 
 # Other USD tools' names for OpenCV lenses. Source: NVIDIA ovrtx documentation, "Lens Calibration".
 OMNI_LENS_API = {
@@ -173,14 +173,14 @@ OMNI_LENS_API = {
 OMNI_LENS_MODEL = "omni:lensdistortion:model"
 OMNI_LENS = {"brownConrady": "opencvPinhole", "fisheye": "opencvFisheye"}
 OMNI_PROJECTION = "cameraProjectionType"
-"""What the models are called there; attributes are omni:lensdistortion:MODEL:NAME. The last name is older."""
+"""Names of the models there; attributes are omni:lensdistortion:MODEL:NAME. The last name is older."""
 
 PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""
 LOG = "log"
-"""The key in it that says whether the layer is what a simulator was asked for."""
+"""Key in it of a flag for layers that are a simulator's log."""
 INTENSITY_UNIT = "spin:intensityUnit"
-"""The key in a light's customData that says which unit its inputs:intensity has."""
+"""Key in a light's customData for the unit of its inputs:intensity."""
 INTENSITY_UNITS = ("W/m2", "W/m2/sr", "W/sr")
 """Of a normalised distant light, of any that is not normalised, of the other normalised ones."""
 

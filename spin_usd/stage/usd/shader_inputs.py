@@ -23,7 +23,7 @@ class Output:
     shader: UsdShade.Shader
     name: str
     where: str
-    """That input."""
+    """Path of that input."""
 
     @property
     def node(self) -> str:
@@ -72,11 +72,12 @@ def refuse_other_colours(attribute: Usd.Attribute, where: object) -> None:
 
 
 def note_lost_connections(shader: UsdShade.Shader, notes: Notes) -> None:
-    """Note the inputs of the node that are connected to what has no value; a stronger layer may have cut one off."""
+    """Note the inputs of the node that are connected to a source without value; a stronger layer may have removed
+    it."""
     for each in shader.GetInputs():
         own = each.GetAttr()
         if own.GetConnections() and all(source == own for source in each.GetValueProducingAttributes()):
-            message = "is connected to what has no value: its own value is rendered, or the node's fallback"
+            message = "is connected to a source without value: its own value is rendered, or the node's fallback"
             notes.add("connection-lost", own.GetPath(), message)
 
 

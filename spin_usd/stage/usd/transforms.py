@@ -19,7 +19,7 @@ ROUNDED_TOLERANCE = 1e-2  # inside the target: half precision, or printed with t
 HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
 # The rounding of an accepted quaternion, or of a matrix that passed through float32, does not count as shear.
 SHEAR_TOLERANCE = 1e-5
-ORTHONORMAL = 1e-12  # a matrix this near to a rotation is taken as it is; 30 roundings stay below
+ORTHONORMAL = 1e-12  # a matrix this close to a rotation is used unchanged; 30 roundings stay below
 UNIT_SCALE_TOLERANCE = 1e-9  # a product of a few rotations is rounded by less
 
 SAMPLED, EDITED = ":sampled", ":edited"

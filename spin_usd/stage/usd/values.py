@@ -1,4 +1,4 @@
-"""Values of attributes as numbers and arrays, and the refusal of those that an attribute must not have."""
+"""Values of attributes as numbers and arrays, and the refusal of invalid ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,8 +23,7 @@ MAX_SHOWN = 60  # characters of a wrong value in a message
 
 @dataclass(frozen=True)
 class Range:
-    """Finite numbers from `low` to `high`, without `low` itself where it is `open`; also 0 where that means "none"
-    (`or_0`).
+    """Finite numbers from `low` to `high`, excluding `low` if `open`; also 0 if that means "none" (`or_0`).
 
     A range includes all real cameras, lamps and surfaces, and ends well before float32 overflows.
     """
@@ -81,11 +80,11 @@ def typed_value(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Any:
 
 
 def read(attribute: Usd.Attribute, time: Usd.TimeCode = DEFAULT_TIME, *types: Sdf.ValueTypeName) -> Any:
-    """Read the value of `attribute` at `time`; None where there is no such attribute, or no value.
+    """Read the value of `attribute` at `time`; None if there is no such attribute, or no value.
 
-    USD returns whatever a layer authors, of any type. Raises StageError unless the value is of one of `types`, where
-    none are given of the attribute's own, and unless its numbers are finite. All values of stages are read by this
-    function or by `read_samples`.
+    USD returns whatever a layer authors, of any type. Raises StageError unless the value is of one of `types`, by
+    default the attribute's own, and its numbers are finite. All values of stages are read by this function or by
+    `read_samples`.
     """
     value = _typed(attribute, time, types)
     if value is not None:
@@ -128,8 +127,8 @@ def _typed(attribute: Usd.Attribute, time: Usd.TimeCode, types: tuple[Sdf.ValueT
 
 
 def _check_samples(attribute: Usd.Attribute, values: Sequence[Any], types: tuple[Sdf.ValueTypeName, ...]) -> None:
-    """Raise what `_check_type` and `_check_finite` do of each value. Where all are finite numbers, quaternions, or text
-    that may be anything, the first stands for them all: a stage may have a million."""
+    """Raise the errors of `_check_type` and `_check_finite` for each value. If all are finite numbers, quaternions, or
+    arbitrary text, only the first is checked: a stage may have a million."""
     kinds = {type(value) for value in values}
     numbers = kinds == {float} and np.isfinite(values).all()
     text = kinds == {str} and not attribute.GetMetadata("allowedTokens")
@@ -148,7 +147,7 @@ def _check_type(attribute: Usd.Attribute, value: Any, types: tuple[Sdf.ValueType
 
 
 def _check_token(value: str, allowed: Sequence[str] | None, where: object) -> None:
-    """Raise StageError unless `value` is one of those that its schema allows, if it names some."""
+    """Raise StageError unless `value` is one of the values that its schema allows, if it lists any."""
     if allowed and value not in allowed:
         shown = ", ".join(token or "''" for token in allowed)
         raise StageError(f"is {_shown(value)}", where=where, do=f"choose one of {shown}")

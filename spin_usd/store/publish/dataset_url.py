@@ -14,7 +14,7 @@ from typing import TypeVar
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.files.url import to_install, without_password
 
-WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # no reader sees half of what is put there
+WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # readers never see a partial file
 PART = re.compile(r".*\.[0-9a-f]{32}\.part")
 MARKER = "run.json"  # of the run that writes there (run_marker.py); no file of the dataset
 
@@ -36,7 +36,7 @@ class DatasetUrl:
             ) from None
         try:
             self._files, root = url_to_fs(url)
-        except (ImportError, ValueError) as error:  # a library of its own, such as s3fs; a protocol that nobody knows
+        except (ImportError, ValueError) as error:  # a further library, such as s3fs; an unknown protocol
             do = f"run {to_install(url)}" if isinstance(error, ImportError) else "check how the URL begins"
             raise InputError(f"cannot be opened ({without_password(str(error))})", where=self.shown, do=do) from error
         self._root = str(root).rstrip("/")
@@ -50,7 +50,7 @@ class DatasetUrl:
         return [name for name in listed if is_below(name) and not PART.fullmatch(name) and name != MARKER]
 
     def remove_leftovers(self) -> None:
-        """Remove what a killed run left half-written; no other may be on. Raises InputError and OutputError."""
+        """Remove partial files of a killed run; no other run may be active. Raises InputError and OutputError."""
         for name in filter(PART.fullmatch, self._listed("")):
             self.remove(name)
 
@@ -65,7 +65,7 @@ class DatasetUrl:
             self._tried("read", InputError, partial(self._files.get_file, self._path(name), place))
 
     def read(self, name: str) -> bytes | None:
-        """Return what the file holds; None where there is none. Raises InputError."""
+        """Return the file's contents; None if it does not exist. Raises InputError."""
         try:
             return self._tried("read", InputError, lambda: bytes(self._files.cat_file(self._path(name))))
         except InputError as error:
@@ -113,10 +113,10 @@ class DatasetUrl:
 
 
 def is_below(name: str) -> bool:
-    """Return whether `name` leads from a folder to a file below it, whoever wrote that name."""
+    """Return whether `name`, which may be hostile, leads from a folder to a file below it."""
     return "\0" not in name and not {"", ".", ".."} & set(name.split("/"))
 
 
 def below(names: Iterable[str], folder: str) -> list[str]:
-    """Return those of the names that lie in the folder."""
+    """Return the names that are in the folder."""
     return [name for name in names if name.startswith(f"{folder}/")]

@@ -37,8 +37,8 @@ OVER_S = 120.0  # a run that has not renewed its marker for so long is over: som
 class Mirror:
     """The copy in the folder of `store` of the dataset at `url`.
 
-    It holds dataset.json, the stage and the records. The files of pictures are of one byte: a run that resumes asks
-    only whether they are there, and not empty.
+    It contains dataset.json, the stage and the records. The files of pictures have one byte: a run that resumes only
+    checks that they exist and are not empty.
     """
 
     def __init__(self, store: Store, url: DatasetUrl) -> None:
@@ -60,8 +60,8 @@ class Mirror:
         self._published = self._snapshot()
 
     def publish(self) -> None:
-        """Bring the URL to what the folder is now: first what was removed goes, records before what they describe, and
-        what is new or changed comes, records last. Raises OutputError."""
+        """Make the URL equal to the folder: remove deleted files first, records before the files they describe, then
+        add new or changed files, records last. Raises OutputError."""
         now = self._snapshot()
         for name in sorted(self._published.keys() - now.keys(), key=_is_record, reverse=True):
             self.url.remove(name)
@@ -100,7 +100,7 @@ def _is_record(name: str) -> bool:
 
 
 class Marker(Struct, frozen=True, kw_only=True):
-    """What a run writes while it is on: its token, machine and process, and when it wrote that."""
+    """The marker of an active run: its token, machine and process, and the time of writing."""
 
     token: str
     host: str
@@ -112,9 +112,8 @@ class Marker(Struct, frozen=True, kw_only=True):
 def marked(url: DatasetUrl) -> Iterator[None]:
     """Mark `url` as written by this run, as long as the block.
 
-    Stores of objects have no locks, so a file tells whoever comes second. Two runs that begin in the same moment may
-    both go on: they write the same bytes, and work twice. Raises InputError where another run is on there, and
-    OutputError.
+    Object stores have no locks, so a file warns a second run. Two runs that begin at the same moment may both continue:
+    they write the same bytes, and work twice. Raises InputError if another run is active, and OutputError.
     """
     own = Marker(token=secrets.token_hex(8), host=platform.node(), process=os.getpid(), time=time.time())
     _refuse_other(url, own)
@@ -145,12 +144,12 @@ def _put(url: DatasetUrl, own: Marker) -> None:
 
 
 def _refuse_other(url: DatasetUrl, own: Marker) -> None:
-    """Raise InputError where a run is on whose marker has another token. Of a run on this machine its process tells,
-    of others the time of the marker, since clocks of machines agree to seconds."""
+    """Raise InputError if a run is active whose marker has another token. A run on this machine is active if its
+    process is, others by the time of the marker, since clocks of machines agree to seconds."""
     try:
         found = typed_json(url.read(MARKER) or b"{}", Marker)
     except ValueError:
-        return  # none, or what no run has written
+        return  # none, or not written by a run
     on = psutil.pid_exists(found.process) if found.host == own.host else time.time() - found.time < OVER_S
     if found.token != own.token and on:
         said = f"is being written by another run (process {found.process} on {found.host})"
@@ -159,10 +158,10 @@ def _refuse_other(url: DatasetUrl, own: Marker) -> None:
 
 
 def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
-    """Move the picture whose record is so named, from the dataset's folder `root` to `url`.
+    """Move the picture with the record of that name from the dataset's folder `root` to `url`.
 
-    An old record goes first, a new one comes last, then what the old one alone described goes. Raises OutputError, and
-    InputError where the record is not one.
+    The old record is removed first, the new one is added last, then files that only the old one described are removed.
+    Raises OutputError, and InputError if the record is not valid.
     """
     variant, frame = _picture_of(record)
     new = recorded_files(read_record(Folder(root), record), variant, frame)
@@ -178,7 +177,7 @@ def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
 
 
 def _picture_of(record: str) -> tuple[str, str]:
-    """Return the variant and the frame whose record is so named: a child says the name, which may be anybody's."""
+    """Return the variant and the frame of the record of that name, which comes from a child and may be invalid."""
     match PurePosixPath(record).parts:
         case (folder, variant, file) if folder == RECORDS and file.endswith(".json"):
             return variant, file.removesuffix(".json")

@@ -1,7 +1,7 @@
-"""A node's folder for a run into a URL: the stage, fetched once, and what its workers make before they publish it.
+"""A node's folder for a run into a URL: the stage, fetched once, and the files of its workers until they are published.
 
-All workers of the run on that node share it, and with it its cache. The last one that leaves removes it; what killed
-workers left of it the next run on the node removes.
+All workers of the run on that node share it, and with it its cache. The last worker that leaves removes it; remains of
+killed workers are removed by the next run on the node.
 """
 
 import fcntl
@@ -47,7 +47,7 @@ def node_folder(run: str, url: DatasetUrl, sums: str) -> Iterator[Path]:
 
 
 def stage_sums(stage: Path) -> str:
-    """Return the sha256 of the list of digests in a dataset's stage: it stands for every byte of it."""
+    """Return the sha256 of the list of digests in a dataset's stage, which identifies every byte of it."""
     return sha256_of(stage / SUMS)
 
 
@@ -76,13 +76,13 @@ def _fetch_stage(folder: Path, url: DatasetUrl, sums: str) -> None:
         stage = fetched / STAGE
         if not (stage / SUMS).is_file() or stage_sums(stage) != sums or list(changed(stage)):
             raise InputError(
-                "is not the stage of this run", where=f"{url.shown}/{STAGE}", do="end what else writes there"
+                "is not the stage of this run", where=f"{url.shown}/{STAGE}", do="stop other writers there"
             )
         fetched.rename(root)
 
 
 def _leave(folder: Path, lock: Lock) -> None:
-    """Leave the folder; remove it where nobody else is there."""
+    """Leave the folder; remove it if no other worker uses it."""
     with suppress(OSError):
         if take_alone(lock):
             shutil.rmtree(folder, ignore_errors=True)

@@ -159,7 +159,7 @@ def test_a_link_where_the_stage_shall_be_is_told(inputs: dict[str, Any], tmp_pat
             [("wing*", "panel")],
             r"parts.csv: the pattern 'wing\*' matches nothing; the materials are foil, cells, white; ",
         ),
-        ([("*", "all"), ("cells", "panel")], "the pattern 'cells' matches only what rows before it match"),
+        ([("*", "all"), ("cells", "panel")], "the pattern 'cells' matches only surfaces that rows before it match"),
     ],
 )
 def test_a_rule_that_names_nothing_is_refused_with_what_there_is(

@@ -146,7 +146,7 @@ def test_a_unit_that_no_file_says_is_asked_for(crafts: Path, tmp_path: Path) -> 
         (crafts / "craft.fbx").read_bytes().replace(b"UnitScaleFactor", b"UnitScaleFacto_")
     )
     for name, units in (("none.dae", 1.0), ("none.fbx", 100.0)):
-        with pytest.raises(SpinError, match=rf"{name}: does not say its unit of length; give --units-per-metre"):
+        with pytest.raises(SpinError, match=rf"{name}: does not state its unit of length; give --units-per-metre"):
             authored(crafts, name, tmp_path / "s")
         target, _ = authored(crafts, name, tmp_path / name, units_per_metre=units)
         np.testing.assert_allclose(np.ptp(target.mesh.box, axis=0).max(), 4.5, atol=1e-5)
@@ -155,7 +155,7 @@ def test_a_unit_that_no_file_says_is_asked_for(crafts: Path, tmp_path: Path) -> 
 def test_a_unit_whose_name_says_another_length_is_told(crafts: Path, tmp_path: Path) -> None:
     (crafts / "inch.dae").write_text(dae('<unit name="inch" meter="0.01"/>'))
     _, notes = authored(crafts, "inch.dae", tmp_path / "stage")
-    assert any(re.search(r"<unit> is called 'inch' and says 0\.01 metres, which was taken", note) for note in notes)
+    assert any(re.search(r"<unit> is called 'inch' but has 0\.01 metres, which was taken", note) for note in notes)
 
 
 @pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -1.0, 1e30])

@@ -124,7 +124,7 @@ def test_bodies_are_sampled_about_the_poses_of_a_list_too(given, tmp_path) -> No
             "debris: poses along a trajectory are sampled for the target alone; give it a pose",
         ),
         ("debris.stl:distance=1 range=2", SAMPLE, "sample 'range': is given beside distance; keep one of them"),
-        ("debris.stl:near=1", SAMPLE, "sample 'near': says not where a body is; use count, distance, range"),
+        ("debris.stl:near=1", SAMPLE, "sample 'near': does not state where a body is; use count, distance, range"),
         ("debris.stl:count=0", SAMPLE, "sample 'count': 0 is not from 1 to 100"),
         ("debris.stl:nowhere", SAMPLE, "nowhere: is not there; write MODEL, MODEL:POSES or MODEL:distance=1..5"),
     ],

@@ -280,7 +280,7 @@ def test_variants_and_the_sun_of_a_user_beat_it(tmp_path: Path) -> None:
 def test_years_without_predictions_are_told(tmp_path: Path) -> None:
     file = scenario(tmp_path, epoch="2080-01-01T00:00:00Z", times="times_s = [0]")
     made = author_stage(scenario=file, out=tmp_path / "stage", target="cubesat", camera=CAMERA, resolution="160")
-    assert any("rotation is not predicted so far" in note for note in made.notes)
+    assert any("no prediction of the Earth's rotation" in note for note in made.notes)
 
 
 def test_pictures_that_go_back_have_no_times_and_a_note(tmp_path: Path) -> None:
@@ -312,12 +312,12 @@ def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
     [
         (('kind = "relative_state"', 'kind = "orbital"'), "orbital"),
         (("node_deg", "nodes_deg"), "nodes_deg"),
-        (("duration_s = 60\nstep_s = 10", "times_s = [0, 5, 5]"), "times_s do not go on"),
-        (("duration_s = 60\nstep_s = 10", "duration_s = 60"), "just one of times_s, and duration_s with step_s"),
-        (("2024-03-20T10:00:00Z", "tomorrow"), "'tomorrow' is no UTC"),
+        (("duration_s = 60\nstep_s = 10", "times_s = [0, 5, 5]"), "times_s do not increase"),
+        (("duration_s = 60\nstep_s = 10", "duration_s = 60"), "needs either times_s, or duration_s with step_s"),
+        (("2024-03-20T10:00:00Z", "tomorrow"), "'tomorrow' is not a UTC time"),
         (
             ("semi_major_axis_m = 7078137", "semi_major_axis_m = 7078.137"),
-            "more than 6378 km from the Earth's centre; met",
+            "give metres, with the perigee more than 6378 km from the Earth's centre",
         ),
         (('kind = "keplerian"', 'kind = "oem"\nfile = "no.oem"'), "unknown field|no.oem"),
         (("q = [0.6, 0.8, 0, 0]", "q = [1, 1, 0, 0]"), "norm 1.41"),
@@ -325,17 +325,17 @@ def test_records_say_when_and_how_fast(tmp_path: Path) -> None:
         (('kind = "tumbling"', 'kind = "spinning"'), "spinning.*choose among aem, list, pointing, inertial, tumbling"),
         (('kind = "keplerian"', 'kind = "kepler"'), "choose among oem, tle, spice, keplerian, state, relative_state"),
         (("[chaser.orbit]", pointing('"earth"') + "\n[chaser.orbit]"), "points at 'earth'; choose among target, nadir"),
-        (("semi_major_axis_m = 7078137", "semi_major_axis_m = 7e9"), "meets the ground, or is far away"),
+        (("semi_major_axis_m = 7078137", "semi_major_axis_m = 7e9"), "meets the ground, or is too large"),
         (("stars = -3", "stars = 12"), "stars to magnitude 12 are not in the catalogue"),
-        (("[0, -20, 1]", "[0, nan, 1]"), "holds nan, which no craft has"),
+        (("[0, -20, 1]", "[0, nan, 1]"), "contains nan, which is out of range"),
         (("[0.3, 1.0, -0.5]", "[1e9, 0, 0]"), "rate_deg_s is above 3600; check its unit"),
         (("duration_s = 60\nstep_s = 10", "times_s = [0, 1e8]"), "is propagated for more than 35 days"),
         (("duration_s = 60\nstep_s = 10", "times_s = [0, 2e6]"), "turns more than 5000 times"),
-        (("duration_s = 60", "times_s = [0]\nduration_s = 60"), "just one of times_s"),
+        (("duration_s = 60", "times_s = [0]\nduration_s = 60"), "needs either times_s"),
         (("mean_anomaly_deg = 60", "eccentricity = 0.9"), "meets the ground"),
         (
             ('kind = "relative_state"\nplace_m = [0, -20, 1]', 'kind = "relative_elements"\na_dex_m = 1e8'),
-            "relative_elements: make no ellipse",
+            "relative_elements: do not give an ellipse",
         ),
     ],
 )

@@ -275,7 +275,7 @@ def test_wrong_times_are_told(tmp_path: Path, column: str, times: tuple[str, ...
 @pytest.mark.parametrize(
     ("times", "says"),
     [
-        (("0", "5", "5"), "line 4 .* is 0 s after the one before"),
+        (("0", "5", "5"), "line 4 .* is 0 s after the entry before"),
         (("0", "", "5"), "not all poses have one"),
         (("0", "1", "2026-11-26T00:00:00Z"), "some are UTC and others seconds"),
     ],

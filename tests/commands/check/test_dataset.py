@@ -99,7 +99,7 @@ def test_a_damaged_list_of_the_stages_files_is_named_and_not_a_layer(dataset, na
     (finding,) = sums_findings(store, inventory_of(dataset))
     assert (finding.code, finding.where) == ("sums", STAGE_SUMS)
     assert (MAKE_AGAIN in finding.message) == (name not in ("junk", "empty"))  # nobody vouches for other looks' layers
-    with pytest.raises(InputError, match=r"SHA256SUMS: does not list .* run spin-usd check --repair"):
+    with pytest.raises(InputError, match=r"SHA256SUMS: does not match .* run spin-usd check --repair"):
         refuse_changed_stage(store, "is altered", do="")
     refuse_changed_stage(store, "is altered", do="", new=dataset / "stage")
 

@@ -98,7 +98,7 @@ def test_points_are_in_metres_in_the_axes_of_the_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("unit", ["0", "-1", "wide", "nan", "inf"])
 def test_a_unit_that_is_none_is_refused(tmp_path: Path, unit: str) -> None:
-    with pytest.raises(InputError, match=rf"model\.dae: says that its unit is '{unit}' metres"):
+    with pytest.raises(InputError, match=rf"model\.dae: has a unit of '{unit}' metres"):
         read_mesh_file(dae(tmp_path, asset=f'<unit meter="{unit}"/>'))
 
 

@@ -63,7 +63,7 @@ def test_numbers_that_are_none_are_dropped_with_a_note(gltf: GltfWriter) -> None
     assert part.normals is not None
     assert np.isfinite(part.normals).all()
     assert "displayColor" not in part.primvars
-    assert [note for note in asset.notes if "no number" in note] == [
-        "normals of 'panel' that are no numbers: those of its faces were taken",
-        "displayColor of 'panel' holds what is no number: dropped",
+    assert [note for note in asset.notes if "not numbers" in note] == [
+        "normals of 'panel' that are not numbers: replaced by the normals of its faces",
+        "displayColor of 'panel' holds values that are not numbers: dropped",
     ]

@@ -158,7 +158,7 @@ def test_out_replaces_its_own_root_and_no_other_file(stage, spec) -> None:
     assert StageReader(more).variants == ("nominal", "a")
     more.write_text(f"{more.read_text()}# Mine.\n")
     before = files(stage.parent)
-    with pytest.raises(InputError, match=r"more\.usda: is there already, and is not the root layer"):
+    with pytest.raises(InputError, match=r"more\.usda: exists already, and is not the root layer"):
         augment_stage(stage=stage, spec="relight", out=more)
     assert files(stage.parent) == before
 

@@ -148,7 +148,7 @@ def test_another_resolution_sees_the_same(resolution: str, size: tuple[int, int]
 
 @pytest.mark.parametrize("resolution", ["0", "256x", "axb", "-4", "1e3", "", "123456"])
 def test_no_resolution_is_refused(resolution: str) -> None:
-    with pytest.raises(InputError, match="is no number of pixels; write for example 256"):
+    with pytest.raises(InputError, match="is not a number of pixels; write for example 256"):
         set_resolution(open_camera_layer(bundled("camera", "speedplus")), resolution)
 
 

@@ -240,7 +240,7 @@ def test_a_variant_that_cannot_be_read_stops_no_other(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("change", "saying"),
     [
-        ('over "Second" (\nactive = false\n) {}', "/World/Second: is no target of this variant"),
+        ('over "Second" (\nactive = false\n) {}', "/World/Second: is not a target of this variant"),
         (
             'def Cube "Third" ( prepend apiSchemas = ["SpinTargetAPI"] ) {}',
             "/World/Third: is a target of this variant alone",

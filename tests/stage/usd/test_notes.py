@@ -71,7 +71,7 @@ def test_what_is_not_a_preview_surface_has_its_display_color(read, make_stage, t
     assert codes == ["material-foreign"]
     told = {finding.code: finding for finding in check_stage(tmp_path / "stage.usda")}
     assert told["material-foreign"].where == "/World/Target/Looks/Paint"
-    assert "rendered in its displayColor" in told["material-foreign"].message
+    assert "rendered in their displayColor" in told["material-foreign"].message
     assert "error" not in {finding.severity for finding in told.values()}
 
 

@@ -24,13 +24,13 @@ class CheckedTarget:
     picture: CheckedPicture
     """The picture that it is in."""
     recorded: RecordedTarget
-    """What the record says of it."""
+    """The target's entry in the record."""
     described: TargetEntry
-    """What dataset.json says of it."""
+    """The target's entry in dataset.json."""
     camera: Camera
-    """That of the record."""
+    """Camera of the record."""
     T_cam_body: Transform
-    """That of the record."""
+    """Pose of the record."""
     mask: NDArray[np.bool_] | None
     """(H, W): the pixels that show it; None where no label says so."""
 

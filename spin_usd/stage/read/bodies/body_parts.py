@@ -18,7 +18,7 @@ from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES, is_always_invisible, own_purpose, purpose_of
 
 State = tuple[Labels, str]
-"""What a prim inherits: its part and class, and its purpose."""
+"""State that a prim inherits: its part and class, and its purpose."""
 
 
 @dataclass(eq=False)
@@ -34,8 +34,8 @@ class BodyParts:
         return self
 
     def refuse_others(self, body: Usd.Prim | OccluderPrims) -> None:
-        """Raise StageError where the body as it is composed has a part that was not added, or by another name or of
-        another class: a part's id says both, in all variants."""
+        """Raise StageError if the body as composed has a part that was not added, or was added with another name or
+        class: a part's id implies both, in all variants."""
         first: dict[tuple[str, str], Labels] = {}
         for labels in _parts_of(body):
             first.setdefault(labels.part_key, labels)
@@ -49,7 +49,7 @@ class BodyParts:
             ):
                 if here != there:
                     found = f"has the {what} {here!r} in this variant, and {there!r} in another"
-                    do = f"give the part one {what} in all variants: its id stands for it in all labels"
+                    do = f"give the part one {what} in all variants: its id represents it in all labels"
                     raise StageError(found, where=labels.part_path, do=do)
 
     @cached_property
@@ -92,7 +92,7 @@ def _parts_below(prim: Usd.Prim, state: State) -> Iterator[Labels]:
 
 
 def _parts_of_gprim(prim: Usd.Prim, labels: Labels) -> Iterator[Labels]:
-    """Yield the parts of a gprim that can have faces: those of its subsets, and its own where they leave any."""
+    """Yield the parts of a gprim that can have faces: its subsets' parts, and its own if they leave faces."""
     counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr() if prim.IsA(UsdGeom.Mesh) else None
     faces = 1 if counts is None else len(read(counts, Usd.TimeCode.EarliestTime()) or ())
     still = counts is None or not counts.ValueMightBeTimeVarying()

@@ -1,5 +1,4 @@
-"""Find the bodies of a stage: its targets, and the geometry that is no target's, which occludes, shades and is seen in
-reflections."""
+"""Find the bodies of a stage: its targets, and the remaining geometry, which occludes, shades and is reflected."""
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ def prim_of(body: Usd.Prim | OccluderPrims) -> Usd.Prim:
 
 
 def target_name(target: Usd.Prim) -> str:
-    """Return what the target is called: by its attribute, or as its prim."""
+    """Return the target's name: its attribute, or its prim's name."""
     return str(read(target.GetAttribute(schema.TARGET_NAME)) or target.GetName())
 
 
@@ -55,9 +54,9 @@ def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
 
 
 def find_occluders(targets: Sequence[Usd.Prim], cameras: Collection[Usd.Prim]) -> tuple[OccluderPrims, ...]:
-    """Find the occluders of the stage of `targets` and `cameras`: what keeps its place below its parent belongs to
-    that parent's occluder, such as the camera's; what moves below it is one of its own. Raises UnsupportedError for
-    geometry that holds a target or a camera."""
+    """Find the occluders of the stage of `targets` and `cameras`: geometry fixed to its parent belongs to the parent's
+    occluder, such as the camera's; moving geometry is its own. Raises UnsupportedError for geometry that contains a
+    target or a camera."""
     frames: dict[str, tuple[Usd.Prim, list[Usd.Prim]]] = {}
     for root in occluder_roots(targets, cameras):
         parent = root.GetParent()
@@ -92,8 +91,8 @@ def _children(prim: Usd.Prim) -> list[Usd.Prim]:
 
 
 def _holds_geometry(root: Usd.Prim, purpose: str) -> bool:
-    """Return whether `root`, of this purpose, holds geometry that is rendered at any time, or what is refused as such
-    when it is read."""
+    """Return whether `root`, of this purpose, contains geometry that is rendered at any time, or refused when it is
+    read."""
     waiting = [(root, purpose)]
     while waiting:
         prim, state = waiting.pop()

@@ -82,9 +82,9 @@ class MaterialUse:
     prim: Usd.Prim
     """The gprim, or the subset that binds it."""
     primvars: frozenset[str]
-    """Those that the gprim has."""
+    """Primvars of the gprim."""
     amount: Any
-    """That of displacement."""
+    """Amount of displacement."""
     absent: bool
     """Whether its faces are left out."""
     number: int | None
@@ -94,8 +94,8 @@ class MaterialUse:
 @dataclass(eq=False)
 class GprimReader:
     """Reads gprims at one time, numbering their parts and materials from 0 as they come: `labels` and `materials` are
-    the lists that they index; `uses` has each use of a material once. `visited` collects the prims on which the result
-    depends besides the gprim; `images` are the stage's. Faces whose material nobody can see are left out, unless
+    the indexed lists; `uses` has each use of a material once. `visited` collects the prims on which the result depends
+    besides the gprim; `images` are the stage's. Faces with an invisible material are left out, unless
     `keep_transparent`."""
 
     time: Usd.TimeCode
@@ -205,7 +205,7 @@ class GprimReader:
         absent: tuple[bool, ...],
     ) -> GprimMesh:
         """Read the prim's triangles, displaced. Subsets in `painting` bind a material, those in `named` are parts;
-        `absent`: which of the `templates` give a material that leaves nothing to see.
+        `absent`: which of the `templates` give an invisible material.
         Equal instances are read once, except those that skeletons deform, whose animations may differ."""
         deformation = self._skeletons.deformation(prim)
         path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not deformation else prim).GetPath()

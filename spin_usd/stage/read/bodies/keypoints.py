@@ -79,7 +79,7 @@ def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
 def read_keypoints_layer(path: Path) -> Keypoints:
     """Read the one Points prim with keypoint names in the USD file at `path`: body axes, metres.
 
-    Raises InputError where there is none, or several; StageError for one that is not sound.
+    Raises InputError if there is none, or several; StageError for an invalid one.
     """
     with silenced():
         stage = open_as_it_is(path)
@@ -95,8 +95,8 @@ def read_keypoints_layer(path: Path) -> Keypoints:
 
 
 def holds_keypoints_alone(path: Path) -> bool:
-    """Return whether the layer at `path` holds nothing but one Points prim, so that keypoints may replace all of it.
-    Raises InputError and StageError for what cannot be opened."""
+    """Return whether the layer at `path` contains only one Points prim, so that keypoints may replace all of it. Raises
+    InputError and StageError if it cannot be opened."""
     layer = open_layer(path)
     roots = list(layer.rootPrims)
     return len(roots) == 1 and roots[0].typeName == "Points" and not (roots[0].nameChildren or layer.subLayerPaths)

@@ -17,8 +17,8 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
     """Read each prototype of an instancer, with the row-vector matrices (4, 4), prototype to instancer, of its visible
     instances; the prototype root's own transform is included.
 
-    orientations are half precision in USD: up to 8e-4 rad off what was meant, and used as they are; orientationsf wins
-    over them. Raises StageError for arrays that disagree, indices out of range, or orientations whose norm is not 1.
+    orientations are half precision in USD, so up to 8e-4 rad off, and used unchanged; orientationsf takes precedence.
+    Raises StageError for arrays that disagree, indices out of range, or orientations whose norm is not 1.
     """
     instancer = UsdGeom.PointInstancer(prim)
     which = np.array(_value(instancer.GetProtoIndicesAttr(), time), np.int64)
@@ -44,8 +44,8 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
 
 
 def find_prototypes(prim: Usd.Prim) -> list[Usd.Prim]:
-    """Find the prims that `prototypes` names, which may be overs: those are there for instancers alone. Raises
-    StageError unless each is active, and does not hold the instancer."""
+    """Find the prims that `prototypes` names, which may be overs, only for instancers. Raises StageError unless each is
+    active and does not contain the instancer."""
     found = []
     for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets():
         prototype = prim.GetStage().GetPrimAtPath(path)

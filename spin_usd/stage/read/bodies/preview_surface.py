@@ -1,7 +1,7 @@
 """UsdPreviewSurface, as bound to prims.
 
 A material is read once as a template. Its primvar readers give other values on each gprim, so each gprim gets a
-Material with the primvars that it has, and the readers' fallbacks for those that it lacks.
+Material with the primvars that it has, and the readers' fallbacks for missing ones.
 """
 
 from collections.abc import Sequence, Set
@@ -40,18 +40,18 @@ NOT_IN_MATERIAL = {
 CONSTANT = ("opacityThreshold",)
 FACING = (0.0, 0.0, 1.0)
 DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
-SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
+SHOWN_INSTEAD = "surfaces with it are rendered in their displayColor, or grey"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MaterialTemplate:
-    """A material apart from what the gprim's primvars decide, and the displacement."""
+    """A material without the values of the gprim's primvars, and the displacement."""
 
     prim: Usd.Prim | None
     """The material, or the gprim whose displayColor it is."""
     path: str
     fields: dict[str, Any] = field(default_factory=dict)
-    """Those of Material, with PrimvarInput for primvars."""
+    """Fields of Material, with PrimvarInput for primvars."""
     displacement: Any = 0.0
 
     @property
@@ -154,8 +154,7 @@ def read_template(material: UsdShade.Material, nodes: NodeReader) -> MaterialTem
 
 
 def unsupported_surface(material: UsdShade.Material) -> str:
-    """Describe what the material has instead of a UsdPreviewSurface for the universal render context; "" if it has
-    one."""
+    """Describe the material's replacement of a UsdPreviewSurface for the universal render context; "" if it has one."""
     shader = material.ComputeSurfaceSource()[0]
     if not shader:
         contexts = [output.GetBaseName() for output in material.GetSurfaceOutputs()]
@@ -225,9 +224,9 @@ def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict
 
 
 def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
-    """Find the material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
+    """Find the material of `prim`, a gprim or a GeomSubset, by USD's own rules; None if nothing is bound.
 
-    A binding to what is no material binds nothing, by those rules; it is noted.
+    A binding to a prim that is not a material binds nothing, by those rules; it is noted.
     """
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
     if material:

@@ -40,7 +40,7 @@ def geometry_below(
     root: Usd.Prim, state: State, *, enter: Callable[[Usd.Prim, State], State], shown: Callable[[Usd.Prim], bool]
 ) -> Iterator[tuple[Usd.Prim, State]]:
     """Yield `root`, which has `state`, and all prims below it that are `shown`, each with the state that it inherits:
-    `enter` gives that of a child, from its parent's. Subsets, and what is below point instancers, are left out."""
+    `enter` gives a child's from its parent's. Subsets, and prims below point instancers, are left out."""
     waiting = [(root, state)]
     while waiting:
         prim, own = waiting.pop()

@@ -58,8 +58,7 @@ class Inherited:
 class TargetReader:
     """Reads a target, or an occluder, in the axes of `prim` at one time; `parts` has its parts. `visited` collects
     every prim on which the result depends; `group_of` gives the light-link group of a gprim or point instancer;
-    `images` are the stage's. Surfaces that cannot be seen are left out, unless the prim says otherwise, or `whole` is
-    asked for."""
+    `images` are the stage's. Invisible surfaces are left out, unless the prim keeps them, or `whole` is true."""
 
     prim: Usd.Prim
     parts: BodyParts
@@ -198,7 +197,7 @@ def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, pa
     """Build one mesh of `pieces`.
 
     Args:
-        labels: Those of the pieces' part numbers.
+        labels: The labels that part numbers index.
         metres: The pieces' unit.
         parts: The body's, whose numbers the faces get.
     """
@@ -214,7 +213,7 @@ def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float, pa
 
 
 def _by_mesh(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:
-    """Separate the single gprims from those that share mesh and materials with others."""
+    """Separate single gprims from gprims that share mesh and materials."""
     alike: dict[Any, list[PlacedGprim]] = {}
     for piece in pieces:
         alike.setdefault((id(piece.mesh), piece.materials), []).append(piece)

@@ -57,7 +57,7 @@ def limit(c: Cage) -> Float:
 
 
 def _moved_points(c: Cage, face_points: Float) -> Float:
-    """Move the old points (P, 3) by one step; `face_points` (sum of counts, 3) are those of each corner's face."""
+    """Move the old points (P, 3) by one step; `face_points` (sum of counts, 3) has the face point of each corner."""
     valence = np.bincount(c.indices, minlength=len(c.points))[:, None]
     n = np.maximum(valence, 1)
     faces = sums(face_points, c.indices, len(c.points)) / n

@@ -40,8 +40,8 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
     by their angles), so that neither hard edges nor texture seams open. Lengths are of the gprim's own axes. Triangles
     are split first until their edges span at most MAX_TEXELS texels of the displacement's image.
 
-    Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back;
-    StageError for a displacement of more than MAX_DISPLACEMENT times the extent of the mesh.
+    Raises UnsupportedError if the image needs too many triangles, or if two sheets lie back to back; StageError for a
+    displacement of more than MAX_DISPLACEMENT times the extent of the mesh.
     """
     if not any(amounts[number] != 0 for number in np.unique(of)):
         return triangles

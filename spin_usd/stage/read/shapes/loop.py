@@ -1,6 +1,6 @@
 """Loop subdivision of triangles, and points on its limit surface.
 
-Source: C. T. Loop, "Smooth subdivision surfaces based on triangles" (1987), whose limit positions are there too.
+Source: C. T. Loop, "Smooth subdivision surfaces based on triangles" (1987), including its limit positions.
 """
 
 from dataclasses import replace

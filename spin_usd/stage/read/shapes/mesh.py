@@ -62,7 +62,7 @@ def _checked_topology(
         )
     refuse(counts < 3, "faceVertexCounts", counts, "a face needs 3 corners", where)
     if counts.sum() != len(indices):
-        found = f"faceVertexCounts ask for {counts.sum()} indices, faceVertexIndices holds {len(indices)}"
+        found = f"faceVertexCounts require {counts.sum()} indices, faceVertexIndices holds {len(indices)}"
         raise StageError(found, where=where, do="fix the mesh")
     refuse(
         (indices < 0) | (indices >= len(points)), "faceVertexIndices", indices, f"there are {len(points)} points", where

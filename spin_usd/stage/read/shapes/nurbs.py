@@ -89,7 +89,7 @@ def _net(patch: UsdGeom.NurbsPatch, u: Axis, v: Axis, time: Usd.TimeCode) -> Flo
 
 
 def _surface(net: Float, u: Axis, v: Axis, steps: int) -> tuple[Float, Float]:
-    """Evaluate points and normals (V, U, 3); normals are 0 where there is none."""
+    """Evaluate points and normals (V, U, 3); normals are 0 if undefined."""
     (bu, du), (bv, dv) = u.bases(steps), v.bases(steps)
     whole, along_u, along_v = (
         np.einsum("vi,uj,ijc->vuc", of_v, of_u, net) for of_v, of_u in ((bv, bu), (bv, du), (dv, bu))

@@ -90,7 +90,7 @@ def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
 
 
 def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    """Read a capsule whose radii are those of the circles at the spine's ends, where spheres meet the cone between them
+    """Read a capsule whose radii belong to the circles at the spine's ends, where spheres meet the cone between them
     without an edge (as USD's extent has it): a sphere's own radius is larger, and its centre shifted along the
     spine."""
     h = _size(prim, "height", time, zero=True) / 2

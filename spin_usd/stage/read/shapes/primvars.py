@@ -26,11 +26,11 @@ class FoundPrimvar:
     indices: Int
     """(N,): the value of each element."""
     interpolation: str
-    """What an element is."""
+    """Interpolation: constant, per face and so on."""
     where: str
     """For messages."""
     prim: Usd.Prim
-    """The one that authors it."""
+    """Prim that authors it."""
     clamped: bool = False
     """Whether values above 1 were set to 1."""
 
@@ -82,8 +82,7 @@ class Corners:
 
 
 def known_interpolation(interpolation: str, where: object) -> str:
-    """Return the `interpolation` as it is. Raises StageError for one that USD does not have: it is metadata, which may
-    be any text."""
+    """Return the `interpolation`. Raises StageError for an unknown one: it is metadata, which may be any text."""
     if interpolation not in INTERPOLATIONS:
         do = f"use one of {', '.join(INTERPOLATIONS)}"
         raise StageError(f"has the interpolation '{interpolation}'", where=where, do=do)
@@ -98,7 +97,7 @@ def check_count(interpolation: str, count: int, needed: int, where: str) -> None
 
 
 def check_elements(primvar: FoundPrimvar, mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> None:
-    """Raise UnsupportedError where a mesh has another number of what the primvar has its values for."""
+    """Raise UnsupportedError if the number of the primvar's values does not match its interpolation."""
     attributes = {
         "uniform": mesh.GetFaceVertexCountsAttr(),
         "faceVarying": mesh.GetFaceVertexIndicesAttr(),
@@ -112,7 +111,7 @@ def check_elements(primvar: FoundPrimvar, mesh: UsdGeom.Mesh, time: Usd.TimeCode
 
 
 def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -> FoundPrimvar | None:
-    """Find the primvar `name`, of `channels` numbers each, that `prim` has or inherits; None where there is none.
+    """Find the primvar `name`, of `channels` numbers each, that `prim` has or inherits; None if missing.
 
     Raises UnsupportedError for one of another type, StageError for values that are not finite.
     """

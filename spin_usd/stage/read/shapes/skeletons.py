@@ -1,7 +1,7 @@
 """The deformations of gprims by skeletons at one time, as UsdSkel's own library finds and computes them.
 
-A prim is deformed only below a SkelRoot. Where there is no animation the skeleton is in its rest pose; one that has
-neither, or no bind pose, moves nothing, and its gprims stay where they are authored.
+A prim is deformed only below a SkelRoot. Without animation the skeleton is in its rest pose; a skeleton without both,
+or without bind pose, moves nothing, and its gprims stay as authored.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,7 +33,7 @@ class Deformation:
     shape_weights: Sequence[float]
     """Of all the animation's blend shapes."""
     T_own_skeleton: Gf.Matrix4d
-    """Row-vector matrix from the skeleton's axes, in which UsdSkel places what it skins, to the gprim's own."""
+    """Row-vector matrix from the skeleton's axes, in which UsdSkel places skinned points, to the gprim's."""
 
     @property
     def skins(self) -> bool:

@@ -79,14 +79,14 @@ def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: I
     if scheme == "loop" and (counts != 3).any():
         found = f"has subdivision scheme loop and a face of {counts[counts != 3][0]} corners"
         raise UnsupportedError(found, where=where, do="triangulate it")
-    smooth = read(mesh.GetTriangleSubdivisionRuleAttr(), time) == UsdGeom.Tokens.smooth  # what loop does anyway
+    smooth = read(mesh.GetTriangleSubdivisionRuleAttr(), time) == UsdGeom.Tokens.smooth  # as loop does anyway
     if scheme != "loop" and smooth and (counts == 3).any():
         do = "use catmullClark"
         raise UnsupportedError("has triangleSubdivisionRule = smooth", where=where, do=do)
 
 
 def _cut(faces: Any) -> Any:
-    """Cut quadrangles (F, 4, ...) into triangles (2 F, 3, ...); triangles (F, 3, ...) stay as they are."""
+    """Cut quadrangles (F, 4, ...) into triangles (2 F, 3, ...); triangles (F, 3, ...) stay unchanged."""
     if faces.shape[1] == 3:
         return faces
     halves = faces[:, [[0, 1, 2], [0, 2, 3]]]
@@ -155,7 +155,7 @@ class PrimvarCage:
 
 
 def primvar_cage(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bilinear: bool) -> PrimvarCage:
-    """Build the cage of a primvar's values beside that of the points. Raises StageError for a wrong count of values,
+    """Build the cage of a primvar's values beside the points' cage. Raises StageError for a wrong count of values,
     UnsupportedError for a mode that USD does not have."""
     if mode not in MODES:
         found = f"has faceVaryingLinearInterpolation = {mode}"

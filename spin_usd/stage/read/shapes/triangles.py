@@ -30,7 +30,7 @@ class Triangles:
     primvars: Mapping[str, Float] = field(default_factory=dict)
     """(T, 3, C) at the corners, by name."""
     mended: Mapping[str, Int] = field(default_factory=dict)
-    """Faces of the prim by what was mended in them, a code of `check`'s rules."""
+    """Mended faces of the prim, by the code of `check`'s rule."""
 
     def transformed(self, matrix: Float, where: object) -> "Triangles":
         """Transform by the row-vector `matrix` (4, 4); normals by its inverse transpose. A mirror flips the winding."""
@@ -84,7 +84,7 @@ def determinant(matrix: Float, where: object) -> float:
 
 
 def face_normals(points: Float, corners: Int) -> Float:
-    """Compute unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
+    """Compute unit normals (T, 3) of triangles (T, 3); (0, 0, 1) for zero area."""
     return unit(normals_of(points, corners))
 
 

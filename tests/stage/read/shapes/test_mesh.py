@@ -164,7 +164,7 @@ def test_primvar_normals_win_and_follow_their_indices() -> None:
 
 BAD = {
     "a face needs 3 corners": (SQUARE, [2, 4], [0, 1, 0, 1, 2, 3], {}),
-    "faceVertexCounts ask for 5 indices": (SQUARE, [5], [0, 1, 2, 3], {}),
+    "faceVertexCounts require 5 indices": (SQUARE, [5], [0, 1, 2, 3], {}),
     r"faceVertexIndices\[3\] is 4, but there are 4 points": (SQUARE, [4], [0, 1, 2, 4], {}),
     r"faceVertexIndices\[0\] is -1": (SQUARE, [4], [-1, 1, 2, 3], {}),
     r"points\[1\] is \[nan": ([[0, 0, 0], [np.nan, 0, 0], [1, 1, 0]], [3], [0, 1, 2], {}),
