@@ -77,7 +77,7 @@ def test_its_log_is_rendered_to_the_same_pictures(small_stage, spin_usd, tmp_pat
     with served(small_stage, "--log", tmp_path / "log") as (at, process):
         client = Client(at)
         stage = client.ask(ask="stage")
-        assert list(stage["targets"]) == ["tango"]
+        assert list(stage["targets"]) == ["cubesat"]
         assert len(stage["frames"]) == 8
         for step in range(12):
             asked = {"pose": approach(step), "time": 0.2 * step, "arrays": ["image", "depth"]}
@@ -218,7 +218,7 @@ def test_the_client_in_the_documents_works(small_stage) -> None:
             [sys.executable, REPOSITORY / "docs" / "loop_client.py", at], capture_output=True, text=True, check=True
         )
     first, *steps, last = done.stdout.splitlines()
-    assert first == "targets: tango"
+    assert first == "targets: cubesat"
     seen = [int(step.split()[3]) for step in steps]
     assert len(seen) == 20
     assert seen[-1] > 3 * seen[0] > 0
