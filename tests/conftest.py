@@ -31,8 +31,6 @@ SHARED = REPOSITORY.parent / "shared"
 EXAMPLE_POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
 CUBESAT_NEARER = 0.17
 """How much nearer the CubeSat is in the small stage than Tango in the examples' poses: it is smaller by as much."""
-SUN = "0.3,-0.2,-1"
-"""To the Sun in camera axes: most of what the camera sees is lit."""
 REPORTS = {"check", "diff", "doctor", "plan", "render", "score"}
 """Commands whose --json has a schema."""
 
@@ -198,7 +196,7 @@ def small_tango_stage(library, spin_usd):
 def _author_small(spin_usd, folder, poses, target) -> None:
     (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
     spin_usd("author", "--poses", poses, "--target", target, "--camera", folder / "camera.json",
-             "--sun-direction", SUN, "--out", folder / "stage")  # fmt: skip
+             "--out", folder / "stage")  # fmt: skip
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 
 import pytest
 
@@ -109,6 +110,7 @@ def test_the_tests_are_there(test) -> None:
     assert name in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
 
 
+@cache
 def modules():
     return {path: ast.parse(path.read_text()) for path in sorted((REPOSITORY / "spin_usd").rglob("*.py"))}
 
