@@ -59,8 +59,8 @@ TESTS = {
         "hostile/test_damaged_input.py::test_pictures_that_cannot_be_decoded_are_findings_and_others_are_found_too",
     ],
     "nest values without end": [
-        "test_nesting.py::test_deep_json_is_refused_before_it_is_parsed",
-        "test_nesting.py::test_deep_toml_is_refused_soon",
+        "basics/test_nesting.py::test_deep_json_is_refused_before_it_is_parsed",
+        "basics/test_nesting.py::test_deep_toml_is_refused_soon",
     ],
     "be a web page, open in your browser": [
         "commands/keypoints/test_guarded_server.py::test_only_its_own_page_may_ask_it",

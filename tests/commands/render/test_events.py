@@ -179,13 +179,13 @@ def test_the_plan_says_how_many_renders_it_takes(made, stage) -> None:
 @pytest.mark.parametrize(
     "how",
     [
-        {"start": 0.0, "speed": 0.6, "distance": 1.5},  # it leaves the frame
+        {"start": 0.0, "speed": 0.6, "distance": 1.5, "resolution": "32"},  # it leaves the frame
         {"start": -5.0, "speed": 5.0, "distance": 60.0},  # half a pixel
         {"start": 3.0, "speed": 0.0},  # it is never in it
     ],
 )
 def test_targets_that_leave_or_are_tiny_or_are_not_there(tmp_path, how) -> None:
-    stage = author_moving(tmp_path / "moving", resolution="64", **how)
+    stage = author_moving(tmp_path / "moving", **{"resolution": "64", **how})
     render(stage, out=tmp_path / "set", **OPTIONS)
     events = Dataset(tmp_path / "set").events()
     assert (len(events) > 20) == bool(how["speed"])
