@@ -29,6 +29,8 @@ hypothesis.settings.load_profile("steady")
 REPOSITORY = Path(__file__).resolve().parent.parent
 SHARED = REPOSITORY.parent / "shared"
 EXAMPLE_POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+CUBESAT_NEARER = 0.17
+"""How much nearer the CubeSat is in the small stage than Tango in the examples' poses: it is smaller by as much."""
 REPORTS = {"check", "diff", "doctor", "plan", "render", "score"}
 """Commands whose --json has a schema."""
 
@@ -171,14 +173,30 @@ def library(request, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def small_stage(library, spin_usd):
-    """A stage of eight pictures of Tango at 240 x 150 with SPEED+'s lens: the path of its root layer."""
+    """A stage of eight pictures of the CubeSat at 240 x 150 with SPEED+'s lens: the path of its root layer. Tango takes
+    twice as long to author and render, and eight times as long to check. The CubeSat is as large in its pictures."""
 
     def make(folder):
-        (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
-        spin_usd("author", "--poses", EXAMPLE_POSES, "--target", "tango", "--camera", folder / "camera.json",
-                 "--out", folder / "stage")  # fmt: skip
+        poses = json.loads(EXAMPLE_POSES.read_text())
+        for pose in poses:
+            pose["r_Vo2To_vbs_true"] = [CUBESAT_NEARER * metres for metres in pose["r_Vo2To_vbs_true"]]
+        (folder / "poses.json").write_text(json.dumps(poses))
+        _author_small(spin_usd, folder, folder / "poses.json", "cubesat")
 
     return library.folder("small", make) / "stage" / "dataset.usda"
+
+
+@pytest.fixture(scope="session")
+def small_tango_stage(library, spin_usd):
+    """A stage of eight pictures of Tango at 240 x 150 with SPEED+'s lens: the path of its root layer."""
+    made = library.folder("small_tango", lambda folder: _author_small(spin_usd, folder, EXAMPLE_POSES, "tango"))
+    return made / "stage" / "dataset.usda"
+
+
+def _author_small(spin_usd, folder, poses, target) -> None:
+    (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
+    spin_usd("author", "--poses", poses, "--target", target, "--camera", folder / "camera.json",
+             "--out", folder / "stage")  # fmt: skip
 
 
 @pytest.fixture(scope="session")
@@ -194,13 +212,20 @@ def cubesat_stage(library, spin_usd):
 
 @pytest.fixture(scope="session")
 def rendered(library, small_stage, spin_usd):
-    """The folder of a dataset of three pictures at 240 x 150, with radiance."""
+    """The folder of a dataset of three pictures of the CubeSat at 240 x 150, with radiance."""
+    return library.folder("rendered", lambda folder: _render_three(spin_usd, small_stage, folder)) / "dataset"
 
-    def make(folder):
-        spin_usd("render", small_stage, "--out", folder / "dataset", "--renderer", "raycast", "--frames", "0:3",
-                 "--radiance")  # fmt: skip
 
-    return library.folder("rendered", make) / "dataset"
+@pytest.fixture(scope="session")
+def rendered_tango(library, small_tango_stage, spin_usd):
+    """The folder of a dataset of three pictures of Tango at 240 x 150, with radiance."""
+    made = library.folder("rendered_tango", lambda folder: _render_three(spin_usd, small_tango_stage, folder))
+    return made / "dataset"
+
+
+def _render_three(spin_usd, stage, folder) -> None:
+    spin_usd("render", stage, "--out", folder / "dataset", "--renderer", "raycast", "--frames", "0:3",
+             "--radiance")  # fmt: skip
 
 
 @pytest.fixture(scope="session")

@@ -58,16 +58,23 @@ def test_the_reference_has_all_that_the_code_offers(site, page) -> None:
     assert not missing
 
 
-@pytest.fixture
-def troubleshooting(monkeypatch):
-    monkeypatch.syspath_prepend(REPOSITORY / "tools")
-    return importlib.import_module("pages.troubleshooting")
+@pytest.fixture(scope="module")
+def troubleshooting():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(REPOSITORY / "tools")
+        yield importlib.import_module("pages.troubleshooting")
+
+
+@pytest.fixture(scope="module")
+def messages(troubleshooting):
+    """What is found and what to do, of every message in the code, which is read once."""
+    return list(troubleshooting.messages())
 
 
 def test_the_page_of_messages_has_every_rule_with_what_to_do(troubleshooting) -> None:
-    rows = troubleshooting.page().splitlines()
+    rows = [row.replace("\\", "") for row in troubleshooting.page().splitlines()]
     for code, rule in RULES.items():
-        assert f"| `{code}` | {rule.meaning} | {rule.remedy} |" in [row.replace("\\", "") for row in rows]
+        assert f"| `{code}` | {rule.meaning} | {rule.remedy} |" in rows
 
 
 WRONG = {
@@ -79,21 +86,17 @@ WRONG = {
 
 
 @pytest.mark.parametrize("ask", WRONG.values(), ids=WRONG)
-def test_the_page_of_messages_has_what_users_read(troubleshooting, ask, tmp_path) -> None:
+def test_the_page_of_messages_has_what_users_read(messages, ask, tmp_path) -> None:
     with pytest.raises(spin_usd.SpinError) as raised:
         ask(tmp_path)
-    assert [
-        found
-        for found, do in troubleshooting.messages()
-        if do and _is_of(raised.value.found, found) and _is_of(raised.value.do, do)
-    ]
+    assert [found for found, do in messages if do and _is_of(raised.value.found, found) and _is_of(raised.value.do, do)]
 
 
-def test_the_page_of_messages_has_what_is_noted(troubleshooting) -> None:
+def test_the_page_of_messages_has_what_is_noted(messages) -> None:
     """By the words that `author` and `check` print; what to do is the rule's."""
     points, faces = box()
     (noted,) = face_findings(target(points, np.concatenate([faces, faces])))
-    remedies = [do for found, do in troubleshooting.messages() if _is_of(noted.message, found)]
+    remedies = [do for found, do in messages if _is_of(noted.message, found)]
     assert remedies == [RULES[noted.code].remedy]
 
 

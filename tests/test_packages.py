@@ -17,7 +17,7 @@ from tests.conftest import REPOSITORY
 READ = """
 import sys, spin_usd
 dataset = spin_usd.Dataset(sys.argv[1])
-crops = dataset.where("visible > 0.5").split(1.0)[0].crop("tango", 64)
+crops = dataset.where("visible > 0.5").split(1.0)[0].crop("cubesat", 64)
 batch = dataset.collate([*crops], labels=["image", "depth", "segmentation", "dense_pose"])
 assert batch["dense_pose"].shape == (len(dataset), 64, 64, 3), batch["dense_pose"].shape
 assert batch["depth"].max() > 1 and dataset.resize((60, 40))[0].image.shape == (40, 60)

@@ -35,7 +35,7 @@ import json, spin_usd
 dataset = spin_usd.Dataset(sys.argv[1])
 picture = dataset[0]
 assert picture.image.any() and picture.segmentation.any() and picture.dense_pose[picture.depth > 0].any()
-crops = dataset.where("visible > 0").crop("tango", 32)
+crops = dataset.where("visible > 0").crop("cubesat", 32)
 assert dataset.collate([*crops], labels=["image", "depth"])["depth"].shape == (len(dataset), 32, 32)
 """
 EXCHANGE = """

@@ -17,6 +17,12 @@ PLAIN = {"fx": 640.0, "fy": 640.0, "cx": 120.0, "cy": 75.0, "distortion": [0.0] 
 """A camera without distortion, of the rendered pictures' size."""
 
 
+@pytest.fixture(scope="session")
+def rendered(rendered_tango):
+    """Three pictures of Tango, whose parts and keypoints are of all kinds, in place of the CubeSat's."""
+    return rendered_tango
+
+
 def clone(source: Path, folder: Path, pictures) -> Path:
     """Make a dataset in `folder` of `pictures`: dicts with "frame", and where they differ from a rendered picture
     "variant", "index", "time", "q", "t", "camera" (members that change) and "kinds" (those that it has)."""

@@ -21,7 +21,7 @@ def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_
     q, t = record["pose"]["q_cam_body"], record["pose"]["t_cam_body"]
     assert record["source_file"] == "img000001.jpg"
     (target,) = record["targets"]
-    assert (target["id"], target["name"], target["pose"]) == (1, "tango", record["pose"])
+    assert (target["id"], target["name"], target["pose"]) == (1, "cubesat", record["pose"])
     assert target["range"] == pytest.approx(np.linalg.norm(t))
     sun, pose = record["sun"], Transform.from_quaternion(to="cam", of="body", q=q, t=t)
     assert np.linalg.norm(sun["towards_cam"]) == pytest.approx(1)
@@ -35,7 +35,7 @@ def test_names_that_change_nothing_else_are_reported_and_nothing_is_made_again(s
     shutil.copytree(small_stage.parent, stage.parent)
     before = render(spin_usd, stage, out, "--labels-only")
     assert "sun" not in before
-    stage.write_text(stage.read_text().replace('spin:target:name = "tango"', 'spin:target:name = "mango"'))
+    stage.write_text(stage.read_text().replace('spin:target:name = "cubesat"', 'spin:target:name = "mango"'))
     image = (out / "depth" / "nominal" / "img000001.exr").stat()
     after = render(spin_usd, stage, out, "--labels-only")
     assert (out / "depth" / "nominal" / "img000001.exr").stat() == image

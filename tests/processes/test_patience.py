@@ -101,12 +101,12 @@ def test_a_loop_in_a_process_that_the_child_started_is_the_childs(started) -> No
 
 @pytest.mark.parametrize("asked", [asked_of_a_child, asked_of_a_pool])
 def test_a_child_that_is_stopped_for_longer_than_its_limit_loses_nothing(started, asked, caplog, monkeypatch) -> None:
-    monkeypatch.setattr(patience, "STOPPED_S", 0.5)
+    monkeypatch.setattr(patience, "STOPPED_S", 0.25)
     patience._say.cache_clear()
     child = started(WORK)
     child.process.send_signal(signal.SIGSTOP)
-    threading.Timer(3.0, child.process.send_signal, [signal.SIGCONT]).start()
-    assert asked(child, 1.0) == 7
+    threading.Timer(1.5, child.process.send_signal, [signal.SIGCONT]).start()
+    assert asked(child, 0.6) == 7
     (record,) = [each for each in caplog.records if each.name.startswith("spin_usd")]
     assert record.getMessage().startswith(f"the worker process {child.process.pid} is stopped")
 

@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 
 from spin_usd import Dataset, FreshDataset, SpinError
-from tests.conftest import EXAMPLE_POSES
 
 DRAWN = """schema = "augment-1"
 [[augmentation]]
@@ -42,8 +41,9 @@ def fresh(rendered, spec):
 def clean(spin_usd, small_stage, tmp_path_factory):
     """A stage by a detector without noise, which each appearance has its own of, and its dataset."""
     folder = tmp_path_factory.mktemp("clean")
-    spin_usd("author", "--poses", EXAMPLE_POSES, "--target", "tango", "--frames", "0:3", "--preset", "ideal",
-             "--camera", small_stage.parents[1] / "camera.json", "--out", folder / "stage")  # fmt: skip
+    poses, camera = (small_stage.parents[1] / name for name in ("poses.json", "camera.json"))
+    spin_usd("author", "--poses", poses, "--target", "cubesat", "--frames", "0:3", "--preset", "ideal",
+             "--camera", camera, "--out", folder / "stage")  # fmt: skip
     spin_usd("render", folder / "stage", "--out", folder / "dataset", "--renderer", "raycast", "--samples", "1")
     return folder
 
@@ -115,8 +115,10 @@ def test_a_crop_is_the_whole_cropped(clean, tmp_path) -> None:
 
 def test_noise_of_a_crop_is_that_of_its_detector(fresh, rendered, spec) -> None:
     dark = []
+    crops = FreshDataset(rendered, spec, seed=5).crop(size=64)
     for epoch in range(20):
-        picture = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=64)[0]
+        crops.set_epoch(epoch)
+        picture = crops[0]
         background = picture.image[picture.depth == 0]
         dark.append((picture.drawn.values["sensor.read_noise"], float((background > 0).mean())))
     noisy, clean = (np.mean([share for noise, share in dark if (noise > 12.5) is more]) for more in (True, False))

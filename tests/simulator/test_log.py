@@ -13,7 +13,6 @@ from spin_usd import Dataset, Simulator, SpinError
 from spin_usd.stage.augment.logged_stage import REQUESTS, SAVE_S
 
 HOW = {"renderer": "raycast", "samples": 1}
-pytestmark = pytest.mark.children  # a lock is a process's
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +27,7 @@ def made_again(log, spin_usd, folder):
     return {picture.frame: picture.image for picture in Dataset(folder)}
 
 
+@pytest.mark.children  # a log's lock is a process's
 def test_it_goes_on_with_its_own_seed_and_parts(small_stage, part, spin_usd, tmp_path) -> None:
     moved, images = np.eye(4), {}
     moved[2, 3] = 0.1
@@ -70,6 +70,7 @@ def test_a_time_that_cannot_be_shown_can_be_asked_for_again(small_stage, tmp_pat
             simulator.picture(time=1.0)
 
 
+@pytest.mark.children
 def test_a_death_between_saving_and_answering_logs_nothing_twice(small_stage, spin_usd, tmp_path) -> None:
     log, others = tmp_path / "log", set(psutil.Process().children())
     with Simulator(small_stage, log=log, **HOW) as simulator:
@@ -106,8 +107,8 @@ def test_what_the_first_picture_changes_is_changed_in_the_next_too(small_stage, 
         np.testing.assert_array_equal(again[name], image)
 
 
-def test_a_request_that_is_refused_changes_no_picture_before(small_stage, spin_usd, tmp_path) -> None:
-    with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
+def test_a_request_that_is_refused_changes_no_picture_before(small_tango_stage, spin_usd, tmp_path) -> None:
+    with Simulator(small_tango_stage, log=tmp_path / "log", **HOW) as simulator:
         first = simulator.picture(1)
         for values in ({"material.*.roughness": 0.1}, {"sun.temperature": 4000.0}):
             with pytest.raises(SpinError, match="cannot be changed in a log"):
@@ -135,6 +136,7 @@ def test_a_stage_whose_target_moves_is_posed_and_logged(spin_usd, tmp_path) -> N
         np.testing.assert_array_equal(again[name], image)
 
 
+@pytest.mark.children  # a log's lock is a process's
 def test_one_simulator_at_a_time_has_it(small_stage, tmp_path) -> None:
     with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
         simulator.picture(0)

@@ -88,8 +88,11 @@ variantSet "augmentation" = {
 @pytest.fixture(scope="module")
 def stage(small_stage, tmp_path_factory):
     """The small stage with five variants: a weaker Sun; another colour and background; materials; lens; detector."""
-    folder = tmp_path_factory.mktemp("augmented")
-    shutil.copytree(small_stage.parent, folder, dirs_exist_ok=True)
+    return augmented(small_stage, tmp_path_factory.mktemp("augmented"))
+
+
+def augmented(small, folder):
+    shutil.copytree(small.parent, folder, dirs_exist_ok=True)
     sets = 'prepend variantSets = "augmentation"'
     (folder / "augmented.usda").write_text(over_stage(frames=8, metadata=sets, body=AUGMENTATIONS))
     return folder / "augmented.usda"
@@ -354,10 +357,9 @@ def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_
 
 
 @pytest.mark.slow
-def test_a_texture_concerns_those_who_show_it(stage, tmp_path, spin_usd) -> None:
+def test_a_texture_concerns_those_who_show_it(small_tango_stage, tmp_path, spin_usd) -> None:
     """Of the looks, `reflective` shows the solar cells' image and `matt` does not."""
-    shutil.copytree(stage.parent, tmp_path / "stage")
-    own, out = tmp_path / "stage" / stage.name, tmp_path / "dataset"
+    own, out = augmented(small_tango_stage, tmp_path / "stage"), tmp_path / "dataset"
     assert passes(make(own, out, variants=("nominal", "matt"))) == (6, 3, 3, 6, 0)
     before, renders = digests(out), {path.name for path in cached(out)}
     path = tmp_path / "stage" / "targets" / "tango" / "textures" / "solar_cell.png"

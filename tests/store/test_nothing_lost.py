@@ -21,9 +21,6 @@ from tests.cases.requests import request_for
 from tests.cases.root_layers import over_stage
 from tests.conftest import REPOSITORY, speedplus_camera
 
-pytestmark = pytest.mark.children
-
-
 TOKEN = "0123456789abcdef" * 2
 CRAFT = """#usda 1.0
 (
@@ -182,7 +179,10 @@ def test_a_link_in_a_datasets_own_place_is_refused_and_found(authored, dataset, 
 
 
 @pytest.mark.parametrize("name", ["dataset.json", "records/nominal/img000001.json", "cache/measured.json", ".lock"])
-def test_a_pipe_in_a_dataset_is_refused_and_waited_for_by_nobody(authored, dataset, spin_usd, name) -> None:
+def test_a_pipe_in_a_dataset_is_refused_and_waited_for_by_nobody(
+    authored, dataset, spin_usd, name, monkeypatch
+) -> None:
+    monkeypatch.setattr("spin_usd.store.dataset_folder.PATIENCE_S", 0.2)
     (dataset / name).unlink(missing_ok=True)
     os.mkfifo(dataset / name)
     with pytest.raises(InputError):
@@ -222,6 +222,7 @@ def killed_while_rendering(stage, out) -> None:
     assert process.wait() == -signal.SIGKILL
 
 
+@pytest.mark.children
 @pytest.mark.slow
 def test_look_alikes_of_all_our_names_stay(authored, dataset, outside, tmp_path) -> None:
     """After a resumed run, a failing one, one that prunes, one without a cache, a killed one and the one after it, and

@@ -109,7 +109,7 @@ def test_appearances_are_dealt_out_in_turn(tango, tmp_path, spin_usd) -> None:
     )
     stage = tango.parent / "stage"
     spin_usd("augment", stage, "--spec", spec, "--out", stage / "three.usda")
-    render = ("--variants", "a_*", "--renderer", "raycast", "--labels", "none", "--frames", "0:6")
+    render = ("--variants", "a_*", "--renderer", "raycast", "--labels", "none", "--frames", "0:6", "--samples", "1")
     spin_usd("render", stage / "three.usda", "--out", tmp_path / "three", *render)
     one = [each.name for each in read_set(tmp_path / "three", appearances=1).pictures]
     assert sorted(name[-3:] for name in one) == ["a_1", "a_1", "a_2", "a_2", "a_3", "a_3"]

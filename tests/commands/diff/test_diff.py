@@ -41,7 +41,7 @@ def over(*path, text="", metadata="") -> str:
     return f'over "{first}" (\n{"" if rest else metadata}\n)\n{{\n{inner}\n}}\n'
 
 
-SUN, SURFACE = ("Lights", "Sun"), ("Target", "Model", "mtl", "BlackMli", "Surface")
+SUN, SURFACE = ("Lights", "Sun"), ("Target", "Model", "mtl", "BlackPaint", "Surface")
 VARIANTS = {
     "same": "",
     "lens": over("Camera", text="double spin:lens:fx = 400"),
@@ -64,7 +64,7 @@ EFFECTS = {
     "turned": ("/World/Lights/Sun.xformOp:rotateXYZ", "radiance", 8),
     "dark": ("/World/Lights/Sun", "radiance", 8),
     "lamp": ("/World/Lights/Lamp", "radiance", 8),
-    "rough": ("/World/Target/Model/mtl/BlackMli/Surface.inputs:roughness", "radiance", 8),
+    "rough": ("/World/Target/Model/mtl/BlackPaint/Surface.inputs:roughness", "radiance", 8),
     "idle": ("/World/Camera.clippingRange", "nothing", 0),
 }
 

@@ -1,5 +1,5 @@
 """The datasets of the tests of `exchange`, for the tests of the command."""
 
-from tests.exchange.conftest import blanked, plain, two_variants
+from tests.exchange.conftest import blanked, plain, rendered, two_variants
 
-__all__ = ["blanked", "plain", "two_variants"]
+__all__ = ["blanked", "plain", "rendered", "two_variants"]

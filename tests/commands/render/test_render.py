@@ -136,7 +136,8 @@ def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tm
 def test_a_moved_dataset_is_right_and_reproduced(blender_dataset, tmp_path, spin_usd) -> None:
     moved = tmp_path / "elsewhere"
     shutil.copytree(blender_dataset, moved)
-    assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
+    findings = json.loads(spin_usd("check", moved, "--json").stdout)["findings"]
+    assert {found["code"] for found in findings} <= {"nearly-black"}  # the Sun alone lights it, at times from the side
     made = json.loads(spin_usd("reproduce", moved, "img000003", "--json").stdout)
     assert len(made["files"]) == 5
     assert all(file["same"] for file in made["files"])
@@ -386,9 +387,8 @@ def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, datase
 def shorter(small_stage, tmp_path_factory, spin_usd):
     """The small stage's first three pictures, as a stage of their own."""
     out = tmp_path_factory.mktemp("shorter") / "stage"
-    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
-    camera = small_stage.parent.parent / "camera.json"
-    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", camera, "--frames", "0:3",
+    poses, camera = (small_stage.parents[1] / name for name in ("poses.json", "camera.json"))
+    spin_usd("author", "--poses", poses, "--target", "cubesat", "--camera", camera, "--frames", "0:3",
              "--out", out)  # fmt: skip
     return out / "dataset.usda"
 

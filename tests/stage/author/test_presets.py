@@ -50,7 +50,7 @@ def authored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, *OTHERS, "none")}
 
 
-def made(out: Path, preset: str | Path | None, target: str | Path = "tango") -> Path:
+def made(out: Path, preset: str | Path | None, target: str | Path = "cubesat") -> Path:
     report = author_stage(poses=POSES, target=target, camera="speedplus", out=out, frames="0:1", preset=preset)
     return Path(report.root)
 
