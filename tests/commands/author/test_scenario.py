@@ -120,7 +120,11 @@ def test_the_shadow_of_the_earth_begins_when_another_library_has_it(tmp_path: Pa
     changes = fine[1:][np.diff(sunlit.astype(int)) != 0]
     reader = StageReader(stage_of(tmp_path, file))
     # One picture of ten, and every one where light changes: a scene takes milliseconds, and there are 1,100.
-    frames = [f for f in reader.frames if f.time_s % 50 == 0 or np.abs(changes - f.time_s).min() < 50]
+    frames = [
+        f
+        for f in reader.frames
+        if f.time_s is not None and (f.time_s % 50 == 0 or np.abs(changes - f.time_s).min() < 50)
+    ]
     shares = np.array([reader.scene(frame).lights[0].obscuration for frame in frames])
     seconds = np.array([frame.time_s for frame in frames])
     for sign in (1, -1):
