@@ -65,7 +65,7 @@ def _print_views(report: "PlanReport") -> None:
 
 def _print_dataset(report: "PlanReport", out: Path) -> None:
     """Print what the dataset in the folder `out` already contains, and what a render would refuse."""
-    from spin_usd.commands.render import orphans, same_stage
+    from spin_usd.planning import orphans, same_stage
 
     print_out(f"already made: {report.cost.finished} pictures")
     if report.other_stage:

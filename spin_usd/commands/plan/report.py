@@ -11,16 +11,16 @@ from msgspec.structs import asdict
 
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.basics.json_fields import Count, JsonStruct, Positive, Sha256, Size
-from spin_usd.commands.render.orphans import orphaned_pictures
-from spin_usd.commands.render.request import common_work
-from spin_usd.commands.render.same_stage import other_origin
 from spin_usd.commands.render.workers import default_workers
 from spin_usd.errors import InputError
 from spin_usd.picture.kinds import BEAUTY_PASS
 from spin_usd.planning.cost import Timings, expected_work
 from spin_usd.planning.effort_choice import Chosen, Expected, doubts
 from spin_usd.planning.make_plan import Plan
+from spin_usd.planning.orphans import orphaned_pictures
+from spin_usd.planning.render_plan import common_work
 from spin_usd.planning.request import RenderRequest
+from spin_usd.planning.same_stage import other_origin
 from spin_usd.planning.skipped_counts import SkippedCount
 from spin_usd.planning.variant_table import VariantRow, VariantTable, variant_table
 from spin_usd.planning.work import CommonWork, PictureWork

@@ -8,10 +8,10 @@ from spin_usd.basics.pluralise import duration, pluralise
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.plan.options import PlanOptions
 from spin_usd.commands.plan.report import PlanReport, report_of
-from spin_usd.commands.render import request as rendering
 from spin_usd.events.calls import COUNT_STEPS, CountSteps
 from spin_usd.options import takes
 from spin_usd.picture.planned_picture import places_of
+from spin_usd.planning import render_plan
 from spin_usd.planning.make_plan import Plan
 from spin_usd.planning.request import RenderRequest
 from spin_usd.processes.ask_child import ask_child
@@ -27,7 +27,7 @@ def plan(options: PlanOptions) -> PlanReport:
     request = RenderRequest.of(options)
     dataset = None if options.out is None else Path(options.out).absolute()
     had = Store(root=dataset).kinds if dataset else ()
-    found = rendering.plan(request, progress=options.progress, explain=options.explain, had=had, timed=True)
+    found = render_plan.plan(request, progress=options.progress, explain=options.explain, had=had, timed=True)
     report = report_of(request, found, dataset, explained=options.explain)
     if not options.events:
         return report

@@ -7,19 +7,19 @@ from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
-from spin_usd.basics.progress import Note, Progress
 from spin_usd.basics.stop_signals import postponed
+from spin_usd.commands.render.render_run import RenderRun
 from spin_usd.commands.render.report import RenderReport, RunListener
-from spin_usd.commands.render.request import common_work
 from spin_usd.commands.render.task_queue import RenderTask
 from spin_usd.commands.render.workers import WorkerProcesses, make_pictures, workers_and_cores
 from spin_usd.events.make_events import EventRun
 from spin_usd.files.changes import remove_tree
-from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, RunOptions, flag_of
+from spin_usd.options import MAX_WORKERS, EffortOptions, PictureOptions, flag_of
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.planned_picture import PlannedPicture, places_of
 from spin_usd.planning.cost import read_measured, write_measured
 from spin_usd.planning.make_plan import Plan
+from spin_usd.planning.render_plan import common_work
 from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.planning.wall_time import one_core
@@ -31,34 +31,24 @@ from spin_usd.store.names import EVENT_CHUNKS, record_of
 
 
 class PictureMaking:
-    """The making of pictures of the request by the `processes`. `tells_first`: it says where the first one lies."""
+    """The making of pictures of a run by the `processes`. `names_first`: whether a note names the first one's file."""
 
-    def __init__(
-        self,
-        processes: WorkerProcesses,
-        request: RenderRequest,
-        options: RunOptions,
-        progress: Progress,
-        note: Note,
-        *,
-        tells_first: bool,
-    ) -> None:
-        self._processes, self._destination, self._lease = processes, processes.destination, processes.lease
-        self._store, self._request, self._options = self._destination.store, request, options
-        self._progress, self._note, self._tells_first = progress, note, tells_first
+    def __init__(self, run: RenderRun, processes: WorkerProcesses, *, names_first: bool) -> None:
+        self._run, self._processes, self._names_first = run, processes, names_first
+        self._store, self._request, self._options = run.store, run.request, run.options
 
     def workers(self, tasks: int) -> tuple[int, int]:
         """Return how many workers there are at most, and how many processors these share."""
-        return workers_and_cores(tasks, self._options.workers, cluster=self._destination.cluster is not None)
+        return workers_and_cores(tasks, self._options.workers, cluster=self._run.destination.cluster is not None)
 
     def make(self, planned: Plan, root: str, tasks: list[RenderTask], report: RenderReport) -> None:
         """Have the pictures made, and write down what they took."""
         count, cores = self.workers(len(tasks))
         shared = common_work(self._request, planned)
         again = partial(command_of, self._request, self._store.root, self._options.picture_timeout)
-        first = self._first if self._tells_first else None
+        first = self._first if self._names_first else None
         alone = partial(one_core, workers=count, cores=cores)
-        listener = RunListener(report, self._progress, self._note, shared, alone, again, first)
+        listener = RunListener(report, self._run.progress, self._run.note, shared, alone, again, first)
         limits = TimeLimits(
             options=shared,
             workers=count,
@@ -67,9 +57,9 @@ class PictureMaking:
             min_s=MIN_S if planned.settings.device == CPU else GRAPHICS_S,
             given=self._options.picture_timeout,
         )
-        if self._options.no_cache or self._destination.mirror:
+        if self._options.no_cache or self._run.destination.mirror:
             _keep_only_shared_renders(tasks)
-        if self._destination.mirror:
+        if self._run.destination.mirror:
             _keep_only_shared_labels(tasks)
         for_workers = self._worker_options(planned, root, renders=any(task.renders for task in tasks))
         with postponed() as stop:
@@ -79,7 +69,7 @@ class PictureMaking:
                 if stop.number is not None:
                     listener.stopped()
             if report.made:
-                write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
+                write_measured(self._store.folder, MEASURED, listener.measured, work=self._run.lease.work)
 
     def make_events(self, planned: Plan, root: str, report: RenderReport, *, labelled: bool) -> None:
         """Have the events of each variant made, between the first and the last of its pictures."""
@@ -89,17 +79,17 @@ class PictureMaking:
             for variant, places in places_of(planned.pictures).items():
                 run = EventRun(
                     self._store,
-                    self._lease,
+                    self._run.lease,
                     options,
                     variant=variant,
                     pictures=places,
                     provenance=planned.stages[variant],
                     labelled=labelled,
                     workers=workers,
-                    progress=self._progress,
+                    progress=self._run.progress,
                 )
                 if not run.make(stop):
-                    self._note(f"the events of {variant} are not all made")
+                    self._run.note(f"the events of {variant} are not all made")
                     return
                 report.events += 1
         remove_tree(self._store.folder, EVENT_CHUNKS)  # also those of a stage or settings that there were before
@@ -114,7 +104,7 @@ class PictureMaking:
             require_renderer(self._request.renderer, instead=ANOTHER_RENDERER)
         return WorkerOptions(
             root=str(self._store.root),
-            work=str(self._lease.work),
+            work=str(self._run.lease.work),
             stage=root,
             options=self._request.options.recorded,
             settings=planned.settings,

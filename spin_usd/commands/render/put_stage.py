@@ -8,19 +8,20 @@ from typing import Any
 from msgspec import to_builtins
 
 from spin_usd.basics.stop_signals import postponed
-from spin_usd.commands.render import orphans, same_stage
+from spin_usd.commands.render.render_run import RenderRun
 from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.labels.table import LABELS
 from spin_usd.options import RunOptions
 from spin_usd.picture.kinds import FILE_KINDS, IMAGE, IMAGE_MEANING, RADIANCE, RADIANCE_CHANNELS
+from spin_usd.planning import orphans, same_stage
 from spin_usd.planning.make_plan import Plan
-from spin_usd.planning.shard import Manifest, Shard, write_manifest
+from spin_usd.planning.shard import Manifest, write_manifest
 from spin_usd.records.descriptions import DatasetDescription, StageEntry
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.store.atomic import force_folder, write_json
-from spin_usd.store.dataset_folder import Lease, Store
+from spin_usd.store.dataset_folder import Store
 from spin_usd.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.store.names import DESCRIPTION, STAGE
 from spin_usd.store.read_documents import read_dataset_json
@@ -33,30 +34,19 @@ MEANINGS = {
 }
 
 
-def put_stage(
-    store: Store,
-    lease: Lease,
-    planned: Plan,
-    root: str,
-    kinds: Sequence[str],
-    options: RunOptions,
-    shard: Shard | None,
-    *,
-    copied: Path | None,
-) -> int:
+def put_stage(run: RenderRun, planned: Plan, root: str, kinds: Sequence[str]) -> int:
     """Put the stage, whose root layer is `root` then, and dataset.json, by which pictures are of these kinds, into the
-    folder, and return how many pictures of another stage were removed from it. `copied`: where the stage's copy lies,
-    None where it is the dataset's own already."""
-    work = lease.work
+    folder of the run, and return how many pictures of another stage were removed from it."""
+    store, work = run.store, run.lease.work
     with postponed():
-        if copied:
-            refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=copied)
-        removed = _remove_unwanted(store, planned, options)
-        if shard:
-            manifest = Manifest(count=shard.count, variants=planned.variants, frames=planned.frames)
+        if not run.owns_stage:
+            refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=run.copied)
+        removed = _remove_unwanted(store, planned, run.options)
+        if run.shard:
+            manifest = Manifest(count=run.shard.count, variants=planned.variants, frames=planned.frames)
             write_manifest(store, manifest, work=work)
         write_json(store.folder, DESCRIPTION, describe(store, planned, root, kinds), work=work)
-        if copied:
+        if not run.owns_stage:
             _adopt_stage(store, work)
     return removed
 

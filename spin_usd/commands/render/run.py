@@ -7,6 +7,7 @@ from spin_usd.basics.progress import Note, Progress, no_note
 from spin_usd.commands.render.dataset_run import DatasetRun
 from spin_usd.commands.render.destination import opened
 from spin_usd.commands.render.options import RenderOptions
+from spin_usd.commands.render.render_run import RenderRun
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.errors import InputError
 from spin_usd.files.url import is_url
@@ -77,8 +78,18 @@ def render_dataset(
         store = destination.store
         store.prepare(special_files_stay=only is not None)  # a repair leaves it where it is
         with store.locked() as lease:
-            run = DatasetRun(destination, lease, request, options, shard, only, event_labels, progress, note)
-            report = run.complete()
+            run = RenderRun(
+                destination=destination,
+                lease=lease,
+                request=request,
+                options=options,
+                shard=shard,
+                only=only,
+                event_labels=event_labels,
+                progress=progress,
+                note=note,
+            )
+            report = DatasetRun(run).complete()
             if not report.failed and not destination.mirror:
                 _tidy(store, report, keep=not options.no_cache)
                 if shard is None and only is None:  # a run of its own now, of which nobody waits for other shards

@@ -2,22 +2,18 @@
 
 from collections import Counter
 from functools import partial
-from pathlib import Path
 
 from msgspec import structs
 
 from spin_usd.basics.pluralise import pluralise
-from spin_usd.basics.progress import Note
+from spin_usd.commands.render.render_run import RenderRun
 from spin_usd.commands.render.report import RenderReport
 from spin_usd.commands.render.task_queue import RenderTask
-from spin_usd.options import RunOptions
 from spin_usd.picture.brightness import faults
 from spin_usd.picture.kinds import RENDERED
 from spin_usd.planning.make_plan import Plan
-from spin_usd.planning.request import RenderRequest
 from spin_usd.records.record import Record, StageProvenance
 from spin_usd.scene.derived.content_keys import RenderSettings
-from spin_usd.store.dataset_folder import Store
 from spin_usd.store.pictures_left import WantedFiles, kinds_left
 
 OTHER_OPTIONS = "made with other options"
@@ -25,41 +21,38 @@ OTHER_STAGE = "made from another state of the stage"
 OTHER_SOFTWARE = "made by another version of spin_usd"
 
 
-def wanted_files(
-    request: RenderRequest, options: RunOptions, kinds: tuple[str, ...], again: frozenset[str] | None
-) -> WantedFiles:
-    """Return which files of each picture are wanted, of these kinds. `again`: names of pictures that are made again
-    whatever is there."""
+def wanted_files(run: RenderRun, kinds: tuple[str, ...]) -> WantedFiles:
+    """Return which files of each picture the run wants, of these kinds."""
     return WantedFiles(
         kinds=kinds,
-        options=request.options.recorded,
-        image_suffix=request.image_suffix,
-        verify=options.verify,
-        again=again,
+        options=run.request.options.recorded,
+        image_suffix=run.request.image_suffix,
+        verify=run.options.verify,
+        again=run.only,
     )
 
 
 def unfinished_tasks(
-    store: Store, planned: Plan, root: str, wanted: WantedFiles, *, report: RenderReport, note: Note, work: Path
+    run: RenderRun, planned: Plan, root: str, wanted: WantedFiles, report: RenderReport
 ) -> list[RenderTask]:
     """Return what is left to make of the planned pictures, whose root layer is `root` in the dataset; the report counts
-    the others. `note` is given a sentence on pictures that are made again; `work` is for temporary files."""
+    the others."""
     stages = {variant: structs.replace(stage, root=root) for variant, stage in planned.stages.items()}
     again = Counter[str]()
     left = partial(
         kinds_left,
-        store,
+        run.store,
         wanted=wanted,
         names={target.id: target.name for target in planned.content.targets},
         finished=lambda record: report.add(faults(record)),
         outdated=lambda record, stage: again.update([why_outdated(record, planned.settings, stage)]),
-        work=work,
+        work=run.lease.work,
     )
     missing = ((picture, left(picture, stage=stages[picture.variant])) for picture in planned.pictures)
     tasks = [RenderTask(picture=picture, kinds=kinds) for picture, kinds in missing if kinds]
     report.reused = len(planned.pictures) - len(tasks)
     for why, count in again.items():
-        note(f"{pluralise(count, 'picture')} of the dataset, {why}, will be made again")
+        run.note(f"{pluralise(count, 'picture')} of the dataset, {why}, will be made again")
     return tasks
 
 

@@ -13,13 +13,13 @@ import psutil
 
 from spin_usd.basics.stop_signals import StopRequest
 from spin_usd.commands.render.calls import OPEN_WORKER, MadePicture, OpenWorker
-from spin_usd.commands.render.destination import Destination, StartWorker
+from spin_usd.commands.render.destination import StartWorker
+from spin_usd.commands.render.render_run import RenderRun
 from spin_usd.commands.render.report import RunListener
 from spin_usd.commands.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError
 from spin_usd.options import MAX_WORKERS
 from spin_usd.picture.planned_picture import PlannedPicture
-from spin_usd.planning.request import RenderRequest
 from spin_usd.planning.time_limit import TimeLimits
 from spin_usd.planning.worker_options import WorkerOptions
 from spin_usd.processes.child import Child, in_process
@@ -31,7 +31,6 @@ from spin_usd.processes.pool import ChildProtocol
 from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.processes.task import Done, Event, GivenUp, Opened, WorkerReport
 from spin_usd.scene.effort import CPU
-from spin_usd.store.dataset_folder import Lease
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at most; 300-400 MB is usual
 HULL_MODULE = "scipy.spatial"  # for the hull of every target; it takes a third of a second to load
@@ -55,14 +54,14 @@ def workers_and_cores(tasks: int, asked: int | None, *, cluster: bool) -> tuple[
 
 
 class WorkerProcesses:
-    """Starts the workers of a run into the `destination` under its `lease`.
+    """Starts the workers of a run.
 
     The first of this machine can be started ahead, before anybody knows what it is to do: a renderer loads for longer
     than a few pictures are planned.
     """
 
-    def __init__(self, destination: Destination, lease: Lease, request: RenderRequest) -> None:
-        self.destination, self.lease = destination, lease
+    def __init__(self, run: RenderRun) -> None:
+        self.destination, self._lease, request = run.destination, run.lease, run.request
         self._memory = rendering_memory(graphics=request.device != CPU)
         renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
         self._modules = (OPEN_WORKER.module, *renderer, HULL_MODULE)
@@ -80,7 +79,7 @@ class WorkerProcesses:
 
     def starter(self, options: WorkerOptions, workers: int) -> StartWorker:
         """Return what starts a worker by its number, of so many at most."""
-        return self.destination.start(options, self.lease, workers) or partial(self._start, options, workers)
+        return self.destination.start(options, self._lease, workers) or partial(self._start, options, workers)
 
     def _start(self, options: WorkerOptions, workers: int, number: int) -> Child:
         child, self._ahead = self._ahead or self._process(), None
@@ -89,7 +88,7 @@ class WorkerProcesses:
         return child
 
     def _process(self) -> Child:
-        lease = self.lease
+        lease = self._lease
         return Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=self._memory, modules=self._modules)
 
 

@@ -9,8 +9,8 @@ from msgspec import to_builtins
 
 from spin_usd.commands.diff.calls import CompareVariants
 from spin_usd.commands.diff.in_child import Selection, compare
-from spin_usd.commands.render.request import plan
 from spin_usd.errors import InputError, SpinError
+from spin_usd.planning.render_plan import plan
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.scene.effort import Effort
 from tests.cases.requests import request_for

@@ -8,10 +8,10 @@ import psutil
 import pytest
 
 from spin_usd.basics.progress import no_progress
-from spin_usd.commands.render.request import plan
 from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import RenderError
 from spin_usd.options import RunOptions
+from spin_usd.planning.render_plan import plan
 from spin_usd.planning.time_limit import TimeLimits
 from spin_usd.processes.deaths import TRIES, ChildDiedError, DeathCause, Retries
 from spin_usd.scene.effort import Effort

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import spin_usd
-from spin_usd.commands.render import orphans
+from spin_usd.planning import orphans
 from spin_usd.store.dataset_folder import Store
 from tests.stage.read.test_numbering import write
 
