@@ -235,7 +235,7 @@ def toml(value):
 def readers(tmp_path_factory):
     """The stage of each case, by parameter, and the nominal one. A reader numbers the parts of all variants of its
     stage: with eight in each stage that is done for 500, with all in one for 4,500."""
-    found = {}
+    found: dict[str, StageReader] = {}
     for cases in batched(CASES.items(), 8):
         found |= readers_of(tmp_path_factory.mktemp("parameters"), dict(cases))
     return found
