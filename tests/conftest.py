@@ -47,6 +47,17 @@ def pytest_configure(config) -> None:
         hold_to(share_of(int(ours["workerid"].removeprefix("gw")), ours["workercount"]))
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Keep the tests' files as pytest has compiled them, also where PYTHONDONTWRITEBYTECODE says otherwise: without,
+    each process of each run rewrites the assertions of 400 files, which takes six seconds."""
+    before, sys.dont_write_bytecode = sys.dont_write_bytecode, False
+    try:
+        return (yield)
+    finally:
+        sys.dont_write_bytecode = before
+
+
 @pytest.fixture(autouse=True)
 def children(request, monkeypatch) -> None:
     """Let commands start child processes as users' do in tests marked so; elsewhere what a child does is done in the

@@ -121,6 +121,7 @@ def test_pictures_that_cannot_be_decoded_are_findings_and_others_are_found_too(p
     assert "stray.png" in found.stdout + found.stderr
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # numpy warns of such numbers, and goes on
 @pytest.mark.parametrize(
     "change",
     [

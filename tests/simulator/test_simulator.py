@@ -35,13 +35,18 @@ def test_frames_are_those_of_render(small_stage, rendered) -> None:
             np.testing.assert_array_equal(made.mask(1), stored.mask(1))
 
 
+@pytest.fixture(scope="module")
+def by_blender(small_stage, spin_usd, tmp_path_factory):
+    """Two frames that Blender made in this process: as all that is shared, before a test asks for children."""
+    out = tmp_path_factory.mktemp("blender") / "dataset"
+    spin_usd("render", small_stage, "--out", out, "--frames", "0:2", "--samples", "2", "--labels", "none")
+    return Dataset(out)
+
+
 @pytest.mark.children
-def test_frames_are_those_of_blender_too(small_stage, spin_usd, tmp_path) -> None:
-    spin_usd(
-        "render", small_stage, "--out", tmp_path / "dataset", "--frames", "0:2", "--samples", "2", "--labels", "none"
-    )
+def test_frames_are_those_of_blender_too(small_stage, by_blender) -> None:
     with Simulator(small_stage, samples=2) as simulator:
-        for stored, made in zip(Dataset(tmp_path / "dataset"), simulator.pictures(simulator.frames[:2]), strict=True):
+        for stored, made in zip(by_blender, simulator.pictures(simulator.frames[:2]), strict=True):
             np.testing.assert_array_equal(made.image, stored.image)
 
 

@@ -82,21 +82,37 @@ def test_any_number_of_workers_makes_the_same_bytes(made, stage, tmp_path, worke
         assert (tmp_path / "set/events" / name).read_bytes() == (made / "events" / name).read_bytes()
 
 
-@pytest.mark.children
-def test_a_run_that_is_killed_goes_on_and_makes_the_same_bytes(made, stage, tmp_path) -> None:
-    out = tmp_path / "set"
-    options = ("--renderer", "raycast", "--samples", "4", "--labels", "none", "--events", "--event-labels")
-    command = [*COMMAND, str(stage), "--out", str(out), *options, "--workers", "2"]
-    environment = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-    while process.poll() is None and not list(out.glob(f"cache/{EVENTS}/*/{EVENTS}-*")):
-        time.sleep(0.02)
+@pytest.fixture(scope="module")
+def killed(stage, tmp_path_factory):
+    """What a run left that was killed after its first chunk of events."""
+    out = tmp_path_factory.mktemp("killed") / "set"
+    process = start(stage, out)
+    while process.poll() is None and not list(out.glob(f"cache/{EVENTS}/*/{STATE}-000001.npz")):
+        time.sleep(0.01)
     assert process.poll() is None
     process.send_signal(signal.SIGKILL)
     process.wait()
+    return out
+
+
+def start(stage, out):
+    """Start a run of two workers, as a user's."""
+    options = ("--renderer", "raycast", "--samples", "4", "--labels", "none", "--events", "--event-labels")
+    command = [*COMMAND, str(stage), "--out", str(out), *options, "--workers", "2"]
+    environment = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment)
+
+
+def left_by(killed, folder):
+    """A copy of what the killed run left, whose lock nobody holds."""
+    return shutil.copytree(killed, folder, ignore=shutil.ignore_patterns(".work-*"))
+
+
+def test_a_run_that_is_killed_goes_on_and_makes_the_same_bytes(made, stage, killed, tmp_path) -> None:
+    out = left_by(killed, tmp_path / "set")
     (first, *_) = sorted(out.glob(f"cache/{EVENTS}/*/{EVENTS}-*"))
     was = first.stat().st_mtime_ns
-    again = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment)
+    again = start(stage, out)
     while again.poll() is None and first.exists():
         assert first.stat().st_mtime_ns == was if first.exists() else True
         time.sleep(0.02)
@@ -104,25 +120,10 @@ def test_a_run_that_is_killed_goes_on_and_makes_the_same_bytes(made, stage, tmp_
     assert (out / "events/nominal.h5").read_bytes() == (made / "events/nominal.h5").read_bytes()
 
 
-@pytest.fixture(scope="module")
-def killed(stage, tmp_path_factory):
-    """What a run left that was killed after its first chunk of events."""
-    out = tmp_path_factory.mktemp("killed") / "set"
-    options = ("--renderer", "raycast", "--samples", "4", "--labels", "none", "--events", "--event-labels")
-    command = [*COMMAND, str(stage), "--out", str(out), *options, "--workers", "1"]
-    environment = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-    while process.poll() is None and not list(out.glob(f"cache/{EVENTS}/*/{STATE}-000001.npz")):
-        time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    return out
-
-
 @pytest.mark.parametrize("what", [EVENTS, STATE])
 def test_a_chunk_that_is_damaged_is_made_again(made, stage, killed, tmp_path, what) -> None:
     """As a power cut in the middle of a run leaves it."""
-    out = shutil.copytree(killed, tmp_path / "set", ignore=shutil.ignore_patterns(".work-*"))
+    out = left_by(killed, tmp_path / "set")
     (first, *_) = sorted(out.glob(f"cache/{EVENTS}/*/{what}-*"))
     os.truncate(first, 50)
     render(stage, out=out, event_labels=True, **OPTIONS)
