@@ -30,9 +30,9 @@ ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquit
 
 
 class ScenarioPictures:
-    """The pictures of the scenario in a file, of those that `frames` chooses.
+    """The pictures of the scenario in a file that `frames` selects.
 
-    files: those that they come from, by their roles · whole: how many there were to choose from.
+    files: their sources, by their roles · whole: the number of all pictures.
     """
 
     def __init__(self, given: str | Path, frames: str | None, progress: Progress) -> None:
@@ -63,7 +63,7 @@ class ScenarioPictures:
         return self._poses
 
     def light(self, stage: Any) -> SampledValues:
-        """Return what places Sun, planets and stars in the opened `stage`."""
+        """Return the values that place Sun, planets and stars in the opened `stage`."""
         seen = self._seen
         sky = PlacedSky(
             sun=seen.sun,
@@ -77,7 +77,7 @@ class ScenarioPictures:
 
 
 def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
-    """Return the scenario of the tables. Raises InputError, which lists the kinds where another is asked for."""
+    """Return the scenario of the tables. Raises InputError, which lists the kinds if one is unknown."""
     try:
         return read_as(Scenario, tables, file)
     except InputError as error:

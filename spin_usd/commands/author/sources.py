@@ -53,7 +53,7 @@ def selections(variant: Sequence[str]) -> dict[str, str]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sources:
-    """What a stage is made of beside its pictures."""
+    """The sources of a stage besides its pictures."""
 
     stage: StageSources
     target_file: Path
@@ -74,7 +74,7 @@ class Sources:
 
 
 def open_sources(options: AuthorOptions, pictures: Mapping[str, Path]) -> Sources:
-    """Open what the options name; `pictures`: the files that the poses come from. Raises InputError."""
+    """Open the sources that the options name; `pictures`: the files of the poses. Raises InputError."""
     additions = read_additions(options)
     if not -(2**63) <= options.seed < 2**63:
         raise InputError(f"seed {options.seed} does not fit 64 bits")
@@ -148,8 +148,8 @@ def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
 
 
 def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[OtherBody]) -> dict[str, Option]:
-    """Return what was given that decides pictures beside the files, by the names of `author`'s options and the roles of
-    the `others`; targets come first."""
+    """Return the given values that change pictures besides the files, by the names of `author`'s options and the roles
+    of the `others`; targets come first."""
     sample = "" if options.sample is None else str(options.sample)
     resolution = None if options.resolution is None else str(options.resolution)
     recorded = {
@@ -188,7 +188,7 @@ def _surroundings_file(given: str, kind: str) -> Path:
 
 
 def earth_maps(given: str | Path) -> dict[str, Path]:
-    """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
+    """Return the maps in a folder, or the map in a file, by kind: albedo, clouds, night.
 
     Raises InputError for a folder without maps or with two of a kind, and for a file that is not a map.
     """
@@ -198,7 +198,7 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
         kind = _kind(file.stem.lower())
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
-            raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
+            raise InputError(found, where=path, do="keep one; names with cloud or night mark these kinds")
         maps[kind] = file
     return maps
 
@@ -209,7 +209,7 @@ def _kind(name: str) -> str:
 
 def images_in(path: Path, what: str) -> list[Path]:
     """Return the images in the folder `path`, in order, or the image that it is. Raises InputError, which calls them
-    `what`, for a folder without any, and for what is none, or cannot be opened."""
+    `what`, for a folder without any, and for a file that is not an image, or cannot be opened."""
     files = [path]
     if path.is_dir():
         listed = (file for file in path.iterdir() if not file.name.startswith("."))  # of macOS: ._a.jpg, no picture
@@ -220,5 +220,5 @@ def images_in(path: Path, what: str) -> list[Path]:
         do = f"give a folder, or one of {', '.join(PICTURES)}"
         raise InputError(f"is no {what} that is read", where=path, do=do)
     for file in files:
-        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or a file that fills the memory
     return files

@@ -13,7 +13,7 @@ from spin_usd.scene.finding import Finding
 
 
 def stage_call(root: Path) -> Call:
-    """Return what a child is asked about the stage whose root layer is `root`."""
+    """Return a child's call about the stage whose root layer is `root`."""
     return Call("check_stage", {"stage": str(root.absolute())})
 
 

@@ -22,11 +22,11 @@ SETTINGS = RenderSettings(renderer="blender", effort=Effort(), seed=0)  # the sa
 
 
 def compare(*, stage: str, before: str, after: str, frames: str | None, progress: Progress) -> dict[str, Any]:
-    """Return what differs from the variant `before` to `after` of a stage, each as Selection.parse reads it.
+    """Return the differences between the variants `before` and `after` of a stage, as texts for Selection.parse.
 
-    "pictures" holds how many pictures both have ("compared"), in how many of them each key differs, and how many only
-    one has ("only_before", "only_after"). "resampled" is true where the two are other augmentations: the pictures' own
-    seeds, which the keys leave out, then differ, and so do noise and back plates.
+    "pictures" has the number of common pictures ("compared"), of those with another key of each kind, and of those in
+    only one ("only_before", "only_after"). "resampled" is true if the two are different augmentations: the pictures'
+    own seeds, which the keys leave out, then differ, and so do noise and back plates.
     """
     selections = Selection.parse(before), Selection.parse(after)
     first, second = (selection.open(stage) for selection in selections)

@@ -1,4 +1,4 @@
-"""Compare two variants of a stage: what differs, and which work that makes."""
+"""Compare two variants of a stage: their differences, and the work they cause."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from spin_usd.records.difference import DiffReport
 
 
 def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> DiffReport:
-    """Return what differs, as a child process of its own finds. Raises StageError, InputError."""
+    """Return the differences, found by a child process. Raises StageError, InputError."""
     answer = ask_child(
         "diff",
         reads=stage,

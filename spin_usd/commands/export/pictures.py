@@ -30,19 +30,19 @@ from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json
 
 LIST = "pictures.csv"
-"""Lists the pictures of every export: what they are called there, and which they are of the dataset."""
-SHARE = 8  # pictures that a child is asked for at once
+"""Lists the pictures of every export: their names there, and their names in the dataset."""
+SHARE = 8  # pictures per request to a child
 
 
 class Made(NamedTuple):
-    """What came of some pictures: rows for the indexes, in their order, and how many files."""
+    """Results of some pictures: rows for the indexes, in their order, and numbers of files."""
 
     rows: Sequence[RowText]
     counts: Counts
 
 
 class _Plan(Struct, frozen=True, kw_only=True):
-    """What children are told of an ExportedDataset, in a file: its fields."""
+    """The fields of an ExportedDataset for children, in a file."""
 
     entries: tuple[Entry, ...]
     splits: tuple[str, ...]
@@ -77,7 +77,7 @@ class PictureMaker:
         return cls(exported, to.layout_for(options), asked, Path(work))
 
     def make(self, first: int, last: int) -> Made:
-        """Make the pictures from place `first` to before `last`. Raises what Writer.write does."""
+        """Make the pictures from index `first` to before `last`. Raises like Writer.write."""
         self._writer.counts = Counts()
         rows = []
         for number in range(first, min(last, len(self._exported))):
@@ -97,13 +97,13 @@ class PictureMaker:
 
 
 class PictureMakers:
-    """Those of a child process: one for each plan."""
+    """The makers of a child process: one for each plan."""
 
     def __init__(self) -> None:
         self._of: dict[str, PictureMaker] = {}
 
     def make(self, plan: str, first: int, last: int, **how: Any) -> tuple[Sequence[RowText], dict[str, int]]:
-        """Make some pictures of the `plan`; `how` is what PictureMaker.of_plan takes besides."""
+        """Make some pictures of the `plan`; `how` has the further arguments of PictureMaker.of_plan."""
         maker = self._of[plan] = self._of.get(plan) or PictureMaker.of_plan(plan, **how)
         rows, counts = maker.make(first, last)
         return rows, asdict(counts)
@@ -115,7 +115,7 @@ def all_indexes(exported: ExportedDataset, layout: Layout) -> Mapping[str, Index
 
 
 def made_here(exported: ExportedDataset, layout: Layout, request: ExportOptions, work: Path) -> Iterator[Made]:
-    """Make all pictures one at a time, and yield what came of each."""
+    """Make all pictures one at a time, and yield the result of each."""
     maker = PictureMaker(exported, layout, request, work)
     return (maker.make(number, number + 1) for number in range(len(exported)))
 
@@ -123,9 +123,9 @@ def made_here(exported: ExportedDataset, layout: Layout, request: ExportOptions,
 def made_by_children(
     exported: ExportedDataset, request: ExportOptions, work: Path, descriptors: tuple[int, ...]
 ) -> Iterator[Made]:
-    """Let the request's number of children make the pictures, and yield what came of them, in their order.
+    """Let the request's number of children make the pictures, and yield the results, in their order.
 
-    descriptors: of the lock, which children hold as long as they write.
+    descriptors: the lock's, which children hold as long as they write.
     """
     plan = "plan.json"
     said = _Plan(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class ExportReport:
-    """The report of what an export did."""
+    """The report of an export."""
 
     out: str
     """Its folder."""

@@ -1,4 +1,4 @@
-"""What a child process does for the keypoint tool: it reads models and layers, and makes the layer that is saved."""
+"""The child's part of the keypoint tool: it reads models and layers, and makes the layer to save."""
 
 import base64
 import tempfile
@@ -66,8 +66,7 @@ def keypoints_text(*, names: Sequence[str], points: Sequence[Sequence[float]], t
 
 
 def picture_part(*, dataset: str, frame: str, variant: str, region: Mapping[str, int]) -> str:
-    """Return the part of a picture's image within `region` as a JPEG, in base64. Raises InputError where there is
-    none."""
+    """Return the part of a picture's image within `region` as a JPEG, in base64. Raises InputError if there is none."""
     image = preview.image(Dataset(dataset).picture(frame, variant).image)[Region(**region).slices]
     with tempfile.TemporaryDirectory() as work:
         file = Path(work, "part.jpg")

@@ -1,4 +1,4 @@
-"""Plan a render: list what it would make and what that would cost."""
+"""Plan a render: list its work and its cost."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,9 +19,9 @@ from spin_usd.store.dataset_folder import Store
 
 @takes(PlanOptions)
 def plan(options: PlanOptions) -> PlanReport:
-    """Say what a render would make and cost: pictures, label passes, renders and images that each variant adds.
+    """Estimate what a render would make and cost: pictures, label passes, renders and images of each variant.
 
-    Raises as `render` does; writes nothing but how fast this machine is, once, into the user's cache folder.
+    Raises like `render`; writes nothing except the speed of this machine, once, into the user's cache folder.
     """
     request = RenderRequest.of(options)
     dataset = None if options.out is None else Path(options.out).absolute()
@@ -34,7 +34,7 @@ def plan(options: PlanOptions) -> PlanReport:
 
 
 def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, progress: Progress) -> Iterator[str]:
-    """Yield a sentence for each variant on what its events take."""
+    """Yield a sentence for each variant on the cost of its events."""
     counts = ask_child(
         "count_event_steps",
         reads=request.stage,

@@ -118,7 +118,7 @@ def test_body_axes_are_the_files_own_whatever_its_format(crafts: Path, tmp_path:
     box, up, parts = FILES[name]
     np.testing.assert_allclose(target.mesh.box, box, atol=1e-5)
     assert not parts or sorted(part.name for part in target.parts) == parts
-    said = f", of which it calls {up} up" if up else ", and it does not say which is up"
+    said = f", of which it calls {up} up" if up else ", and it does not state an up axis"
     assert f"body axes are the file's own x, y and z{said}: poses are meant in these" in notes
 
 

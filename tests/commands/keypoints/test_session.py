@@ -232,5 +232,5 @@ def test_a_target_with_textures_has_its_colours(tmp_path) -> None:
 def test_the_axes_of_an_own_model_are_said(shared, tmp_path) -> None:
     given = {"folder": str(tmp_path), "units_per_metre": 1.0, "prim": None, "any_size": False}
     read = save_target(target=str(shared / "data" / "strangers" / "decal.obj"), **given)
-    own = "body axes are the file's own x, y and z, and it does not say which is up: keypoints are meant in these"
+    own = "body axes are the file's own x, y and z, and it does not state an up axis: keypoints are meant in these"
     assert own in read["notes"]
