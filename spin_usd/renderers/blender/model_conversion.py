@@ -155,7 +155,7 @@ def _at_time(source: str, model_time: float | None) -> Iterator[str]:
         at = min(begins) + model_time * scene.render.fps / scene.render.fps_base
         scene.frame_set(int(at // 1), subframe=at % 1)
     elif begins:
-        stands = f"it has animations, and stands as at frame {scene.frame_current}, at which it was saved"
+        stands = f"it has animations, and is shown at frame {scene.frame_current}, at which it was saved"
         yield f"{stands}; --model-time 0 shows where they begin"
 
 

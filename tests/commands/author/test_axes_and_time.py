@@ -129,7 +129,7 @@ def test_a_model_stands_as_it_is_stored_or_at_the_time_that_is_chosen(crafts, tm
     for time in (None, 0.0, 0.5, 1.0):
         target, notes = authored(crafts, f"moving.{ending}", tmp_path / str(time), model_time=time)
         tall[time] = float(np.ptp(target.mesh.box, axis=0).max())
-        assert (time is None) == any("it has animations, and stands as" in note for note in notes)
+        assert (time is None) == any("it has animations, and is shown" in note for note in notes)
     assert [tall[time] for time in (None, 0.0, 1.0)] == pytest.approx([8.5, 4.5, 8.5], abs=1e-4)
     assert 4.6 < tall[0.5] < 8.4
 
