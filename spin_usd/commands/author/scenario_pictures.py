@@ -15,7 +15,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.camera import Camera
 from spin_usd.orbits.attitudes import AnyAttitude
-from spin_usd.orbits.moments import CREDIT, stars
+from spin_usd.orbits.epochs import CREDIT, stars
 from spin_usd.orbits.orbits import AnyOrbit
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
 from spin_usd.scene.poses import PoseList
@@ -89,7 +89,7 @@ def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
 
 
 def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseList:
-    """Return the poses, called after their `rows` among all moments; without times where they go back."""
+    """Return the poses, named by their `rows` among all epochs; without times if these go back."""
     goes_on = rows.step > 0
     notes = seen.notes if goes_on else (*seen.notes, "the pictures go back in time, so they have no times")
     return PoseList(
