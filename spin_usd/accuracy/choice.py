@@ -1,6 +1,6 @@
-"""The cheapest setting measured that is good enough, or what was measured of one that somebody else chose.
+"""The cheapest measured setting that is good enough, or the measurement of a setting chosen otherwise.
 
-Both are said in words: the worst picture's error with its uncertainty, its light, its cost.
+Both are described in words: the worst picture's error with its uncertainty, its light, its cost.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class SettingChoice:
     """The most that its error by the criterion may be in each picture."""
     criterion: Criterion
     cheaper: Outcome | None
-    """The next cheaper on the front, not good enough; None where there is none."""
+    """The next cheaper one on the front, not good enough; None if there is none."""
 
     @property
     def setting(self) -> Configuration:
@@ -56,7 +56,7 @@ def choose(
     of the detector's own noise. Raises InputError where none is.
     """
     if auto == (error is not None):
-        raise InputError("neither or both of error and auto are asked for", do="ask for one of them")
+        raise InputError("neither or both of error and auto are given", do="give one of them")
     bound = AUTO if error is None else error
     if not 0 < bound < float("inf"):
         raise InputError(

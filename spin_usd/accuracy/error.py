@@ -54,7 +54,7 @@ class Reference:
 
     @cached_property
     def weight(self) -> Float:
-        """(P,) what a squared deviation is multiplied by to make it relative; 0 everywhere where all is dark."""
+        """(P,) factor that makes a squared deviation relative; 0 everywhere if all is dark."""
         floor = FLOOR * float(self.radiance.mean()) if self.radiance.size else 0.0
         power = _power(self.radiance) + floor * floor
         return np.divide(1, power, out=np.zeros_like(power), where=power > 0)
@@ -79,7 +79,7 @@ class LinearError:
     bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor the reference's counts as bias
     relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2 is the mean over R, G and B
 
-    All three are unbiased, so bias^2 comes out a little below zero where there is none.
+    All three are unbiased, so bias^2 is a little below zero without bias.
     """
 
     variance: float
@@ -90,8 +90,8 @@ class LinearError:
     """The standard error of the mean square.
 
     Of each seed |x_s - r|^2 - v estimates that too: its expectation is variance + bias^2. Their spread over the seeds
-    gives the standard error. It does not include the reference's own error, which limits it where that is not far
-    smaller than the error compared.
+    gives the standard error. It does not include the reference's own error, which limits it unless far smaller than the
+    compared error.
     """
     brightness: float
     """The target's light over the reference's, minus 1."""
@@ -188,8 +188,8 @@ class Viewpoint:
 def agreement(
     ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
-    """Return the agreement of the labels `ours`, of the pass of `renderer`, with `theirs`, of that of `against`; two
-    empty silhouettes agree."""
+    """Return the agreement of the labels `ours`, from the pass of `renderer`, with `theirs`, from `against`; two empty
+    silhouettes agree."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
     apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
     return LabelFigures(

@@ -75,8 +75,8 @@ def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
 
 
 def front(outcomes: Iterable[Outcome], criterion: Criterion) -> tuple[Outcome, ...]:
-    """Return the Pareto front of cost and of what the error may be at most: the cheapest first, and each next one more
-    exact than all before it."""
+    """Return the Pareto front of cost and upper bound of the error: the cheapest first, each next one more exact than
+    all before."""
     order = {each: (each.cpu_s, each.error(criterion).at_most) for each in outcomes}
     found: list[Outcome] = []
     for outcome in sorted(order, key=lambda each: order[each]):

@@ -14,7 +14,7 @@ from msgspec import Meta
 from spin_usd.basics.json_fields import Count, FrameName, Name, Positive, Sha256, Share, Size, VariantName
 from spin_usd.scene.effort import Effort
 
-FORMULAS: Final = 3  # raise it, here and in Measurement, when what a figure means changes
+FORMULAS: Final = 3  # raise it, here and in Measurement, when the meaning of a figure changes
 AtLeastOne = Annotated[int, Meta(ge=1)]
 
 
@@ -37,7 +37,7 @@ class MeasuredPicture:
     name: FrameName
     index: Annotated[Count, Meta(description="The picture's place in the stage, from 0.")]
     region: Annotated[tuple[int, int, int, int], Meta(description="x0, y0, x1, y1 of the pixels rendered.")]
-    target_pixels: Annotated[Count, Meta(description="Those that the target covers by half or more in the reference.")]
+    target_pixels: Annotated[Count, Meta(description="Pixels that the target covers by half or more in the reference.")]
     reference_samples: Annotated[AtLeastOne, Meta(description="Rays through each of the reference's pixels.")]
     reference_error: Annotated[
         Size,
@@ -69,7 +69,7 @@ class Figures:
     variance: Annotated[Size, Meta(description="Of the relative error, over the seeds.")]
     bias_squared: Annotated[
         float,
-        Meta(description="Of the relative error; an unbiased estimate, so a little below 0 where there is none."),
+        Meta(description="Of the relative error; an unbiased estimate, so a little below 0 without bias."),
     ]
     uncertainty: Annotated[
         Size,
@@ -99,7 +99,7 @@ class Figures:
 
     @property
     def bias(self) -> float:
-        """The root of its square; 0 where that is within the uncertainty, so that it may be none."""
+        """The root of its square; 0 if that is within the uncertainty."""
         return float(self.bias_squared**0.5) if self.bias_squared > self.uncertainty else 0.0
 
     @property
@@ -175,7 +175,7 @@ class Failure:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """What settings of a render cost and how far they are off, measured on a few pictures of a stage.
+    """Cost and error of render settings, measured on a few pictures of a stage.
 
     Seconds are of one render. Relative errors are of the target's pixels in linear light, of each pixel's deviation
     over the root of its own radiance squared plus the square of 40 % of the target's mean. DN: digital numbers of the
@@ -185,20 +185,20 @@ class Measurement:
     schema: Literal["measure-1"] = "measure-1"
     formulas: Annotated[
         Literal[3],
-        Meta(description="By which figures were made. Those of other formulas mean something else."),
+        Meta(description="Version of the formulas; figures of other formulas have other meanings."),
     ] = FORMULAS
     stage: Annotated[Sha256, Meta(description="Hash of the composed content, as in a record's provenance.")]
     variant: VariantName
     machine: Annotated[
         Mapping[str, str | int | float],
-        Meta(description="What it was measured on, such as how many processors (cores) it could use."),
+        Meta(description="Machine, such as the number of usable processors (cores)."),
     ]
     versions: Annotated[Mapping[str, str], Meta(description="Of the software.")]
     frames: Annotated[tuple[MeasuredPicture, ...], Meta(min_length=1)]
     figures: Annotated[tuple[Figures, ...], Meta(description="Each setting on each picture.")]
     labels: Annotated[
         tuple[LabelFigures, ...],
-        Meta(description="The labels that a renderer's own pass makes, against those of another pass."),
+        Meta(description="Labels of a renderer's own pass, compared with another pass."),
     ] = ()
     execution: Annotated[
         tuple[Execution, ...], Meta(description="The same renders made in several ways, which change no byte.")
@@ -207,7 +207,7 @@ class Measurement:
         tuple[Saving, ...], Meta(description="Work that the scene does not need, and that is skipped.")
     ] = ()
     failures: Annotated[
-        tuple[Failure, ...], Meta(description="What could not be measured; the next run tries it again.")
+        tuple[Failure, ...], Meta(description="Failed measurements; the next run tries them again.")
     ] = ()
     reference_share: Annotated[
         Positive,

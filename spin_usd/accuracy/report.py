@@ -48,7 +48,7 @@ def in_full(measurement: Measurement) -> str:
         ("Labels, by one pass against another", LABELS, _labels(measurement)),
         ("Execution, which changes no byte", EXECUTION, _execution(measurement)),
         ("Work that the scene does not need", SAVINGS, _savings(measurement)),
-        ("What could not be measured", FAILURES, _failures(measurement)),
+        ("Failed measurements", FAILURES, _failures(measurement)),
     )
     settings = in_markdown(SETTINGS, [_full(each, on) for each, on in _by_cost(measurement)])
     parts = [_heading(measurement), MEANINGS, "\n## Settings\n\n", settings, "\n## By name\n\n", choices(measurement)]
@@ -70,7 +70,7 @@ def _heading(measurement: Measurement) -> str:
     share = (
         f"Each reference's mean square error is at most {number(measurement.reference_share)} of the smallest compared"
     )
-    return f"# Speed against accuracy\n\nMeasured on {of}; {said}.\n{share} with it, unless it says otherwise below.\n"
+    return f"# Speed against accuracy\n\nMeasured on {of}; {said}.\n{share} with it, unless stated otherwise below.\n"
 
 
 def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:

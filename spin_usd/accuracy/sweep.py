@@ -11,7 +11,7 @@ STEP = 4  # from one number of samples to the next: half the noise
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
-FILTERS = (0.1, 0.2, 1.0)  # densities, 1/sr: those of diffuse reflection are below 0.32
+FILTERS = (0.1, 0.2, 1.0)  # densities, 1/sr: diffuse reflection is below 0.32
 REDUCTIONS: tuple[Reduction, ...] = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 
@@ -19,8 +19,8 @@ RAYCAST_SAMPLES = (1, 4, 16)
 def settings_to_measure(
     *, max_samples: int, several_lights: bool, glossy: bool, others: Sequence[Effort] = ()
 ) -> list[Configuration]:
-    """Return all settings, each once, none of more than `max_samples`; and of the `others`, such as named qualities,
-    those of one STEP more at most."""
+    """Return all settings, each once, none of more than `max_samples`; and the `others`, such as named qualities, of at
+    most one STEP more."""
     near = (effort for effort in others if effort.samples <= STEP * max_samples)
     efforts = dict.fromkeys([*_efforts(max_samples, several_lights=several_lights, glossy=glossy), *near])
     blender = [Configuration(renderer="blender", effort=effort) for effort in efforts]
@@ -63,8 +63,8 @@ def _samples(most: int) -> list[int]:
 
 
 def representative(pixels: Mapping[int, int], count: int) -> list[int]:
-    """Return the keys of `count` pictures, in their order, of which `pixels` says how many they have to render: those
-    in the middle of as many equal shares of all that have any, from the smallest to the largest."""
+    """Return the keys of `count` pictures, in their order, with `pixels` to render each: the middle ones of equal
+    shares of all non-empty pictures, from the smallest to the largest."""
     ordered = sorted((key for key, size in pixels.items() if size > 0), key=lambda key: (pixels[key], key))
     few = min(count, len(ordered))
     return sorted(ordered[(2 * i + 1) * len(ordered) // (2 * few)] for i in range(few))

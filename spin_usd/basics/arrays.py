@@ -15,7 +15,7 @@ _JSON = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """Return `values` as a C-contiguous read-only array that nobody else can write to; copies only when it must."""
+    """Return `values` as a C-contiguous read-only array that no other code can write to; copies only if necessary."""
     array = np.asarray(values, dtype=dtype, order="C")
     if array.flags.writeable:
         if isinstance(values, np.ndarray) and np.may_share_memory(array, values):
@@ -47,7 +47,7 @@ def shaped(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
 def digest(*items: Any) -> str:
     """sha256 (hex) of arrays (type, shape, bytes) and JSON values, in order; stable across machines.
 
-    The digest of several items differs from that of any other split of the same bytes.
+    The digest of several items differs from the digest of any other split of the same bytes.
     """
     total = hashlib.sha256()
     for item in items:

@@ -1,8 +1,7 @@
-"""Faults of parsers, of the system and of the installation, told apart from defects of ours.
+"""Faults of parsers, of the system and of the installation, as opposed to internal defects.
 
-What a library raises over what it reads is the fault of what is read, what the system refuses is the machine's, and a
-package that is not there is the installation's: each is a SpinError, one sentence, wherever it is met. This is the one
-place that says which they are.
+An error of a library on its input is a fault of the input, a refusal of the system is the machine's, and a missing
+package is the installation's: each becomes a SpinError, one sentence, anywhere. Only this file defines which they are.
 """
 
 import errno
@@ -34,12 +33,12 @@ PARSERS: Mapping[str, str] = {
     "struct.error": "is damaged",
     "builtins.EOFError": "is cut short",
 }
-"""Classes of what parsers raise, as text: whoever imports this must not import pxr. What they say of the input."""
+"""Classes of parser errors, as text, so that importers do not import pxr. Their messages are about the input."""
 
 FETCH_AGAIN = "check that the file is whole, and export or copy it again if not"
 
 LOGGERS = ("trimesh", "PIL")
-"""Of libraries that log; what they say goes to nobody but to handlers that the program's user has set up."""
+"""Loggers of libraries; their messages only go to handlers that the program's user has set up."""
 
 for _name in LOGGERS:
     logging.getLogger(_name).addHandler(logging.NullHandler())  # else Python prints it to the terminal
@@ -60,7 +59,7 @@ SYSTEM: Mapping[int, str] = {
     errno.EAGAIN: "raise the limit of processes (ulimit -u)",
     errno.ENOMEM: "free some memory, or raise its limit (ulimit -v)",
 }
-"""Refusals of the system, and what to do about each."""
+"""Refusals of the system, and the remedy for each."""
 
 RENDER: Mapping[str, str] = {
     "bpy": "bpy",
@@ -96,14 +95,14 @@ OF_UNIX = ("fcntl", "resource")
 
 
 def to_install(package: str) -> str:
-    """Return what to do where that package of the extra [render] is not installed."""
+    """Return the remedy if that package of the extra [render] is not installed."""
     if package == "bpy" and sys.version_info[:2] != (3, 13):
         return "to render with Blender use Python 3.13: bpy has wheels for it alone"
     return "run pip install 'spin_usd[render]'"
 
 
 def expected(fault: BaseException, where: object = None) -> SpinError | None:
-    """Return the fault as the SpinError that it is, with `where` it was met if it does not say; None for a defect."""
+    """Return the fault as a SpinError, with `where` unless it has a place; None for a defect."""
     if isinstance(fault, SpinError):
         return fault
     if isinstance(fault, OSError) and fault.errno is not None and fault.errno in SYSTEM:
@@ -127,10 +126,10 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
 
 @contextmanager
 def decoding(where: object) -> Iterator[None]:
-    """Give whatever the block raises as InputError that says `where`, but for what the system refuses.
+    """Raise any error of the block as InputError with `where`, except refusals of the system.
 
-    Only for a block that does nothing but decode bytes of others by a library. Nobody knows all that one may raise: a
-    damaged head of a zip file is a NotImplementedError. What the library warns of is not printed.
+    Only for a block that decodes untrusted bytes by a library. Its possible errors are unknown: a damaged head of a zip
+    file is a NotImplementedError. Warnings of the library are not printed.
     """
     try:
         with reading(where), warnings.catch_warnings(action="ignore"):
@@ -143,8 +142,7 @@ def decoding(where: object) -> Iterator[None]:
 
 @contextmanager
 def reading(where: object = None) -> Iterator[None]:
-    """Give what the block raises as the SpinError that it is, if any: faults of the parsers that it uses as InputError
-    that says `where`."""
+    """Raise errors of the block as SpinError, if they are faults: faults of parsers as InputError with `where`."""
     try:
         yield
     except Exception as fault:

@@ -1,4 +1,4 @@
-"""Values that are worked out again only where what they depend on has changed since the picture before."""
+"""Values that are computed again only if their inputs have changed since the previous picture."""
 
 from collections.abc import Callable
 from operator import is_
@@ -8,7 +8,7 @@ T = TypeVar("T")
 
 
 class IdentityMemo(Generic[T]):
-    """A value that depends on some objects: it is kept as long as it is asked for of the same ones."""
+    """A value that depends on some objects, kept as long as they are the same."""
 
     def __init__(self) -> None:
         self._last: tuple[tuple[object, ...], T] | None = None

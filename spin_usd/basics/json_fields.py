@@ -31,7 +31,7 @@ out."""
 
 
 def one_of(*values: str) -> Meta:
-    """Return what a schema says of a text that is one of `values`."""
+    """Return the schema of a text that is one of `values`."""
     return Meta(extra_json_schema={"enum": list(values)})
 
 

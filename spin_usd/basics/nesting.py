@@ -1,7 +1,7 @@
-"""JSON and TOML of bounded nesting: the one way to parse either, whoever wrote it.
+"""JSON and TOML of bounded nesting: the only way to parse either.
 
-Parsers call themselves for each level, and so does what walks through their values. Python ends that with a
-RecursionError where it is too much, and takes minutes over a TOML key of many parts.
+Parsers call themselves for each level, and so does code that walks through their values. Python ends deep recursion
+with a RecursionError, and takes minutes over a TOML key of many parts.
 """
 
 import json
@@ -33,7 +33,7 @@ class NestingError(ValueError):
 
 
 def parsed_json(text: str | bytes, **hooks: Any) -> Any:
-    """Return the JSON value in `text`; `hooks` are those of json.loads. Raises ValueError, which NestingError is."""
+    """Return the JSON value in `text`; `hooks` are passed to json.loads. Raises ValueError, which NestingError is."""
     data = text.encode(errors="surrogatepass") if isinstance(text, str) else text
     if data.count(b"[") + data.count(b"{") > MAX_DEPTH and _depth(data) > MAX_DEPTH:
         raise NestingError

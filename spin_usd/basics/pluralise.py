@@ -2,7 +2,7 @@
 
 
 def pluralise(number: int, one: str, many: str = "") -> str:
-    """Return the number with its noun, such as "1 picture" and "2 pictures"; `many` where that takes no s."""
+    """Return the number with its noun, such as "1 picture" and "2 pictures"; `many` for irregular plurals."""
     return f"{number} {one}" if number == 1 else f"{number} {many or one + 's'}"
 
 

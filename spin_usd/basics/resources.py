@@ -71,7 +71,7 @@ def _files(kind: str) -> Iterator[Path]:
 
 
 def _is_of(kind: str, file: Path) -> bool:
-    if kind == "target":  # beside a target's own layer lie those that it is made of
+    if kind == "target":  # a target's further layers lie beside its own
         return file.stem == file.parent.name
     default_prim = BUNDLED[kind].default_prim
     return not default_prim or f'defaultPrim = "{default_prim}"' in file.read_text(encoding="utf-8")[:HEAD]

@@ -1,6 +1,6 @@
-"""The signals that ask a program to stop: Ctrl-C, SIGTERM, and SIGHUP, which a closed terminal sends.
+"""The signals that stop a program: Ctrl-C, SIGTERM, and SIGHUP, which a closed terminal sends.
 
-The command line lets each raise Stopped. Work that can be finished in short postpones the first.
+In the command line each raises Stopped. Work that can be finished soon postpones the first.
 """
 
 import signal
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import FrameType
 
 STOP_SIGNALS = tuple(each for each in signal.Signals if each.name in ("SIGINT", "SIGTERM", "SIGHUP"))
-WAY_OUT_S = 5  # for putting in order what was begun
+WAY_OUT_S = 5  # to clean up
 
 
 class Stopped(BaseException):
@@ -24,8 +24,8 @@ class Stopped(BaseException):
 
 
 def let_signals_stop(clock: Callable[[], float] = time.monotonic) -> None:
-    """Let each of these signals raise Stopped in the main thread, but for those that come within WAY_OUT_S of one that
-    did. One that is ignored already stays so: `nohup` asks for that. `clock`: seconds."""
+    """Let each of these signals raise Stopped in the main thread, except within WAY_OUT_S of one that did. An already
+    ignored signal stays ignored, as for `nohup`. `clock`: seconds."""
     stop = _Stop(clock)
     for number in STOP_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -33,8 +33,8 @@ def let_signals_stop(clock: Callable[[], float] = time.monotonic) -> None:
 
 
 class _Stop:
-    """The handler of signals that stop. Those that follow at once do not interrupt the way out; a later one counts, for
-    code that was called from C can have swallowed the first."""
+    """The handler of stop signals. Signals that follow at once do not interrupt the exit; a later one counts, since
+    code called from C may have swallowed the first."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
@@ -49,7 +49,7 @@ class _Stop:
 
 @dataclass(kw_only=True)
 class StopRequest:
-    """What was asked for meanwhile."""
+    """A stop request in the meantime."""
 
     number: int | None = None
     """Number of the first signal; None before one came."""
@@ -57,10 +57,10 @@ class StopRequest:
 
 @contextmanager
 def postponed() -> Iterator[StopRequest]:
-    """Keep the first signal back until the block has ended well, and say that it came; a second does at once what it
-    always does. SIGHUP is never a second one: shells send it twice.
+    """Postpone the first signal until the block has succeeded, and report it; a second acts at once. SIGHUP is never a
+    second one: shells send it twice.
 
-    Signals that would raise nothing here are left alone, and so are all outside the main thread.
+    Signals that would not raise here are left alone, as are all outside the main thread.
     """
     request = StopRequest()
     before = {number: handler for number in STOP_SIGNALS if callable(handler := signal.getsignal(number))}

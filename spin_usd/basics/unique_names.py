@@ -14,7 +14,7 @@ class UniqueNames:
     first: int = 2
     """The number that the first repeat of a name gets."""
     cased: bool = False
-    """Whether names that differ by capitals alone are different ones, as they are not to every file system."""
+    """Whether names that differ only in case are different, which depends on the file system."""
     taken: InitVar[Iterable[str]] = ()
     """Names that are somebody else's."""
     _next: dict[str, int] = field(default_factory=dict, init=False)

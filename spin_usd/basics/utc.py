@@ -1,4 +1,4 @@
-"""When pictures are taken: seconds since a start, and the start as UTC where that is known."""
+"""Times of pictures: seconds since a start, and the start as UTC if known."""
 
 import re
 from contextlib import suppress
@@ -10,7 +10,7 @@ UTC_TEXT = re.compile(UTC_PATTERN)
 
 
 def parsed_utc(text: str) -> datetime:
-    """Return the time that ISO 8601 text says, which is UTC unless it says an offset. Raises ValueError."""
+    """Return the time of ISO 8601 text, which is UTC unless it has an offset. Raises ValueError."""
     found = datetime.fromisoformat(text)
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
 

@@ -87,7 +87,7 @@ class Camera:
     def project(self, points_cam: ArrayLike) -> Float:
         """Pixels (..., 2) of the points (..., 3) in the camera frame.
 
-        NaN where no pixel sees the point: behind the camera, or so far aside that the lens model folds back.
+        NaN if no pixel sees the point: behind the camera, or so far aside that the lens model folds back.
         """
         p = np.asarray(points_cam, np.float64)
         xy = p[..., :2] / np.where(p[..., 2] > 0, p[..., 2], np.nan)[..., None]
@@ -157,7 +157,7 @@ class Camera:
         return xy
 
     def _folded(self, uv: Float) -> GeometryError:
-        """Return the error for the pixels `uv` (N, 2), which have no ray: it says where the lens ends on the way to the
+        """Return the error for the pixels `uv` (N, 2), which have no ray, with the end of the lens on the way to the
         furthest."""
         radius = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
         worst = int(np.argmax(radius))

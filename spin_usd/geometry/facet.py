@@ -1,4 +1,4 @@
-"""A facet: all of a mesh that lies in one plane around one of its triangles, however the plane is cut into triangles.
+"""A facet: the plane region of a mesh around one of its triangles, however it is cut into triangles.
 
 Its corners, edges and centre are what a person sees of the surface, and what a picked point can snap to.
 """
@@ -21,7 +21,7 @@ class Facet:
     """A part of a surface in one plane."""
 
     corners: Float
-    """(F, 3, 3): those of its triangles."""
+    """(F, 3, 3): corners of its triangles."""
 
     @classmethod
     def around(cls, points: Float, faces: NDArray[np.integer], face: int) -> "Facet":

@@ -19,7 +19,7 @@ STILL_M, STILL_RAD = 1e-9, 1e-9  # what rounding leaves of no motion
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """How a frame moves in another one's axes, and where it is there."""
+    """Pose and motion of a frame in another one's axes."""
 
     rotation: Float
     """(3, 3), to the other's axes."""
@@ -31,7 +31,7 @@ class Motion:
     """(3,) angular velocity, radians a second, in the other's axes."""
 
     def after(self, seconds: float) -> tuple[Float, Float]:
-        """Return rotation and place where the rates stay as they are."""
+        """Return rotation and place for constant rates."""
         return exp(self.rate * seconds) @ self.rotation, self.place + self.velocity * seconds
 
 

@@ -11,7 +11,7 @@ from spin_usd.geometry.triangles import normals
 
 
 class Snap(StrEnum):
-    """What a picked point snaps to, of the facet that was picked."""
+    """Snapping of a picked point to features of the picked facet."""
 
     SURFACE = "surface"
     VERTEX = "vertex"

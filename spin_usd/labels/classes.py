@@ -15,8 +15,8 @@ from spin_usd.scene.scene import Scene
 
 
 def classes(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
-    """Return (H, W) uint16: class ids, which count from 1 in the alphabetic order of the classes of all parts; 0 where
-    there is no surface."""
+    """Return (H, W) uint16: class ids, which count from 1 in the alphabetic order of the classes of all parts; 0 for no
+    surface."""
     return surface.image(class_of_parts(scene)[surface.part], np.uint16)
 
 
@@ -27,7 +27,7 @@ def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
         return
     wrong = int((picture.arrays["classes"] != picture.class_of_part[ids]).sum())
     if wrong:
-        message = f"classes holds another class than that of the part in segmentation in {wrong} pixels"
+        message = f"classes and the class of the part in segmentation differ in {wrong} pixels"
         yield LabelFault(code="classes", message=message)
 
 

@@ -13,7 +13,7 @@ from spin_usd.scene.derived.surface import Surface
 from spin_usd.scene.scene import Scene
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
-STRETCHED = 2  # what a lens may make of a small distance at the rim of a picture
+STRETCHED = 2  # magnification by a lens of a small distance at the rim of a picture
 
 
 def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:

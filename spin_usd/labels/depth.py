@@ -16,7 +16,7 @@ RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as
 
 
 def depth(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """Return (H, W) float32: z in the camera's frame, metres; 0 where there is no surface."""
+    """Return (H, W) float32: z in the camera's frame, metres; 0 for no surface."""
     return surface.image(surface.z, np.float32)
 
 

@@ -1,8 +1,8 @@
-"""Displacement: how far, in pixels, the surface point that each pixel shows lies from it in another view of the scene:
-in the next frame, or as another camera sees it.
+"""Displacement: the distance, in pixels, from each pixel to its surface point in another view of the scene: the next
+frame, or another camera.
 
-The point is fixed to its face, goes where the other view's pose and shape put that, and is projected through that
-view's lens. What it meets there is asked of a ray from the point to the other camera.
+The point is fixed to its face, follows the other view's pose and shape, and is projected through that view's lens. A
+ray from the point to the other camera finds whether it is hidden there.
 """
 
 from enum import IntEnum
@@ -25,7 +25,7 @@ OFF_PX = 1e-3  # float32 of the dense pose, and of displacements over a few thou
 
 
 class PointState(IntEnum):
-    """What becomes of a point in the other view."""
+    """State of a point in the other view."""
 
     SEEN = 1
     HIDDEN = 2
@@ -34,9 +34,9 @@ class PointState(IntEnum):
 
 
 def displacement(scene: Scene, surface: Surface, other: Scene | None) -> NDArray[np.float32]:
-    """Return (H, W, 3) float32: pixels to the right and down from here to the `other` view, 0 where its lens sees no
-    such point, and the PointState; 0, 0, 0 where there is no surface, where the other view lacks its body, and all over
-    without one."""
+    """Return (H, W, 3) float32: pixels to the right and down from here to the `other` view, 0 outside its lens's view,
+    and the PointState; 0, 0, 0 for no surface, where the other view lacks its body, and everywhere without another
+    view."""
 
     def moves(one: OneBody, rows: Rows) -> Float | float:
         there = _same_body(one, other) if other else None
@@ -46,8 +46,8 @@ def displacement(scene: Scene, surface: Surface, other: Scene | None) -> NDArray
 
 
 def decided_by(scene: Scene, other: Scene | None) -> Any:
-    """Return what decides where the points of `scene` are in the `other` view: its camera and bodies, and which body is
-    which."""
+    """Return the inputs of the places of the points of `scene` in the `other` view: its camera and bodies, and the
+    correspondence of bodies."""
     if other is None:
         return None
     paths = [body.target.path for body in other.bodies]
@@ -56,8 +56,8 @@ def decided_by(scene: Scene, other: Scene | None) -> Any:
 
 
 def largest_error(picture: LabelledPicture, found: NDArray[Any], view: OtherView) -> float:
-    """Return the most, in pixels, by which the displacements `found` (H, W, 3) end beside the dense pose's points in
-    the other `view`; 0 where no label says where these are."""
+    """Return the largest error, in pixels, of the displacements `found` (H, W, 3) against the dense pose's points in
+    the other `view`; 0 without such a label."""
     points = picture.points_in(view.poses)
     if points is None or picture.target_pixels is None:
         return 0.0
@@ -77,7 +77,7 @@ def _same_body(one: OneBody, other: Scene) -> OneBody | None:
 
 
 def _moves(surface: Surface, rows: Rows, one: OneBody, other: Scene, there: OneBody) -> Float:
-    """Return (M, 3) what the label has for those points of the surface that are of the body alone in `one`."""
+    """Return (M, 3) the label's values for the points of the surface that belong to the body alone in `one`."""
     body, normals = _moved(surface, rows, one, there)
     uv = there.camera.project(there.T_cam_body.points(body))
     u, v = uv.T

@@ -14,12 +14,12 @@ from spin_usd.scene.scene import Scene
 
 
 def instance(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
-    """Return (H, W) uint16: target ids, which count from 1; 0 where there is no surface, and of occluders."""
+    """Return (H, W) uint16: target ids, which count from 1; 0 for no surface, and for occluders."""
     return surface.image(surface.target, np.uint16)
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
-    """The target of each pixel is that of the part which the segmentation has there."""
+    """The target of each pixel is the target of the part in the segmentation."""
     parts = picture.arrays.get("segmentation")
     if parts is None or parts.max(initial=0) >= len(picture.target_of_part):
         return

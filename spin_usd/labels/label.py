@@ -20,7 +20,7 @@ from spin_usd.scene.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class LabelFile(ABC):
-    """What there is to know of the files of a label, whatever it is made of."""
+    """Properties of the files of a label, independent of its inputs."""
 
     name: str
     """In `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"."""
@@ -35,7 +35,7 @@ class LabelFile(ABC):
     faults: Callable[[LabelledPicture], Iterator[LabelFault]]
     """Faults that `check` reports for a picture with this label."""
     target_s: float = 0.0
-    """Seconds of one core that a pixel of the target takes to make, beyond what labels share; for `plan`."""
+    """Seconds of one core per pixel of the target, beyond work shared by labels; for `plan`."""
     default: bool = False
     """Whether `render` writes it when no labels are named."""
 
@@ -64,8 +64,8 @@ class Label(LabelFile):
     max_targets: int | None = None
     """How many targets it can hold; any number if not given."""
     of_several: bool = False
-    """Whether `render` writes it beside any other label where a stage has several bodies: without it nobody could tell
-    which of them another label is of."""
+    """Whether `render` writes it beside any other label if a stage has several bodies, to tell which of them another
+    label is of."""
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
         if self.takes == "paired" and scene.paired is None:
@@ -77,12 +77,12 @@ class Label(LabelFile):
 class CloudLabel(LabelFile):
     """A label of every point that the scene's LiDAR measures; only stages with a LiDAR have it.
 
-    The suffix is ".npz" or ".ply". Its key covers the LiDAR, the bodies and where they are, and the seed where chance
-    decides some of the points; not the camera, nor what renders.
+    The suffix is ".npz" or ".ply". Its key covers the LiDAR, the bodies and their poses, and the seed if some of the
+    points are random; not the camera, nor the renderer.
     """
 
     make: Callable[[Scene, Echoes, np.random.Generator], NDArray[np.void]]
-    """The points (N,), an array with named columns, of a scene, what its beams meet, and chance."""
+    """The points (N,), an array with named columns, from a scene, the hits of its beams, and a random generator."""
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:
         if scene.lidar is None:

@@ -16,7 +16,7 @@ from spin_usd.scene.lidar import Lidar
 
 @dataclass(frozen=True, kw_only=True)
 class LabelFault:
-    """Something wrong with a picture's labels: a short code, and a sentence that says what."""
+    """A fault of a picture's labels: a short code, and a sentence."""
 
     code: str
     message: str
@@ -24,7 +24,7 @@ class LabelFault:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OtherView:
-    """Another view of what a picture shows: its camera, and T_cam_body of each target, by id."""
+    """Another view of a picture's scene: its camera, and T_cam_body of each target, by id."""
 
     camera: Camera
     poses: Mapping[int, Transform]
@@ -32,15 +32,15 @@ class OtherView:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LabelledPicture:
-    """The labels of one picture, and what its record says of camera, poses and parts."""
+    """The labels of one picture, and its record's camera, poses and parts."""
 
     camera: Camera
     """Its intrinsics."""
     poses: Mapping[int, Transform]
     """T_cam_body of each target, by id."""
     target_of_part: NDArray[np.uint16]
-    """(P + 1,): the target of each part that the dataset lists. It is 0 for those of occluders, and for the part 0,
-    which is nothing."""
+    """(P + 1,): the target of each part that the dataset lists. It is 0 for parts of occluders, and for part 0, which
+    is nothing."""
     arrays: Mapping[str, NDArray[Any]]
     """Each label that the picture has, by name: (H, W) or (H, W, C), or (N,) of a LiDAR's points."""
     class_of_part: NDArray[np.uint16]
@@ -48,9 +48,9 @@ class LabelledPicture:
     boxes: Mapping[int, Float]
     """(2, 3) of each target, body axes, metres."""
     towards_sun: Float | None = None
-    """(3,): unit, camera axes; None where the record says nothing of a Sun."""
+    """(3,): unit, camera axes; None if the record has no Sun."""
     next_frame: OtherView | None = None
-    """The view of it; None where the record says nothing of one."""
+    """The view in the record; None if it has none."""
     paired: OtherView | None = None
     """The view of the paired camera, likewise."""
     lidar: Lidar | None = None
@@ -63,7 +63,7 @@ class LabelledPicture:
 
     @cached_property
     def target_ids(self) -> NDArray[np.uint16] | None:
-        """(H, W) the target that each pixel shows, 0 for none: the label `instance` where there is one, else by the
+        """(H, W) the target that each pixel shows, 0 for none: from the label `instance` if there is one, else from the
         segmentation; None without both."""
         parts = self.arrays.get("segmentation")
         if "instance" in self.arrays or parts is None:
@@ -72,7 +72,7 @@ class LabelledPicture:
 
     @cached_property
     def target_pixels(self) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-        """Rows (N,) and columns (N,) of the pixels that show a target; None where no label says so."""
+        """Rows (N,) and columns (N,) of the pixels that show a target; None without such a label."""
         if self.target_ids is None:
             return None
         rows, columns = np.nonzero(self.target_ids)
@@ -104,6 +104,6 @@ class LabelledPicture:
 
 
 def largest_relative_difference(values: NDArray[Any], expected: Float, rounding: Float | float = 0.0) -> float:
-    """Return the largest |value - expected| / |expected| of two arrays (N,), less what `rounding` allows; 0 where they
-    are empty."""
+    """Return the largest |value - expected| / |expected| of two arrays (N,), less the `rounding`; 0 if they are
+    empty."""
     return float(((np.abs(values - expected) - rounding) / np.abs(expected)).max(initial=0))

@@ -28,12 +28,12 @@ POINT = np.dtype(
 )
 ROUNDING = 5e-7  # relative: float32 rounds to 6e-8, each coordinate and both ranges; twice that is added up
 MAX_SIGMAS = 8.0  # a normal error is larger once in 8e14 points
-MAX_BESIDE = 0.05  # share of points: those near edges that pixels do not resolve may lie beside what depth shows
-MIN_POINTS = 20  # that are compared: of fewer a share says nothing
-SAME_VIEW = math.cos(math.radians(3.0))  # what the LiDAR sees at most this far aside, the camera sees too, but at edges
+MAX_BESIDE = 0.05  # share of points: those near unresolved edges may disagree with depth
+MIN_POINTS = 20  # that are compared: a share of fewer is meaningless
+SAME_VIEW = math.cos(math.radians(3.0))  # from this far aside LiDAR and camera see the same, except at edges
 NINE = np.array([(i, j) for j in (-1.0, 0.0, 1.0) for i in (-1.0, 0.0, 1.0)])  # pixels around one, right and down
 FLAT = 1e-3  # relative: nine pixels whose depths are off a plane by more show an edge
-PLANE = 1e-4  # relative: what a strong lens bends a plane over nine pixels, and float32 rounds
+PLANE = 1e-4  # relative: bend of a plane by a strong lens over nine pixels, and rounding of float32
 
 
 def point_cloud(scene: Scene, echoes: Echoes, chance: np.random.Generator) -> NDArray[np.void]:
@@ -62,10 +62,10 @@ def _lidar(scene: Scene) -> Lidar:
 
 
 def faults(picture: LabelledPicture, name: str) -> Iterator[LabelFault]:
-    """Points lie on their own beams, within the noise of the surface, and on what depth and segmentation show there."""
+    """Points lie on their own beams, within the noise of the surface, and agree with depth and segmentation."""
     cloud, lidar = picture.arrays[name], picture.lidar
     if lidar is None:
-        yield LabelFault(code="lidar", message=f"the record says nothing of the LiDAR that measured {name}")
+        yield LabelFault(code="lidar", message=f"the record lacks the LiDAR that measured {name}")
         return
     beams = cloud["beams"].astype(np.int64)
     if (np.diff(beams, prepend=-1) <= 0).any() or (beams >= lidar.beams).any():
@@ -74,11 +74,11 @@ def faults(picture: LabelledPicture, name: str) -> Iterator[LabelFault]:
     if int(cloud["parts"].max(initial=0)) > picture.parts:
         yield LabelFault(code="parts", message=f"{name} holds part ids above the {picture.parts} in dataset.json")
     elif (cloud["targets"] != picture.target_of_part[cloud["parts"]]).any():
-        yield LabelFault(code="parts", message=f"{name} and dataset.json say other targets of its parts")
+        yield LabelFault(code="parts", message=f"{name} and dataset.json have different targets for its parts")
     yield from _range_faults(cloud, lidar, name)
     beside = _share_beside(picture, cloud, lidar)
     if not beside <= MAX_BESIDE:
-        yield LabelFault(code="lidar", message=f"{beside:.0%} of the points of {name} lie beside what depth shows")
+        yield LabelFault(code="lidar", message=f"{beside:.0%} of the points of {name} disagree with depth")
 
 
 def _range_faults(cloud: NDArray[np.void], lidar: Lidar, name: str) -> Iterator[LabelFault]:

@@ -1,7 +1,7 @@
 """Lit: which pixels the Sun reaches.
 
-The Sun is the brightest distant light; that it may be a disc is left out: a pixel is lit where the ray from its surface
-point towards the Sun's middle meets nothing. What is not cut out blocks the ray, however transparent it is.
+The Sun is the brightest distant light, taken as a point: a pixel is lit if the ray from its surface point towards the
+Sun's middle hits nothing. Anything that is not cut out blocks the ray, even if transparent.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ ROUNDING = 1e-6  # of the cosine between a normal and the Sun, in float32
 
 
 class SunState(IntEnum):
-    """What the Sun does at a point."""
+    """State of a point with respect to the Sun."""
 
     LIT = 1
     SHADOWED = 2
@@ -36,8 +36,8 @@ class SunState(IntEnum):
 
 
 def lit(scene: Scene, surface: Surface) -> NDArray[np.uint8]:
-    """Return (H, W) uint8: the SunState; NO_SUN where there is none, planets hide it, or light links keep it away; 0
-    where there is no surface."""
+    """Return (H, W) uint8: the SunState; NO_SUN if there is none, planets hide it, or light links exclude it; 0 for no
+    surface."""
     sun = _sun(scene)
 
     def states(one: OneBody, rows: Rows) -> NDArray[np.uint8] | SunState:
@@ -47,7 +47,7 @@ def lit(scene: Scene, surface: Surface) -> NDArray[np.uint8]:
 
 
 def _sun(scene: Scene) -> DistantLight | None:
-    """Return the Sun that reaches the scene; None where there is none, or planets hide all of it."""
+    """Return the Sun that reaches the scene; None if there is none, or planets hide all of it."""
     sun = brightest(scene.lights)
     return sun if sun and sun.obscuration < 1 else None
 
@@ -70,8 +70,8 @@ def _states(scene: Scene, surface: Surface, one: OneBody, rows: Rows, sun: Dista
 
 
 def decided_by(scene: Scene) -> Any:
-    """Return what decides where the Sun shines: its direction, which faces it reaches past which, and bodies outside
-    the frame, whose shadows may fall into it."""
+    """Return the inputs of sunlight: its direction, which faces it reaches past which, and bodies outside the frame,
+    whose shadows may fall into it."""
     sun = _sun(scene)
     if sun is None:
         return None
@@ -82,7 +82,7 @@ def decided_by(scene: Scene) -> Any:
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
-    """All that is seen has a state, and what is turned away from the Sun is what its normals say."""
+    """Every visible surface has a state, and surfaces turned away from the Sun agree with their normals."""
     states, ids, normals = (picture.arrays.get(name) for name in ("lit", "segmentation", "normals_cam"))
     assert states is not None
     if ids is not None and ((ids > 0) != (states > 0)).any():
@@ -92,7 +92,7 @@ def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
         wrong = int((((states == SunState.LIT) | (states == SunState.SHADOWED)) & (cosine < -ROUNDING)).sum())
         wrong += int(((states == SunState.TURNED_AWAY) & (cosine > ROUNDING)).sum())
         if wrong:
-            message = f"lit and normals_cam disagree in {wrong} pixels on what is turned away from the Sun"
+            message = f"lit and normals_cam disagree in {wrong} pixels on surfaces turned away from the Sun"
             yield LabelFault(code="lit", message=message)
 
 

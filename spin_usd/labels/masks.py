@@ -1,7 +1,7 @@
-"""Masks: the pixels of each target, what hides it taken away, and as if nothing else were there.
+"""Masks: the visible pixels of each target, and its whole silhouette without occlusion.
 
-A file holds the masks of all targets, for they overlap: bit i - 1 of a pixel, whose value is 2 ** (i - 1), is set where
-target i covers it.
+A file contains the masks of all targets, since they overlap: bit i - 1 of a pixel, whose value is 2 ** (i - 1), is set
+where target i covers it.
 """
 
 from collections.abc import Callable, Iterator

@@ -27,7 +27,7 @@ MIN_SHARE = 0.5  # of the neighbours on one plane lie across the normal; others 
 
 
 def normals_cam(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """Return (H, W, 3) float32: unit normals in the camera's axes, towards the camera; 0 where there is no surface."""
+    """Return (H, W, 3) float32: unit normals in the camera's axes, towards the camera; 0 for no surface."""
     return surface.image_of(lambda one, rows: one.T_cam_body.directions(surface.normals[rows]), (3,), np.float32)
 
 
@@ -84,9 +84,9 @@ def _largest_turn(picture: LabelledPicture, normals: Float) -> float:
 
 
 def _share_across(normals: Float, points: Float, parts: NDArray[Any]) -> float:
-    """Return the share, of neighbours in a row of one part (H, W) with the same normal, whose points (H, W, 3) lie one
-    beside the other across it; 1 where there are fewer than FEW: a target of few pixels may show mostly planes behind
-    one another."""
+    """Return the share, of neighbours in a row of one part (H, W) with the same normal, whose points (H, W, 3) lie
+    beside one another across it; 1 for fewer than FEW: a target of few pixels may show mostly planes behind one
+    another."""
     both = normals[:, :-1].any(-1) & normals[:, 1:].any(-1)
     both &= (np.abs(normals[:, 1:] - normals[:, :-1]) <= SAME).all(-1) & (parts[:, 1:] == parts[:, :-1])
     if both.sum() < FEW:

@@ -103,8 +103,8 @@ def by_direction(directions: NDArray[np.float32]) -> RGB:
 
 
 def by_motion(flow: NDArray[np.float32]) -> RGB:
-    """Flow (H, W, 3), pixels, and what becomes of the point: its direction as the hue, its length, of the longest, as
-    the saturation; 0 in the third channel is black."""
+    """Flow (H, W, 3), pixels, and the point's state: its direction as the hue, its length, of the longest, as the
+    saturation; 0 in the third channel is black."""
     import cv2  # not above: cv2 is slow to load, and few need it
 
     known = flow[..., 2] > 0
@@ -133,7 +133,7 @@ def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
 
 
 def reduced(picture: RGB, width: int) -> RGB:
-    """Return the picture `width` pixels wide by area averaging; a narrower one is left as it is."""
+    """Return the picture `width` pixels wide by area averaging; a narrower one is unchanged."""
     import cv2  # not above: cv2 is slow to load, and few need it
 
     tall, wide, _ = picture.shape

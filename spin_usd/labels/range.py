@@ -16,12 +16,12 @@ RELATIVE = 1e-6  # float32 rounds to 6e-8; depth, body coordinates and pose each
 
 
 def range_along_ray(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """Return (H, W) float32: metres from the camera to the surface point; 0 where there is no surface."""
+    """Return (H, W) float32: metres from the camera to the surface point; 0 for no surface."""
     return surface.image(surface.z * ray_lengths(surface.xy), np.float32)
 
 
 def ray_lengths(xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (...) the lengths of the rays (x, y, 1) of `xy` (..., 2): what range is to depth."""
+    """Return (...) the lengths of the rays (x, y, 1) of `xy` (..., 2): the ratio of range to depth."""
     lengths: NDArray[np.float64] = np.sqrt((xy * xy).sum(-1) + 1)
     return lengths
 

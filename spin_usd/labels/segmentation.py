@@ -14,7 +14,7 @@ from spin_usd.scene.scene import Scene
 
 
 def segmentation(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
-    """Return (H, W) uint16: part ids, which count from 1; 0 where there is no surface."""
+    """Return (H, W) uint16: part ids, which count from 1; 0 for no surface."""
     return surface.image(surface.part, np.uint16)
 
 

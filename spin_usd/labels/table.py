@@ -54,21 +54,21 @@ NEEDS = dict.fromkeys(CLOUD_LABELS, "lidar") | {
 """Part of a scene that a label needs and not every stage has, by the label's name."""
 
 DEFAULT_LABELS = tuple(name for name, label in PIXEL_LABELS.items() if label.default)
-"""Names of those that `render` writes when none are named."""
+"""Names of the labels that `render` writes by default."""
 
 LABELS_OF_SEVERAL = tuple(name for name, label in PIXEL_LABELS.items() if label.of_several)
-"""Names of those that `render` writes beside any other label where a stage has several bodies."""
+"""Names of the labels that `render` adds to any other label if a stage has several bodies."""
 
 
 def own_keys(names: Iterable[str], scene: Scene, geometry: str, seed: int) -> dict[str, str]:
-    """Return the keys, by their names, of those of the labels that other things decide than the geometry alone, whose
-    key is given; none for what the scene cannot have. Other names than those of labels do not count."""
+    """Return the keys, by name, of the labels that depend on more than the geometry, whose key is given; none for
+    labels that the scene cannot have. Names that are not labels are ignored."""
     keys = {name: LABELS[name].key(scene, geometry, seed) for name in names if name in LABELS}
     return {name: key for name, key in keys.items() if key not in ("", geometry)}
 
 
 def other_views(names: Iterable[str]) -> frozenset[str]:
-    """Return the other views of the scene that the labels are made of too, as `Label.takes` names them. Other names
-    than those of labels do not count."""
+    """Return the further views of the scene that the labels need, as in `Label.takes`. Names that are not labels are
+    ignored."""
     taken = (PIXEL_LABELS[name].takes for name in names if name in PIXEL_LABELS)
     return frozenset(view for view in taken if view)

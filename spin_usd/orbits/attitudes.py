@@ -15,8 +15,8 @@ from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.ccsds_file import EphemerisSegment, read_aem
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
-from spin_usd.orbits.moments import Moments, frame_named
-from spin_usd.orbits.orbits import At, Flight, ordered, pieced
+from spin_usd.orbits.epochs import Epochs, frame_named
+from spin_usd.orbits.orbits import At, OrbitContext, ordered, pieced
 from spin_usd.orbits.propagation import rtn_axes
 from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
@@ -30,7 +30,7 @@ ALONG = 1e-6  # the sine of the least angle between two directions that fix an a
 class Sight:
     """Input of an attitude: states (N, 6) of the craft itself and of the other one."""
 
-    flight: Flight
+    context: OrbitContext
     own: Float
     other: Float
 
@@ -41,8 +41,8 @@ DIRECTIONS: dict[str, Callable[[Sight], Float]] = {
     "zenith": lambda sight: sight.own[:, :3],
     "velocity": lambda sight: sight.own[:, 3:],
     "orbit_normal": lambda sight: rtn_axes(sight.own)[:, :, 2],
-    "sun": lambda sight: sight.flight.moments.sun - sight.own[:, :3],
-    "moon": lambda sight: sight.flight.moments.moon - sight.own[:, :3],
+    "sun": lambda sight: sight.context.epochs.sun - sight.own[:, :3],
+    "moon": lambda sight: sight.context.epochs.moon - sight.own[:, :3],
 }
 DIRECTIONS["chaser"] = DIRECTIONS["target"]
 """Directions in GCRF by the name of the object pointed at; target and chaser both mean the other craft."""
@@ -72,14 +72,14 @@ class Aem(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="aem"):
     """A CCSDS attitude ephemeris of quaternions, KVN or XML."""
 
     def rotations(self, sight: Sight) -> Float:
-        flight, moments = sight.flight, sight.flight.moments
-        path = flight.path(self.file)
+        context, epochs = sight.context, sight.context.epochs
+        path = context.path(self.file)
 
         def between(segment: EphemerisSegment) -> tuple[Float, At]:
-            times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
-            return _smooth(flight, times, frame_named(segment.frame, path), _units(segment.rows, path))
+            times = ordered(epochs.seconds_of(segment.times, segment.time_system, path), path)
+            return _smooth(context, times, frame_named(segment.frame, path), _units(segment.rows, path))
 
-        return pieced(map(between, read_aem(path)), flight, path)
+        return pieced(map(between, read_aem(path)), context, path)
 
 
 class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="list"):
@@ -89,7 +89,7 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
     frame: str = "GCRF"
 
     def rotations(self, sight: Sight) -> Float:
-        flight, path = sight.flight, sight.flight.path(self.file)
+        context, path = sight.context, sight.context.path(self.file)
         rows: list[list[float]] = []
         for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
             words = line.replace(",", " ").replace(";", " ").split()
@@ -104,8 +104,8 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
                 raise InputError("does not have five finite numbers", where=f"{path}, line {number}", do=do)
         table = np.array(rows).reshape(-1, 5)
         times = ordered(table[:, 0], path)
-        smooth = _smooth(flight, times, frame_named(self.frame, path), _units(table[:, 1:], path))
-        return pieced([smooth], flight, path)
+        smooth = _smooth(context, times, frame_named(self.frame, path), _units(table[:, 1:], path))
+        return pieced([smooth], context, path)
 
 
 class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="pointing"):
@@ -129,7 +129,7 @@ class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="poin
             found = f"has axis {self.axis} and second {self.second}, which are parallel, or 0"
             raise InputError(found, where="pointing", do="choose another axis for `second`")
         if len(bad := np.flatnonzero(np.isnan(there).any((1, 2)))):
-            at = f"at second {sight.flight.moments.seconds[bad[0]]:g}"
+            at = f"at second {sight.context.epochs.seconds[bad[0]]:g}"
             found = f"points at {self.at} and towards {self.towards}, which are parallel or have no direction {at}"
             raise InputError(found, where="pointing", do="choose another object for `towards`")
         return np.asarray(there @ here[0].T)
@@ -142,7 +142,7 @@ class Inertial(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="iner
     frame: str = "GCRF"
 
     def rotations(self, sight: Sight) -> Float:
-        start = Moments(sight.flight.moments.epoch, np.zeros(1)).axes_of(frame_named(self.frame, "frame"))[0]
+        start = Epochs(sight.context.epochs.epoch, np.zeros(1)).axes_of(frame_named(self.frame, "frame"))[0]
         turn = start @ rotation_of(self.q, "q")
         return np.broadcast_to(turn, (len(sight.own), 3, 3))
 
@@ -161,7 +161,7 @@ class Tumbling(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="tumb
 
     def rotations(self, sight: Sight) -> Float:
         start = rotation_of(self.q, "q")
-        rate, inertia, seconds = np.radians(self.rate_deg_s), tensor_of(self.inertia), sight.flight.moments.seconds
+        rate, inertia, seconds = np.radians(self.rate_deg_s), tensor_of(self.inertia), sight.context.epochs.seconds
         if np.linalg.norm(rate) * np.abs(seconds).max() > MOST_TURNS * 2 * np.pi:
             do = "shorten the scenario, or give an attitude ephemeris (aem)"
             raise InputError(f"turns more than {MOST_TURNS} times", where="tumbling", do=do)
@@ -206,11 +206,11 @@ def _units(q: Float, where: object) -> Float:
     return np.asarray(q / norm[:, None])
 
 
-def _smooth(flight: Flight, times: Float, frame: str, q: Float) -> tuple[Float, At]:
+def _smooth(context: OrbitContext, times: Float, frame: str, q: Float) -> tuple[Float, At]:
     """Return the times (M,), and a function that interpolates rotations smoothly between the quaternions `q` (M, 4),
     which turn to the axes of `frame`."""
     from scipy.spatial.transform import Rotation, RotationSpline
 
-    turns = Moments(flight.moments.epoch, times).axes_of(frame) @ matrices_from_quaternions(q)
+    turns = Epochs(context.epochs.epoch, times).axes_of(frame) @ matrices_from_quaternions(q)
     spline = RotationSpline(times, Rotation.from_matrix(turns))
     return times, lambda at: np.asarray(spline(at).as_matrix())

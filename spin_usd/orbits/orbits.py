@@ -16,14 +16,14 @@ from spin_usd.files.size_limits import MAX_MODEL, MAX_SPECIFICATION
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.ccsds_file import EphemerisSegment, read_oem
 from spin_usd.formats.text_file import read_any_text
-from spin_usd.orbits.moments import TEME, Moments, frame_named
+from spin_usd.orbits.epochs import TEME, Epochs, frame_named
 from spin_usd.orbits.propagation import (
     GM,
     J2,
     RADIUS,
     acceleration,
-    beside,
-    beside_by_elements,
+    from_relative_elements,
+    from_relative_state,
     propagated,
     state_of,
 )
@@ -45,10 +45,10 @@ At = Callable[[Float], Float]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Flight:
+class OrbitContext:
     """The context in which an orbit is computed."""
 
-    moments: Moments
+    epochs: Epochs
     folder: Path
     """Folder of the scenario's files."""
     j2: bool = True
@@ -62,25 +62,25 @@ class Flight:
 
     def pole(self) -> Float:
         """The Earth's pole (3,) in the middle of the scenario."""
-        middle = Moments(self.moments.epoch, self.moments.seconds[len(self.moments.seconds) // 2 :][:1])
+        middle = Epochs(self.epochs.epoch, self.epochs.seconds[len(self.epochs.seconds) // 2 :][:1])
         return np.asarray(middle.R_gcrf_itrf[0, :, 2])
 
     def propagated(self, start: Float, where: str) -> Float:
         """Return the states (N, 6), GCRF, propagated from `start` at second 0."""
         if not np.isfinite(start).all() or not np.linalg.norm(np.cross(start[:3], start[3:])) > 0:
             raise InputError("is not an orbit about the Earth", where=where, do="check the numbers and their units")
-        if np.abs(self.moments.seconds).max() > LONGEST_S:
+        if np.abs(self.epochs.seconds).max() > LONGEST_S:
             do = "give an ephemeris (oem, spice) for longer"
             raise InputError(f"is propagated for more than {LONGEST_S / 86400:.0f} days", where=where, do=do)
         try:
-            return propagated(start, self.moments.seconds, self.pole(), J2 if self.j2 else 0.0)
+            return propagated(start, self.epochs.seconds, self.pole(), J2 if self.j2 else 0.0)
         except InputError as error:
             raise InputError(error.found, where=where, do=error.do) from None
 
 
 class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An orbit in a scenario. `states` returns positions and velocities (N, 6) in GCRF, metres, at the flight's epochs,
-    and raises InputError.
+    """An orbit in a scenario. `states` returns positions and velocities (N, 6) in GCRF, metres, at the epochs, and
+    raises InputError.
 
     relative: True if relative to the other craft · propagated: True if propagated by us · files: names of its files.
     """
@@ -107,26 +107,26 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
     """A CCSDS orbit ephemeris, KVN or XML. Quintics between its states match positions, velocities and the Earth's
     acceleration."""
 
-    def states(self, flight: Flight) -> Float:
+    def states(self, context: OrbitContext) -> Float:
         from scipy.interpolate import BPoly
 
-        moments, path = flight.moments, flight.path(self.file)
-        pole = flight.pole()
+        epochs, path = context.epochs, context.path(self.file)
+        pole = context.pole()
 
         def between(segment: EphemerisSegment) -> tuple[Float, At]:
-            times = ordered(moments.seconds_of(segment.times, segment.time_system, path), path)
-            rows = Moments(moments.epoch, times).states_from(frame_named(segment.frame, path), segment.rows)
+            times = ordered(epochs.seconds_of(segment.times, segment.time_system, path), path)
+            rows = Epochs(epochs.epoch, times).states_from(frame_named(segment.frame, path), segment.rows)
             known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
             path_of = BPoly.from_derivatives(times, known)
             off = _off_between(times, rows)
             if off > CLOSE_M:
                 step = float(np.diff(times).max())
-                flight.notes[
+                context.notes[
                     f"{path.name} has states up to {step:g} s apart; expect up to {off:.2g} m of error between them"
                 ] = None
             return times, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
 
-        return pieced(map(between, read_oem(path)), flight, path)
+        return pieced(map(between, read_oem(path)), context, path)
 
 
 def _off_between(times: Float, rows: Float) -> float:
@@ -139,11 +139,11 @@ def _off_between(times: Float, rows: Float) -> float:
 class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
     """Two-line elements, propagated by SGP4."""
 
-    def states(self, flight: Flight) -> Float:
+    def states(self, context: OrbitContext) -> Float:
         from sgp4.api import SGP4_ERRORS, Satrec
         from sgp4.io import verify_checksum
 
-        path, moments = flight.path(self.file), flight.moments
+        path, epochs = context.path(self.file), context.epochs
         lines = [line.rstrip() for line in read_any_text(path, MAX_SPECIFICATION).splitlines() if line.strip()]
         pair = [line for line in lines if TLE_LINE.match(line)]
         if [line[0] for line in pair] != ["1", "2"] or pair[0][2:7] != pair[1][2:7] or min(map(len, pair)) < 69:
@@ -153,15 +153,15 @@ class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
             craft = Satrec.twoline2rv(*pair)
         except ValueError as error:
             raise InputError(f"is not a valid TLE ({error})", where=path, do="copy it again") from None
-        times = moments.time.utc
+        times = epochs.time.utc
         errors, places, velocities = craft.sgp4_array(times.jd1, times.jd2)
         if errors.any():
             raise InputError(f"has no orbit at these epochs: {SGP4_ERRORS[int(errors.max())]}", where=path)
         days = float(np.abs(times.jd - craft.jdsatepoch - craft.jdsatepochF).max())
         if days > FRESH_DAYS:
             off = TLE_KM + TLE_KM_A_DAY * days
-            flight.notes[f"{path.name} is {days:.0f} days from its epoch; expect about {off:.0f} km of error"] = None
-        return moments.states_from(TEME, np.concatenate([places, velocities], -1) * 1e3)
+            context.notes[f"{path.name} is {days:.0f} days from its epoch; expect about {off:.0f} km of error"] = None
+        return epochs.states_from(TEME, np.concatenate([places, velocities], -1) * 1e3)
 
 
 class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
@@ -174,14 +174,14 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
     def files(self) -> tuple[str, ...]:
         return self.kernels
 
-    def states(self, flight: Flight) -> Float:
+    def states(self, context: OrbitContext) -> Float:
         import spiceypy
 
         for name in self.kernels:
-            open_file(flight.path(name), MAX_MODEL).close()  # so that no library opens a pipe
+            open_file(context.path(name), MAX_MODEL).close()  # so that no library opens a pipe
         try:
-            spiceypy.furnsh([str(flight.path(name)) for name in self.kernels])
-            et = (flight.moments.time.tdb.jd1 - 2451545.0) * 86400 + flight.moments.time.tdb.jd2 * 86400
+            spiceypy.furnsh([str(context.path(name)) for name in self.kernels])
+            et = (context.epochs.time.tdb.jd1 - 2451545.0) * 86400 + context.epochs.time.tdb.jd2 * 86400
             rows = [spiceypy.spkezr(self.body, float(time), "J2000", "NONE", "EARTH")[0] for time in et]
         except spiceypy.utils.exceptions.SpiceyError as error:
             said = (getattr(error, "long", "") or getattr(error, "short", "") or str(error)).split(". ")[0]
@@ -211,10 +211,10 @@ class Keplerian(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="k
             do = f"give metres, with the perigee more than {RADIUS / 1e3:.0f} km from the Earth's centre"
             raise InputError(f"semi_major_axis_m {self.semi_major_axis:g} meets the ground, or is too large", do=do)
 
-    def states(self, flight: Flight) -> Float:
+    def states(self, context: OrbitContext) -> Float:
         angles = np.radians([self.inclination_deg, self.node_deg, self.perigee_deg, self.mean_anomaly_deg])
         start = state_of(self.semi_major_axis, self.eccentricity, *angles.tolist())
-        return flight.propagated(_at_start(start, self.frame, flight), "keplerian")
+        return context.propagated(_at_start(start, self.frame, context), "keplerian")
 
 
 class StateVector(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="state"):
@@ -224,9 +224,9 @@ class StateVector(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag=
     velocity: Vector = named(name="velocity_m_s")
     frame: str = "GCRF"
 
-    def states(self, flight: Flight) -> Float:
+    def states(self, context: OrbitContext) -> Float:
         start = np.array([*self.place, *self.velocity])
-        return flight.propagated(_at_start(start, self.frame, flight), "state")
+        return context.propagated(_at_start(start, self.frame, context), "state")
 
 
 class RelativeState(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_state"):
@@ -237,9 +237,10 @@ class RelativeState(_Propagated, frozen=True, kw_only=True, tag_field="kind", ta
     place: Vector = named(name="place_m")
     velocity: Vector = named(name="velocity_m_s", default=(0.0, 0.0, 0.0))
 
-    def states(self, flight: Flight) -> Float:
-        assert flight.other is not None
-        return flight.propagated(beside(flight.other, np.array(self.place), np.array(self.velocity)), "relative_state")
+    def states(self, context: OrbitContext) -> Float:
+        assert context.other is not None
+        start = from_relative_state(context.other, np.array(self.place), np.array(self.velocity))
+        return context.propagated(start, "relative_state")
 
 
 class RelativeElements(_Propagated, frozen=True, kw_only=True, tag_field="kind", tag="relative_elements"):
@@ -254,22 +255,22 @@ class RelativeElements(_Propagated, frozen=True, kw_only=True, tag_field="kind",
     dix: float = named(name="a_dix_m", default=0.0)
     diy: float = named(name="a_diy_m", default=0.0)
 
-    def states(self, flight: Flight) -> Float:
-        assert flight.other is not None
+    def states(self, context: OrbitContext) -> Float:
+        assert context.other is not None
         elements = np.array([self.da, self.dlambda, self.dex, self.dey, self.dix, self.diy])
         try:
-            start = beside_by_elements(flight.other, elements)
+            start = from_relative_elements(context.other, elements)
         except InputError as error:
             raise InputError(error.found, where="relative_elements", do=error.do) from None
-        return flight.propagated(start, "relative_elements")
+        return context.propagated(start, "relative_elements")
 
 
 AnyOrbit = Oem | Tle | Spice | Keplerian | StateVector | RelativeState | RelativeElements
 
 
-def _at_start(state: Float, frame: str, flight: Flight) -> Float:
+def _at_start(state: Float, frame: str, context: OrbitContext) -> Float:
     """Return a state at second 0 in GCRF."""
-    start = Moments(flight.moments.epoch, np.zeros(1))
+    start = Epochs(context.epochs.epoch, np.zeros(1))
     return np.asarray(start.states_from(frame_named(frame, "frame"), state[None])[0])
 
 
@@ -284,10 +285,10 @@ def ordered(times: Float, path: Path) -> Float:
     return times
 
 
-def pieced(pieces: Iterable[tuple[Float, At]], flight: Flight, path: Path) -> Float:
-    """Return the values of a file's pieces at the flight's epochs (N,). A piece is the times (M,) of its states, and a
+def pieced(pieces: Iterable[tuple[Float, At]], context: OrbitContext, path: Path) -> Float:
+    """Return the values of a file's pieces at the epochs (N,). A piece is the times (M,) of its states, and a
     function that interpolates them. Raises InputError for epochs outside all pieces."""
-    seconds, found = flight.moments.seconds, None
+    seconds, found = context.epochs.seconds, None
     said = np.zeros(len(seconds), bool)
     for times, at in pieces:
         chosen = (seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S)

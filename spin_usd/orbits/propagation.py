@@ -86,7 +86,7 @@ def rtn_axes(states: Float) -> Float:
     return np.stack([radial, np.cross(normal, radial), normal], -1)
 
 
-def beside(state: Float, place: Float, velocity: Float) -> Float:
+def from_relative_state(state: Float, place: Float, velocity: Float) -> Float:
     """Return the state (6,) of a craft at `place` (3,) with `velocity` (3,) in the rotating RTN axes of another craft's
     `state`."""
     axes = rtn_axes(state[None])[0]
@@ -115,7 +115,7 @@ def elements_of(state: Float) -> tuple[float, ...]:
     return axis, inclination, node, ex, ey, float(eccentric - size * np.sin(eccentric) + perigee)
 
 
-def beside_by_elements(state: Float, a_of: Float) -> Float:
+def from_relative_elements(state: Float, a_of: Float) -> Float:
     """Return the state (6,) of a craft from its quasi-nonsingular elements relative to another's `state`: `a_of` (6,),
     metres, is da, dlambda, dex, dey, dix, diy times the other's semi-major axis.
 

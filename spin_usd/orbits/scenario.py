@@ -18,12 +18,12 @@ from spin_usd.geometry.motion import Motion, between
 from spin_usd.geometry.motion import log as rotation_vector
 from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
-from spin_usd.orbits.moments import Moments
-from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, Flight
+from spin_usd.orbits.epochs import Epochs
+from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, OrbitContext
 from spin_usd.sampling.distribution import Vector
 
 DERIVATIVE_S = 0.01  # between the states that give a rate; rounding leaves an error of 1e-7 m/s
-MAX_MOMENTS = 100_000
+MAX_EPOCHS = 100_000
 LOWEST = 6.35e6  # metres: the pole
 LARGEST = 1e10  # metres, seconds, degrees: further than Pluto, longer than a life
 MESSAGE, ROUNDS = "scenario: round", 4  # over all epochs
@@ -80,8 +80,8 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         if bad := next((each for each in _numbers(to_builtins(self)) if not abs(each) <= LARGEST), None):
             raise InputError(f"contains {bad:g}, which is out of range", do="check the numbers and their units")
         seconds = self.seconds
-        if len(seconds) > MAX_MOMENTS:
-            raise InputError(f"has {len(seconds)} epochs, more than {MAX_MOMENTS}", do="take longer steps")
+        if len(seconds) > MAX_EPOCHS:
+            raise InputError(f"has {len(seconds)} epochs, more than {MAX_EPOCHS}", do="take longer steps")
         if not (len(seconds) and np.isfinite(seconds).all()) or (np.diff(seconds) <= 0).any():
             raise InputError("times_s do not increase", do="sort them, each once")
         try:
@@ -96,7 +96,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         if self.times is not None:
             return np.array(self.times, np.float64)
         duration, step = self.duration or 0.0, self.step or 1.0
-        count = min(int(np.floor(duration / step * (1 + 1e-12))) + 1, MAX_MOMENTS + 1)
+        count = min(int(np.floor(duration / step * (1 + 1e-12))) + 1, MAX_EPOCHS + 1)
         return np.asarray(step * np.arange(count, dtype=np.float64))
 
     @property
@@ -145,48 +145,48 @@ class Seen:
 def see(scenario: Scenario, seconds: Float, folder: Path, progress: Progress = no_progress) -> Seen:
     """Return the view of the scenario's camera at `seconds` (N,); `folder` holds the scenario's files. Raises
     InputError."""
-    moments = Moments(scenario.utc, seconds)
-    flight = Flight(moments=moments, folder=folder, j2=scenario.j2)
-    flight = replace(flight, other=_absolute_start(scenario, flight))
+    epochs = Epochs(scenario.utc, seconds)
+    context = OrbitContext(epochs=epochs, folder=folder, j2=scenario.j2)
+    context = replace(context, other=_absolute_start(scenario, context))
     found_poses = []
     for done, step in enumerate((0.0, -DERIVATIVE_S, DERIVATIVE_S)):
         progress(MESSAGE, done, ROUNDS)
-        found_poses.append(_poses(scenario, _shifted(flight, step)))
+        found_poses.append(_poses(scenario, _shifted(context, step)))
     now, before, after = found_poses
     progress(MESSAGE, len(found_poses), ROUNDS)
     turns = (b @ a.T for a, b in zip(before.R_cam_body, after.R_cam_body, strict=True))
     rates = np.array([rotation_vector(turn) for turn in turns]) / (2 * DERIVATIVE_S)
     velocities = (after.t_cam_body - before.t_cam_body) / (2 * DERIVATIVE_S)
     R_cam_gcrf, camera = now.R_cam_gcrf, now.camera
-    if not moments.predicted:
-        flight.notes["there is no prediction of the Earth's rotation; it may be off by up to 15 arcseconds"] = None
+    if not epochs.predicted:
+        context.notes["there is no prediction of the Earth's rotation; it may be off by up to 15 arcseconds"] = None
 
     def placed(body: Float) -> Float:
         return np.asarray(np.einsum("nij,nj->ni", R_cam_gcrf, body - camera))
 
     found = Seen(
-        seconds=moments.seconds,
+        seconds=epochs.seconds,
         R_cam_body=now.R_cam_body,
         t_cam_body=now.t_cam_body,
         velocities=velocities,
         rates=rates,
         R_cam_gcrf=R_cam_gcrf,
-        R_cam_earth=R_cam_gcrf @ moments.R_gcrf_itrf,
+        R_cam_earth=R_cam_gcrf @ epochs.R_gcrf_itrf,
         earth=placed(np.zeros_like(camera)),
-        sun=placed(moments.sun),
-        moon=placed(moments.moon),
-        year=float(moments.time.jyear[0]),
+        sun=placed(epochs.sun),
+        moon=placed(epochs.moon),
+        year=float(epochs.time.jyear[0]),
         notes=(),
     )
-    return replace(found, notes=(*flight.notes, *_between_pictures(scenario, flight, found)))
+    return replace(found, notes=(*context.notes, *_between_pictures(scenario, context, found)))
 
 
-def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
+def _absolute_start(scenario: Scenario, context: OrbitContext) -> Float | None:
     """Return the state (6,) at second 0 of the craft with the absolute orbit; None if neither orbit is relative."""
     pair = (scenario.target.orbit, scenario.chaser.orbit)
     if not any(orbit.relative for orbit in pair):
         return None
-    start = replace(flight, moments=Moments(flight.moments.epoch, np.zeros(1)))
+    start = replace(context, epochs=Epochs(context.epochs.epoch, np.zeros(1)))
     try:
         return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
     except InputError as error:
@@ -194,8 +194,8 @@ def _absolute_start(scenario: Scenario, flight: Flight) -> Float | None:
         raise InputError(found, where=error.where, do=error.do) from None
 
 
-def _shifted(flight: Flight, seconds: float) -> Flight:
-    return replace(flight, moments=flight.moments.after(seconds)) if seconds else flight
+def _shifted(context: OrbitContext, seconds: float) -> OrbitContext:
+    return replace(context, epochs=context.epochs.after(seconds)) if seconds else context
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -207,21 +207,21 @@ class _Poses:
     """(N, 3) its position in GCRF."""
 
 
-def _poses(scenario: Scenario, flight: Flight) -> _Poses:
-    target, chaser = scenario.target.orbit.states(flight), scenario.chaser.orbit.states(flight)
-    if flight.other is not None and not (scenario.target.orbit.propagated and scenario.chaser.orbit.propagated):
-        off = (chaser if scenario.target.orbit.relative else target) - flight.propagated(flight.other, "orbit")
+def _poses(scenario: Scenario, context: OrbitContext) -> _Poses:
+    target, chaser = scenario.target.orbit.states(context), scenario.chaser.orbit.states(context)
+    if context.other is not None and not (scenario.target.orbit.propagated and scenario.chaser.orbit.propagated):
+        off = (chaser if scenario.target.orbit.relative else target) - context.propagated(context.other, "orbit")
         target, chaser = (target + off, chaser) if scenario.target.orbit.relative else (target, chaser + off)
     for name, states in (("target", target), ("chaser", chaser)):
         far = np.linalg.norm(states[:, :3], axis=1)
         if len(wrong := np.flatnonzero(~((far > LOWEST) & (far < MAX_AWAY)))):
-            second = flight.moments.seconds[wrong[0]]
+            second = context.epochs.seconds[wrong[0]]
             found = f"is {far[wrong[0]]:.6g} m from the Earth's centre at second {second:g}"
             raise InputError(found, where=name, do="check the unit of its orbit: files have kilometres")
     assert scenario.target.attitude
-    of_target = scenario.target.attitude.rotations(Sight(flight=flight, own=target, other=chaser))
+    of_target = scenario.target.attitude.rotations(Sight(context=context, own=target, other=chaser))
     of_chaser = (scenario.chaser.attitude or Pointing(at="target")).rotations(
-        Sight(flight=flight, own=chaser, other=target)
+        Sight(context=context, own=chaser, other=target)
     )
     body = target[:, :3] - of_target @ np.array(scenario.target.centre_of_mass)
     mounted = np.array(scenario.camera.place) - np.array(scenario.chaser.centre_of_mass)
@@ -235,12 +235,12 @@ def _poses(scenario: Scenario, flight: Flight) -> _Poses:
     )
 
 
-def _between_pictures(scenario: Scenario, flight: Flight, found: Seen) -> list[str]:
+def _between_pictures(scenario: Scenario, context: OrbitContext, found: Seen) -> list[str]:
     """Return a note on the error of the cubics that interpolate motion between pictures, in the middle of each step."""
     steps = np.diff(found.seconds)
     if not len(steps) or steps.min() <= 0:
         return []
-    middle = replace(flight, moments=Moments(flight.moments.epoch, found.seconds[:-1] + steps / 2), notes={})
+    middle = replace(context, epochs=Epochs(context.epochs.epoch, found.seconds[:-1] + steps / 2), notes={})
     true = _poses(scenario, middle)
     away, turned = 0.0, 0.0
     rows = zip(found.R_cam_body, found.t_cam_body, found.velocities, found.rates, strict=True)

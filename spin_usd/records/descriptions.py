@@ -1,4 +1,4 @@
-"""What the folders that we write say of themselves: dataset.json, export.json and gallery.json; and tags.json."""
+"""Descriptions in the folders that we write: dataset.json, export.json and gallery.json; and tags.json."""
 
 from typing import Annotated, Any
 
@@ -17,13 +17,13 @@ class OriginFile(JsonStruct, frozen=True, kw_only=True):
 
 
 class StageOrigin(JsonStruct, frozen=True, kw_only=True):
-    """What author made the stage from; of another stage its root layer's name alone."""
+    """Sources of the stage for author; of another stage only its root layer's name."""
 
-    inputs: Annotated[dict[str, OriginFile] | UnsetType, Meta(description="Files, by what they are.")] = UNSET
+    inputs: Annotated[dict[str, OriginFile] | UnsetType, Meta(description="Files, by their roles.")] = UNSET
     options: Annotated[
         dict[str, str | int | float | list[int | float]] | UnsetType,
         Meta(
-            description="Those of author that decide pictures: seed, units_per_metre, prim, channels, sun_direction, "
+            description="Options of author that change pictures: seed, units_per_metre, prim, channels, sun_direction, "
             "sun_from_target."
         ),
     ] = UNSET
@@ -38,7 +38,7 @@ class StageEntry(JsonStruct, frozen=True, kw_only=True):
         StageOrigin | UnsetType,
         Meta(
             description="A stage of another origin, by files' sha256 and options, is not rendered into the dataset "
-            "unless asked for."
+            "unless requested."
         ),
     ] = UNSET
     hashes: Annotated[dict[str, Sha256], Meta(description="Composed content, by variant.")]
@@ -66,7 +66,7 @@ class PartEntry(JsonStruct, frozen=True, kw_only=True):
     name: str
     target: Annotated[
         int,
-        Meta(ge=0, description="The id of the target that it is a part of; 0 of geometry that is no target."),
+        Meta(ge=0, description="Id of its target; 0 for geometry of no target."),
     ]
     materials: Annotated[
         list[str], Meta(description="The names of its materials in the first picture of the stage without a variant.")
@@ -91,26 +91,24 @@ class DatasetDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schem
     ] = UNSET
     variants: Annotated[list[str], Meta(min_length=1)]
     frames: Annotated[AtLeastOne, Meta(description="Frames of the stage: so many pictures has each variant.")]
-    files: Annotated[dict[str, str], Meta(description="What each kind of file holds.")]
+    files: Annotated[dict[str, str], Meta(description="Content of each kind of file.")]
 
 
 class ExportDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="export-1"):
-    """What an export of a spin_usd dataset is of."""
+    """Contents of an export of a spin_usd dataset."""
 
     format: Annotated[str, Meta(description="The format's name.")]
-    options: Annotated[dict[str, Any], Meta(description="Those of the format, by name.")]
+    options: Annotated[dict[str, Any], Meta(description="Options of the format, by name.")]
     dataset: Annotated[
         Sha256,
         Meta(description="Digest of the dataset's parts and keypoints and of the records of the pictures, in order."),
     ]
     target: Annotated[str, Meta(description="The target's name, where the format holds one.")]
     splits: Annotated[dict[str, float], Meta(description="The share of each split, by the format's name for it.")]
-    seed: Annotated[int, Meta(description="What decides which poses go into which split.")]
+    seed: Annotated[int, Meta(description="Seed that assigns poses to splits.")]
     pictures: AtLeastOne
     spin_usd: Annotated[str, Meta(description="Version.")]
-    complete: Annotated[
-        bool, Meta(description="Whether all files are there; an export that was ended half-way says no.")
-    ]
+    complete: Annotated[bool, Meta(description="Whether all files exist; false for an interrupted export.")]
 
 
 class GalleryDescription(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="gallery-1"):

@@ -18,11 +18,11 @@ class Difference:
     kind: Annotated[str, one_of(FILE, PRIM, ACTIVE, SELECTION, SCHEMAS, METADATA, ATTRIBUTE, CONNECTION, RELATIONSHIP)]
     where: Annotated[str, Meta(description="A prim's or property's path, or a file.")]
     name: Annotated[str, Meta(description="Of the variant set or the metadata; empty for the others.")] = ""
-    before: Annotated[str | None, Meta(description="The value as text; null where there is none.")] = None
+    before: Annotated[str | None, Meta(description="The value as text; null if missing.")] = None
     after: str | None = None
     before_from: Annotated[str | None, Meta(description="Layer and variants of the strongest opinion.")] = None
     after_from: str | None = None
-    samples: Annotated[Count, Meta(description="How many time samples differ; 0 for what does not vary.")] = 0
+    samples: Annotated[Count, Meta(description="Number of differing time samples; 0 for constant values.")] = 0
     time_code: Annotated[
         float | None, Meta(description="Of the first sample that differs, which before and after show.")
     ] = None
@@ -40,12 +40,12 @@ class ComparedPictures(JsonStruct, frozen=True, kw_only=True):
 
 
 class DiffReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="diff-report-1"):
-    """What spin-usd diff --json prints. The exit code is 0 whether or not the variants differ."""
+    """Output of spin-usd diff --json. The exit code is 0 whether or not the variants differ."""
 
     before: Annotated[str, Meta(description="The first variant, as it was given.")]
     after: Annotated[str, Meta(description="The second variant, as it was given.")]
     differences: list[Difference]
     pictures: ComparedPictures
     resampled: Annotated[
-        bool, Meta(description="Whether what is sampled at random for each picture differs: noise and back plates.")
+        bool, Meta(description="Whether the random samples of each picture differ: noise and back plates.")
     ]

@@ -1,4 +1,4 @@
-"""What lies beside the events of a variant: the stage, the camera and the settings that they were made by."""
+"""The record beside the events of a variant: the stage, the camera and the settings that made them."""
 
 from typing import Annotated, Any
 
@@ -25,5 +25,5 @@ class EventRecord(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag
     exposure: Annotated[Size, Meta(description="Factor from W/m2/sr to the unit range.")]
     camera: RecordedCamera
     stage: Annotated[Sha256, Meta(description="Digest of the stage's composed content.")]
-    settings: Annotated[dict[str, Any], Meta(description="Those of the renders: renderer, effort, seed, device.")]
+    settings: Annotated[dict[str, Any], Meta(description="Settings of the renders: renderer, effort, seed, device.")]
     versions: Annotated[dict[str, str], Meta(description="Of the software, by name.")]

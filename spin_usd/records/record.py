@@ -55,7 +55,7 @@ class RecordedCamera(JsonStruct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, camera: Camera) -> Self:
-        """Return what a record says of the camera."""
+        """Return the camera's entry of a record."""
         return cls(
             width=camera.width,
             height=camera.height,
@@ -89,20 +89,20 @@ class RecordedPose(JsonStruct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, T_cam_body: Transform) -> Self:
-        """Return what a record says of the pose."""
+        """Return the pose's entry of a record."""
         return cls(q_cam_body=T_cam_body.quaternion.tolist(), t_cam_body=T_cam_body.translation.tolist())
 
     @property
     def T_cam_body(self) -> Transform:
-        """The pose. Raises GeometryError for a quaternion that is none."""
+        """The pose. Raises GeometryError for an invalid quaternion."""
         return Transform.from_quaternion(to="cam", of="body", q=self.q_cam_body, t=self.t_cam_body)
 
 
 class RecordedPixels(JsonStruct, frozen=True, kw_only=True):
     """How many pixel centres in the frame the target covers."""
 
-    visible: Annotated[Count, Meta(description="Those that show it.")]
-    amodal: Annotated[Count, Meta(description="Those that would show it if nothing else were there.")]
+    visible: Annotated[Count, Meta(description="Pixels that show it.")]
+    amodal: Annotated[Count, Meta(description="Pixels that would show it without occlusion.")]
 
 
 class RecordedBox(JsonStruct, frozen=True, kw_only=True):
@@ -121,7 +121,7 @@ class RecordedBox(JsonStruct, frozen=True, kw_only=True):
     ]
     truncated: Annotated[
         bool,
-        Meta(description="Whether some of it is outside the frame, behind the camera, or where the lens sees nothing."),
+        Meta(description="Whether some of it is outside the frame, behind the camera, or outside the lens's view."),
     ]
 
 
@@ -133,7 +133,7 @@ class RecordedBox3d(JsonStruct, frozen=True, kw_only=True):
         Meta(
             min_length=2,
             max_length=2,
-            description="The target's least and largest coordinates in its own axes, metres: those of dataset.json, "
+            description="The target's least and largest coordinates in its own axes, metres; equal to dataset.json, "
             "unless it changes its shape.",
         ),
     ]
@@ -161,7 +161,7 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
     id: Id
     name: str
     pose: RecordedPose
-    motion: Annotated[RecordedMotion | UnsetType, Meta(description="Absent where the stage does not say it.")] = UNSET
+    motion: Annotated[RecordedMotion | UnsetType, Meta(description="Absent if not in the stage.")] = UNSET
     range: Annotated[Size, Meta(description="From the camera to the origin of the target's axes, metres.")]
     pixels: RecordedPixels
     visible_fraction: Annotated[
@@ -182,7 +182,7 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
                     KeypointState,
                     Meta(
                         description="visible: nothing stands before it · self-occluded, occluded: the first surface "
-                        "before it is its own body's, or another's; of its own what is less than 0.5 % of the longest "
+                        "before it is its own body's, or another's; its own surface less than 0.5 % of the longest "
                         "edge of the target's box before it does not hide it · outside: of the frame, or where the "
                         "lens sees nothing · behind the camera."
                     ),
@@ -190,8 +190,8 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
             ]
         ],
         Meta(
-            description="Each of the target's keypoints, as dataset.json orders them: u and v in pixels, null where "
-            "the lens sees none, and what is to be seen of it."
+            description="Each of the target's keypoints, in the order of dataset.json: u and v in pixels, null "
+            "outside the lens's view, and its visibility."
         ),
     ]
 
@@ -299,27 +299,27 @@ class RecordedLidar(JsonStruct, frozen=True, kw_only=True):
 
     @property
     def lidar(self) -> Lidar:
-        """The LiDAR. Raises GeometryError for one that is none."""
+        """The LiDAR. Raises GeometryError for an invalid one."""
         rest: dict[str, Any] = {name: tuple(it) if isinstance(it, list) else it for name, it in asdict(self).items()}
         pose = Transform.from_quaternion(to="cam", of="lidar", q=rest.pop("q_cam_lidar"), t=rest.pop("t_cam_lidar"))
         return Lidar(T_cam_lidar=pose, **rest)
 
 
 class RecordedRangeFinder(JsonStruct, frozen=True, kw_only=True):
-    """What the laser range finder measures, exactly: distances from where it stands, metres."""
+    """Exact measurements of the laser range finder: distances from its position, metres."""
 
     origin: Annotated[Vector, Meta(description="Where it stands in the camera's axes, metres.")]
     direction: Annotated[Vector, Meta(description="Its boresight in the camera's axes, a unit vector.")]
     divergence_deg: Annotated[float, Meta(ge=0, description="Full angle of the cone that it lights, degrees.")]
     range: Annotated[Size | None, Meta(description="Along the boresight; null where nothing is.")]
     target: Annotated[Annotated[int, Meta(ge=0, le=65535)], Meta(description="The id of the target there, 0 for none.")]
-    nearest: Annotated[Size | None, Meta(description="Of all that its cone lights; null where that is nothing.")]
+    nearest: Annotated[Size | None, Meta(description="Within its cone; null without a hit.")]
     mean: Annotated[Size | None, Meta(description="Over the part of the cone that meets something; likewise.")]
     share: Annotated[Share, Meta(description="Of the cone that meets something.")]
 
 
 class RecordedFile(JsonStruct, frozen=True, kw_only=True):
-    """A file of the picture: where it is, and what its numbers are."""
+    """A file of the picture: its path, and the meaning of its numbers."""
 
     path: Annotated[
         str,
@@ -337,9 +337,9 @@ class RecordedFile(JsonStruct, frozen=True, kw_only=True):
         dict[str, str],
         Meta(
             min_length=1,
-            description="What each channel, or column of a table, holds, by the name that it has in the file (Y, or R, "
-            "G, B and A, for some readers know no others); OpenCV gives them as B, G, R. Labels are 0 where nothing "
-            "is; dataset.json says in a sentence what each kind of file holds.",
+            description="Content of each channel, or column of a table, by its name in the file (Y, or R, G, B and "
+            "A, since some readers know no others); OpenCV gives them as B, G, R. Labels are 0 for no "
+            "surface; dataset.json describes each kind of file in a sentence.",
         ),
     ]
     unit: Annotated[
@@ -350,7 +350,7 @@ class RecordedFile(JsonStruct, frozen=True, kw_only=True):
         Annotated[str, Meta(min_length=1)] | UnsetType,
         Meta(
             description="The axes of coordinates: cam (x right, y down, z forward), body, the target's, or lidar (x "
-            "forward, y left, z up); absent where there are none."
+            "forward, y left, z up); absent without coordinates."
         ),
     ] = UNSET
     encoding: Annotated[
@@ -358,7 +358,7 @@ class RecordedFile(JsonStruct, frozen=True, kw_only=True):
         Meta(description="The transfer curve of light to the file's numbers; absent of labels."),
     ] = UNSET
     gamma: Annotated[
-        Positive | UnsetType, Meta(description="What the encoding gamma takes the root of; absent of others.")
+        Positive | UnsetType, Meta(description="Degree of the root of the encoding gamma; absent for others.")
     ] = UNSET
 
 
@@ -403,12 +403,12 @@ class RecordedRender(JsonStruct, frozen=True, kw_only=True):
     renderer: Annotated[Name, Meta(description="Its name: blender, raycast, or another that was added.")]
     device: Annotated[
         Annotated[str, one_of("cpu", "optix", "cuda", "hip", "metal", "oneapi")] | UnsetType,
-        Meta(description="What rendered the light; absent before there was a choice: cpu. Labels are the CPU's."),
+        Meta(description="Device that rendered the light; absent in old records: cpu. Labels run on the CPU."),
     ] = UNSET
     effort: Annotated[
         Effort,
         Meta(
-            description="What the picture's light cost: all that trades speed for accuracy.",
+            description="Effort of the picture's light: all settings that trade speed for accuracy.",
             extra_json_schema={
                 "required": ["samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"]
             },
@@ -433,11 +433,11 @@ class Provenance(JsonStruct, frozen=True, kw_only=True):
 
     stage: StageProvenance
     keys: Annotated[
-        dict[str, Annotated[Sha256, Meta(description="Of all that decides what the key is of.")]],
+        dict[str, Annotated[Sha256, Meta(description="Digest of all inputs of the key's results.")]],
         Meta(
-            description="geometry: of all that decides the labels, but those that have keys of their own, by their "
-            "names · radiance: of all that decides the linear radiance · exposure: of all that decides the image · "
-            "targets: of all that decides what this record says of the targets, but their names.",
+            description="geometry: inputs of the labels, except labels with their own keys, by their names · "
+            "radiance: inputs of the linear radiance · exposure: inputs of the image · targets: inputs "
+            "of this record's data on the targets, except their names.",
             extra_json_schema={"required": list(RECORDED_KEYS)},
         ),
     ]
@@ -475,7 +475,7 @@ class RecordedLight(JsonStruct, frozen=True, kw_only=True):
 
 
 class RecordedAppearance(JsonStruct, frozen=True, kw_only=True):
-    """How the image was exposed and lit, and what is behind; 0 for what there is not. The stage says the rest."""
+    """Exposure, light and background of the image; 0 for missing ones. The stage has the rest."""
 
     exposure: Annotated[float, Meta(description="Factor from W/m2/sr to full scale, as the camera is set.")]
     exposure_chosen: Annotated[
@@ -508,11 +508,11 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
     ] = UNSET
     time_s: Annotated[
         float | UnsetType,
-        Meta(description="When it is taken, seconds since the start; absent where nothing says it."),
+        Meta(description="Time of exposure, seconds since the start; absent if unknown."),
     ] = UNSET
     utc: Annotated[
         Annotated[str, Meta(pattern=UTC_PATTERN)] | UnsetType,
-        Meta(description="The same as UTC; absent where nothing says when the start is."),
+        Meta(description="The same as UTC; absent if the start is unknown."),
     ] = UNSET
     camera: RecordedCamera
     pose: Annotated[RecordedPose, Meta(description="The first target's.")]
@@ -525,7 +525,7 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
     ]
     sun: Annotated[
         RecordedSun | UnsetType,
-        Meta(description="Absent where there is none, and of labels alone but lit."),
+        Meta(description="Absent without a Sun, and for labels alone except lit."),
     ] = UNSET
     next: Annotated[
         NextFrame | UnsetType,

@@ -25,7 +25,7 @@ NEAR_RADII = 16.0
 CLEARANCE = 1.01  # rays start this many radii before the target's centre: outside its bounding sphere
 MIN_CLEARANCE = 2e-6  # metres: Blender sees nothing nearer to a ray's start than 1e-6
 PLAIN_FOCAL = (1 / 8, 16.0)  # fx / width within which Blender's own camera is off by at most 1e-3 px (measured)
-INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
+INVERSE_ERROR_PX = 1e-5  # tolerance of the lens inverse; float32 itself costs about 1e-4 px
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
 MAX_INVERSE_STEPS = 12
 BEYOND = 1 + 1e-6  # of the frame's own radius, so that the corners' last steps are free
@@ -205,7 +205,7 @@ def _fisheye(inverse: "LensInverse") -> str:
 
 
 def _around(views: Sequence[View]) -> View:
-    """Return the view of what the `views` show together."""
+    """Return the common view of the `views`."""
     low = np.min([view.centre - view.radius for view in views], axis=0)
     high = np.max([view.centre + view.radius for view in views], axis=0)
     centre = (low + high) / 2
@@ -220,7 +220,7 @@ def centre_radius(camera: Camera) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class LensInverse:
-    """The way from distorted to undistorted coordinates that the shader goes.
+    """The shader's conversion from distorted to undistorted coordinates.
 
     All is in a `unit` of normalised coordinates in which float32 neither overflows nor loses digits, however long the
     focal length. A fisheye's start takes distances to angles, and its max_radius is the distance of what lies at a

@@ -1,4 +1,4 @@
-"""The devices that can render light, and what a graphics processor cannot do."""
+"""The devices that can render light, and the limits of graphics processors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

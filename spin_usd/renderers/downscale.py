@@ -1,4 +1,4 @@
-"""A render of fewer pixels than the picture's: each stands for a square of them, and its way back.
+"""A render of fewer pixels than the picture's, each representing a square of them, and the way back.
 
 The pixel (0, 0) is a corner, so the camera of `by` times fewer pixels a side is the same one with its intrinsics
 divided by `by`, to the last ray. Where `by` does not divide the frame, the last squares reach beyond it.

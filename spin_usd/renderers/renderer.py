@@ -1,5 +1,5 @@
-"""The interface of renderers, which `raycast` and `blender` implement; that of what finds the faces of labels; and that
-of what writes a scene for people to open."""
+"""The interfaces of renderers, which `raycast` and `blender` implement, of casters that find the faces of labels, and
+of writers of a scene for people to open."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,10 +40,10 @@ class Renderer(Protocol):
 
 @runtime_checkable
 class LabelPass(Protocol):
-    """Finds the face that each pixel shows, from which labels are made.
+    """Finds the face at each pixel, for labels.
 
-    That of every run is Embree's (embree.caster). Cycles' (blender.renderer) shares no code with it and checks it: in
-    tests, in `measure`, and in `check --cross`.
+    Every run uses Embree's (embree.caster). Cycles' (blender.renderer) shares no code with it and checks it: in tests,
+    in `measure`, and in `check --cross`.
     """
 
     name: str
@@ -58,19 +58,19 @@ class OpenableScene:
     """A scene as people open it in a renderer's own program."""
 
     scene: Scene
-    """With its lights as they are."""
+    """The scene with its actual lights."""
     effort: Effort
     """Effort of the render that the program will make."""
     seed: int
     """Seed of the same render."""
     behind: NDArray[np.float32] | None
-    """(H, W, 3), W/m2/sr, of the whole frame: the background; None where that is black."""
+    """(H, W, 3), W/m2/sr, of the whole frame: the background; None for black."""
     camera_path: str
     """The camera's prim."""
     exposure: float
     """The factor from radiance to the screen's white, for the eye alone."""
     readme: Sequence[str]
-    """A text on what is in the file."""
+    """Text that describes the file."""
 
 
 class SceneWriter(Protocol):

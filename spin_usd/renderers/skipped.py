@@ -1,8 +1,9 @@
-"""The work that a picture does not need: what a path tracer may skip of its scene, why, and how surely nothing changes.
+"""The work that a picture does not need: parts of its scene that a path tracer may skip, the reason, and the certainty
+that nothing changes.
 
-It is decided here alone: the renderer takes its settings from it, and `plan --explain` says what is skipped and why.
-Only what saves time that can be measured, or brings a picture nearer to the truth, is a rule: what each saves stands in
-docs/how-to/speed-against-accuracy.md.
+Only this file decides it: the renderer takes its settings from it, and `plan --explain` lists skipped work and reasons.
+A rule must save measurable time, or make a picture more accurate: docs/how-to/speed-against-accuracy.md lists the
+savings.
 """
 
 import math
@@ -39,7 +40,7 @@ class SkippedWork:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Facts:
-    """Facts of a scene that decide how it must be rendered, each computed when it is asked for."""
+    """Facts of a scene that determine how it must be rendered, each computed on demand."""
 
     scene: Scene
     effort: Effort
@@ -111,11 +112,11 @@ Rule = Callable[[Facts], Reason]
 RULES: Mapping[str, Rule] = MappingProxyType(
     {"glossy filter": _filter_glossy, "light tree": _tree, "camera shader": _camera_shader}
 )
-"""The rules for work that a renderer may skip, by name. The names are those of `BlenderRenderer(keep=...)`."""
+"""The rules for work that a renderer may skip, by the names in `BlenderRenderer(keep=...)`."""
 
 
 def check_rule_names(names: Collection[str]) -> frozenset[str]:
-    """`names` as those of RULES. Raises InputError for another."""
+    """Return `names` as names of RULES. Raises InputError for another."""
     for name in names:
         if name not in RULES:
             raise InputError(f"no rule for skipped work is called {name!r}", do=f"choose among {', '.join(RULES)}")
@@ -136,7 +137,7 @@ class Requirements:
     lights: tuple[int, ...]
     """Indices of those with a place or a direction that shine on some body."""
     light_tree: bool
-    """Whether lights are chosen by what they do."""
+    """Whether lights are chosen by their effect."""
     filter_glossy: float
     """The effort's filter_glossy, or 0."""
     camera_shader: bool
@@ -144,8 +145,8 @@ class Requirements:
 
     @classmethod
     def of(cls, scene: Scene, effort: Effort, keep: frozenset[str] = frozenset()) -> "Requirements":
-        """Return the requirements of a picture of `scene`. `keep`: names of what is to be done even where it changes
-        nothing, to measure it; it changes no byte that SkippedWork.same does not allow to change."""
+        """Return the requirements of a picture of `scene`. `keep`: names of work to do even if it changes nothing, to
+        measure it; it changes no byte that SkippedWork.same does not allow to change."""
         facts = Facts(scene=scene, effort=effort)
         reasons = skipped_work(facts, keep)
         without = {each.what for each in reasons}

@@ -1,4 +1,4 @@
-"""Distributions of numbers, directions and choices; those of rotations are in `attitudes`.
+"""Distributions of numbers, directions and choices; `attitudes` has those of rotations.
 
 Sampled numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
 same text everywhere, and a reader of a layer sees whole numbers.
@@ -112,9 +112,9 @@ class Normal(Distribution, frozen=True, kw_only=True, tag="normal"):
 
 
 class Choice(Distribution, frozen=True, kw_only=True, tag="choice"):
-    """One of `values`, each as often as its weight says."""
+    """One of `values`, in proportion to its weight."""
 
-    values: Annotated[tuple[Value, ...], Meta(description="What is chosen from.", extra_json_schema={"minItems": 1})]
+    values: Annotated[tuple[Value, ...], Meta(description="Values to choose from.", extra_json_schema={"minItems": 1})]
     weights: Annotated[
         tuple[Annotated[float, Meta(ge=0)], ...], Meta(description="How often each value is chosen, as ratios.")
     ] = ()

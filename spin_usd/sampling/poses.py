@@ -82,13 +82,13 @@ class BesideLaw:
     other: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def places(self, rng: np.random.Generator, camera: Camera, away: float, count: int) -> Float:
-        """Return sampled positions (count, 3), as those of PositionLaw, `away` metres from the other."""
+        """Return sampled positions (count, 3), like PositionLaw, `away` metres from the other."""
         return np.asarray(self.other + at_range(away, rng.normal(size=(count, 3))))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Balls:
-    """Balls around what a body must keep apart from."""
+    """Balls around obstacles of a body."""
 
     middles: Float
     """(N, 3), metres, camera frame."""
@@ -156,7 +156,7 @@ class PoseLaw:
                     return q, good
         asked = ["keeps apart from the other bodies"] if len(others.radii) else []
         if self.inside is not None:
-            asked.append("has as much of the target in the picture as 'inside' asks for")
+            asked.append("has as much of the target in the picture as 'inside' requires")
         do = (
             "give it a larger range or distance" if len(others.radii) else "put it farther away or nearer to the middle"
         )
@@ -164,7 +164,7 @@ class PoseLaw:
         raise InputError(found, do=f"{do}, or change 'inside'" if self.inside else do)
 
     def _first_inside(self, camera: Camera, hull: Float, rotation: Float, places: Float) -> Float | None:
-        """Return the first of the places (M, 3) where the body is inside, as far as that is asked for."""
+        """Return the first of the places (M, 3) where the body is inside, as far as required."""
         if self.inside is None:
             first: Float = places[0]
             return first

@@ -55,7 +55,7 @@ def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distributi
 
 
 def fields_of(kind: type[Distribution]) -> tuple[FieldInfo, ...]:
-    """Return what a distribution of this kind takes."""
+    """Return the values that a distribution of this kind accepts."""
     return tuple(each for each in structs.fields(kind) if each.name != "unit")
 
 
@@ -69,7 +69,7 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 Shared = Mapping[str, Sequence[str]]
-"""By a parameter that pictures share: what each picture's value is sampled for, such as its sequence, not its name."""
+"""For parameters shared by pictures: the owner of each picture's value, such as its sequence, instead of its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +125,7 @@ def sample_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: 
 
 
 def stream(seed: int, *names: str) -> np.random.Generator:
-    """Return the generator of what `names` name (an augmentation, a parameter, a frame), the same on every machine.
+    """Return the generator for `names` (an augmentation, a parameter, a frame), the same on every machine.
 
     Adding, leaving out or reordering other things changes none of its numbers.
     """

@@ -1,9 +1,9 @@
-"""Sequences: a body and a camera that move near one another on an orbit, the body turning as nothing turns it.
+"""Sequences: a body and a camera that move near one another on an orbit, the body in torque-free rotation.
 
-Two cameras are known. That of a craft that looks along its flight, past which the target falls: its x is against the
-orbit's normal, its y towards the Earth, its z forward. And that of a craft that moves about the target and points at
-it: its x is as near as can be to the orbit's normal reversed; behind the target both are the same. A fixed `tilt` turns
-either.
+There are two cameras. One is on a craft that looks along its flight, past which the target falls: its x is against the
+orbit's normal, its y towards the Earth, its z forward. The other is on a craft that moves about the target and points
+at it: its x is as close as possible to the orbit's normal reversed; behind the target both are the same. A fixed `tilt`
+turns either.
 """
 
 import math
@@ -67,7 +67,7 @@ class TrajectoryLaw:
     def sample(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.
 
-        Raises InputError when none of MAX_SEQUENCES stays in range and, as far as `inside` asks, in the picture.
+        Raises InputError if none of MAX_SEQUENCES stays in range and, as far as `inside` requires, in the picture.
         """
         for _ in range(MAX_SEQUENCES):
             q, t = self._sequence(rng, camera, pictures)
@@ -121,8 +121,7 @@ class TrajectoryLaw:
         return np.array([tilted(self.tilt) @ pointing(-place) for place in places])
 
     def _orbit_from_start(self, pictures: int) -> Float:
-        """Return (pictures, 3, 3) from the orbit's axes at the start, which stay among the stars, to those of each
-        picture."""
+        """Return (pictures, 3, 3) from the orbit's axes at the start, inertially fixed, to each picture's."""
         return np.array([turn(-self._mean_motion * time * NORMAL) for time in self._times(pictures)])
 
     def _times(self, pictures: int) -> Float:
@@ -135,8 +134,8 @@ class TrajectoryLaw:
 
 
 def pointing(towards: Float) -> Float:
-    """Return the rotation (3, 3) from the orbit's axes to those of a camera that looks along `towards` (3,), orbit's
-    axes. Raises InputError where that has no direction."""
+    """Return the rotation (3, 3) from the orbit's axes to a camera's that looks along `towards` (3,), orbit's axes.
+    Raises InputError if that has no direction."""
     length = float(np.linalg.norm(towards))
     if not length > 0:
         raise InputError("the camera is at the target's centre of mass", do="keep the chaser away from the target")

@@ -14,13 +14,13 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
 
 SRGB, RAW = "sRGB", "raw"
-AT_REST = "it has animations, and stands as it is stored without them; --model-time 0 shows where they begin"
+AT_REST = "it has animations, and is shown in its stored rest state; --model-time 0 shows their beginning"
 MAX_PARTS = 8192  # of a model: each becomes a prim with labels of its own, at some milliseconds
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImageFile:
-    """An image file that travels with a model: its bytes, and what it is called; the suffix says its format."""
+    """An image file of a model: its bytes, and its name; the suffix gives its format."""
 
     name: str
     data: bytes = field(repr=False)
@@ -68,7 +68,7 @@ class ModelMaterial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshPart:
-    """Faces with all that a file says of them.
+    """Faces with all their data in a file.
 
     Raises GeometryError for points that are NaN, no faces, faces of fewer than 3 corners, indices out of range.
     """
@@ -88,7 +88,7 @@ class MeshPart:
     """Values of the corners: (C, 2) coordinates on images by the names that the images use, (C, 3) linear colours as
     displayColor."""
     groups: tuple[str, ...] = ()
-    """Names of what it belongs to in the file, such as the nodes above its own."""
+    """Names of its groups in the file, such as the nodes above its own."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", finite(self.points, (None, 3), f"points of part {self.name!r}"))
@@ -146,11 +146,11 @@ class MeshAsset:
     parts: tuple[MeshPart, ...]
     materials: tuple[ModelMaterial, ...] = ()
     notes: tuple[str, ...] = ()
-    """Sentences on what a user should know of how it was read."""
+    """Notes for the user on how it was read."""
     metres_per_unit: float = 1.0
-    """How long the file says that its unit is."""
+    """Length of the file's unit."""
     up: str = ""
-    """The axis that it calls up; empty where it does not say."""
+    """The file's up axis; empty if not stated."""
 
     def __post_init__(self) -> None:
         if not self.parts:

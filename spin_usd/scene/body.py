@@ -8,7 +8,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
 from spin_usd.scene.target import Target
 
-OCCLUDER = 0  # the id of all geometry that is no target, and of nothing in the label `instance`
+OCCLUDER = 0  # the id of all other geometry, and of no surface, in the label `instance`
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -16,7 +16,7 @@ class BodyMotion:
     """How a body moves before the camera, in the camera's axes."""
 
     velocity: Float
-    """(3,) that of the origin of its axes, m/s."""
+    """(3,) velocity of the origin of its axes, m/s."""
     angular_velocity: Float
     """(3,) radians a second."""
 
@@ -37,7 +37,7 @@ class Body:
     id: int
     """Number of a target, from 1 in the stage's order; 0 for an occluder."""
     target: Target
-    """Its shape, parts and materials; those of an occluder too."""
+    """Its shape, parts and materials, also for an occluder."""
     T_cam_body: Transform
     """Its pose, in the middle of the exposure."""
     poses: tuple[Transform, ...] = ()
@@ -46,7 +46,7 @@ class Body:
     """Offset from the numbers of its own parts to their ids in labels. None stands for the number of parts of the
     bodies before it in the scene."""
     motion: BodyMotion | None = field(default=None, metadata=NAME)
-    """None where the stage does not say it."""
+    """None if not in the stage."""
 
     def __post_init__(self) -> None:
         if self.id < OCCLUDER:
@@ -57,7 +57,7 @@ class Body:
                 f"{self.target.path} has {len(self.poses)} poses, expected 3, 5, 9 or another power of two, plus 1"
             )
         if self.poses and self.poses[steps // 2].matrix.tobytes() != self.T_cam_body.matrix.tobytes():
-            raise GeometryError(f"the pose of {self.target.path} is not that of the shutter's middle")
+            raise GeometryError(f"the pose of {self.target.path} is not the shutter's middle")
 
     @property
     def is_target(self) -> bool:

@@ -10,7 +10,7 @@ class Channels:
     """The numbers of an image file, whose channels share a type, or of a table, whose columns have their own."""
 
     meaning: str
-    """A phrase that says all."""
+    """Phrase that describes all."""
     dtype: str | Mapping[str, str]
     """The numbers' type, as numpy names it; of a table each column's, by its name."""
     holds: Mapping[str, str]
@@ -18,7 +18,7 @@ class Channels:
     unit: str = ""
     """Unit of the numbers; "" for none."""
     frame: str = ""
-    """The axes of coordinates, "cam", "body" or "lidar"; "" where there are none."""
+    """The axes of coordinates, "cam", "body" or "lidar"; "" for none."""
     encoding: str = ""
     """The transfer curve of light to the numbers, as Sensor has it; "" for a label."""
     gamma: float | None = None

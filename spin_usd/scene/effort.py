@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from spin_usd.errors import InputError
 
-CPU = "cpu"  # the device that renders light where no other is asked for
+CPU = "cpu"  # the device that renders light by default
 Denoiser: TypeAlias = Literal["none", "fast", "balanced", "high"]
 DENOISERS: tuple[Denoiser, ...] = get_args(Denoiser)
 MAX_SAMPLES = 1 << 20
@@ -24,10 +24,9 @@ LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, an
 class Effort:
     """The settings that decide a render's cost and accuracy.
 
-    The defaults are those of an effort's text, which names what differs from plain path tracing; what `render` does by
-    itself is DEFAULT_QUALITY. Unit light, in which some are given: the strongest light's irradiance is 1 W/m2 (beside
-    emissive parts, the power of 16 nearest to its own), so that a white diffuse surface that faces it has the radiance
-    1/pi.
+    The defaults are those of an effort's text, which names differences from plain path tracing; the default of `render`
+    is DEFAULT_QUALITY. Unit light, in which some are given: the strongest light's irradiance is 1 W/m2 (beside emissive
+    parts, the power of 16 nearest to its own), so that a white diffuse surface that faces it has the radiance 1/pi.
     """
 
     samples: Annotated[int, Meta(ge=1, description="Rays through each pixel.")] = 16
@@ -62,20 +61,19 @@ class Effort:
         Meta(
             ge=0,
             le=MAX_FILTER_GLOSSY,
-            description="Cycles' Filter Glossy, against glints: where light of a small source comes to the camera by "
-            "way of two surfaces, and the second spreads it at densities below this, 1/sr, the first counts as rougher "
-            "than it is. 0, or absent: all are as rough as they are.",
+            description="Cycles' Filter Glossy, against glints: where light of a small source reaches the camera "
+            "through two surfaces, and the second spreads it at densities below this, 1/sr, the first "
+            "counts as rougher. 0, or absent: actual roughness.",
         ),
     ] = 0.0
     light_tree: Annotated[
         bool,
         Meta(
-            description="Whether several lights are chosen among by what they do at the shaded point, else by their "
-            "power."
+            description="Whether one of several lights is chosen by its effect at the shaded point, else by its power."
         ),
     ] = True
     reduction: Annotated[
-        Reduction, Meta(description="Pixels, a side, of the square that each rendered pixel stands for.")
+        Reduction, Meta(description="Side, in pixels, of the square that each rendered pixel represents.")
     ] = 1
 
     def __post_init__(self) -> None:
@@ -115,7 +113,7 @@ _KINDS: Mapping[type, tuple[tuple[type, ...], str]] = MappingProxyType(
         str: ((str,), "text"),
     }
 )
-"""The types that a setting may have, and what to call them: by the type of its default."""
+"""Types of a setting, and their names, by the type of its default."""
 
 
 QUALITIES: Mapping[str, Effort] = MappingProxyType(
@@ -129,7 +127,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
 """Efforts with a name, the cheapest first: from the measured fronts of three stages (docs/concepts/accuracy.md)."""
 
 DEFAULT_QUALITY = "standard"
-"""The quality of a render that is not asked for any."""
+"""The default quality of a render."""
 
 
 def parse_effort(text: str) -> Effort:

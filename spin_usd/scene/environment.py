@@ -24,9 +24,9 @@ BACKGROUND = "background"
 class Planet:
     """An ellipsoid lit by the distant lights that light everything.
 
-    It lights the target in turn where it `illuminates`; it is seen, and eclipses the lights, all the same. Its images
-    are of latitude and longitude, north at the top, longitude 0 in the middle column, east to the right. Latitude is
-    that of the surface's normal.
+    It also lights the target if it `illuminates`; it is visible, and eclipses the lights, in any case. Its images have
+    latitude and longitude, north at the top, longitude 0 in the middle column, east to the right. Latitude is the angle
+    of the surface's normal.
     """
 
     path: str = field(metadata=NAME)
@@ -47,7 +47,7 @@ class Planet:
     """The optical depth straight down, RGB."""
     illuminates: bool = True
     appearance: int = field(default=4, init=False)
-    """Counts the changes to how planets are painted: it is part of what decides a picture."""
+    """Counts changes of the painting of planets: it is an input of a picture's key."""
 
     def __post_init__(self) -> None:
         if not all(0 < radius < np.inf for radius in self.radii):
@@ -78,7 +78,7 @@ class Stars:
 
     @property
     def digested(self) -> dict[str, Any]:
-        """What `content` makes of it."""
+        """Result of `content`."""
         directions, irradiance = self._digests
         return {"": "Stars", "T_cam_sky": self.T_cam_sky, "directions": directions, "irradiance": irradiance}
 
@@ -89,7 +89,7 @@ class Stars:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackPlate:
-    """A picture behind everything, filling the frame; it hides what a dome and stars would show, and lights nothing.
+    """A picture behind everything, filling the frame; it hides domes and stars, and lights nothing.
 
     These choices are sampled from the picture's seed.
     """

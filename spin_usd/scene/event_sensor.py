@@ -1,4 +1,4 @@
-"""An event camera's pixels, by the parameters that the field publishes: what each notices, how fast, and what it adds.
+"""An event camera's pixels, by the parameters in the literature: threshold, speed and noise.
 
 Sources: Lichtsteiner, Posch and Delbruck 2008 (the pixel); Hu, Liu and Delbruck 2021 (v2e: cutoff by light, leak, shot
 noise); Joubert and others 2021 (IEBCS: latency, jitter, refractory time).
@@ -68,7 +68,7 @@ PRESETS: Mapping[str, EventSensor] = {
         latency=20e-6,
     ),
 }
-"""v2e_clean, v2e_noisy: the settings that v2e calls so. evk4: Prophesee's EVK4 with Sony's IMX636: the nominal contrast
-of 25 %, and for the rest what IEBCS proposes for such a camera at 1 klux: a time constant of 100 us, latency, jitter,
+"""v2e_clean, v2e_noisy: v2e's settings of these names. evk4: Prophesee's EVK4 with Sony's IMX636: the nominal contrast
+of 25 %, and otherwise IEBCS's proposal for such a camera at 1 klux: a time constant of 100 us, latency, jitter,
 refractory time, background activity. davis346: iniVation's DAVIS346: contrasts of 14.3 % and 22.5 % and the latency, as
-it is specified; the spread that Brandli and others (2014) measured of its forerunner; cutoff and noise are guesses."""
+specified; the spread that Brandli and others (2014) measured for its predecessor; cutoff and noise are guesses."""

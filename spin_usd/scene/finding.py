@@ -14,13 +14,13 @@ MAX_SENTENCES = 3  # sentences by one rule
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """What is wrong with a stage or a dataset, and where."""
+    """A fault of a stage or a dataset, and its place."""
 
     code: Annotated[
         str, Meta(pattern="^[A-Za-z0-9:.-]+$", description="The rule; of USD's own validators their identifier.")
     ]
     where: Annotated[str, Meta(description="A prim's path or a file.")]
-    message: Annotated[str, Meta(description="What is wrong there, and after a semicolon what to do about it.")]
+    message: Annotated[str, Meta(description="The fault, and after a semicolon the remedy.")]
     severity: Annotated[str, one_of(ERROR, WARNING), Meta(description="A warning fails nothing.")] = ERROR
 
 

@@ -1,4 +1,4 @@
-"""One shape that stands in several places: kept once, moved where it is asked for."""
+"""One shape in several places: kept once, moved on demand."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -48,12 +48,12 @@ class Instances:
 
     @cached_property
     def key(self) -> str:
-        """Digest of what labels depend on."""
+        """Digest of the inputs of labels."""
         return digest(self.shape.own_key, self.matrices, self.parts)
 
     @cached_property
     def shading_key(self) -> str:
-        """Digest of what only the picture depends on."""
+        """Digest of the inputs of only the picture."""
         return digest(self.shape.own_shading_key, self.groups)
 
     @cached_property

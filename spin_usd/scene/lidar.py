@@ -31,7 +31,7 @@ class Lidar:
 
     T_cam_lidar: Transform
     pattern: str = "raster"
-    """A name of PATTERNS, which says what the next four are."""
+    """A name of PATTERNS, which determines the meaning of the next four."""
     rows: int = 128
     columns: int = 128
     azimuth_deg: tuple[float, float] = (-10.0, 10.0)
@@ -55,7 +55,7 @@ class Lidar:
                 raise GeometryError(found)
 
     def _conditions(self) -> tuple[tuple[bool, str], ...]:
-        """Return what must not hold, each with the sentence that says so."""
+        """Return the conditions to refuse, each with its message."""
         (left, right), (low, high) = self.azimuth_deg, self.elevation_deg
         near, far = self.range_limits
         widest = (WIDEST_FLAT_DEG, WIDEST_FLAT_DEG) if self.pattern in FLAT else (180.0, 90.0)
@@ -98,7 +98,7 @@ class Lidar:
 
     @property
     def by_chance(self) -> bool:
-        """Return whether chance decides some of what it measures."""
+        """Return whether some of its measurements are random."""
         return bool(self.noise_constant or self.noise_proportional or self.drop_out)
 
     def sigma(self, ranges: Float) -> Float:
@@ -131,8 +131,8 @@ class RangeFinder:
 
 
 def raster(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:
-    """Return the directions (rows x columns, 3) to a focal plane's pixels, row by row from the top left, as a flash
-    LiDAR has them: the spans are those of the whole plane, and each beam goes to the middle of its pixel."""
+    """Return the directions (rows x columns, 3) to a focal plane's pixels, row by row from the top left, as in a flash
+    LiDAR: the spans cover the whole plane, and each beam goes to the middle of its pixel."""
     left, right = (math.tan(math.radians(angle)) for angle in reversed(azimuth))
     top, bottom = (math.tan(math.radians(angle)) for angle in reversed(elevation))
     y = left + (np.arange(columns) + 0.5) * ((right - left) / columns)
@@ -141,9 +141,9 @@ def raster(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:
 
 
 def spinning(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:
-    """Return the directions (rows x columns, 3) of so many rings, the highest first, with so many equal steps of each,
-    from the left to the right: clockwise as seen from above. The elevations are those of the highest and the lowest
-    ring; the azimuths are where the steps begin and end, and each beam goes to the middle of its step."""
+    """Return the directions (rows x columns, 3) of `rows` rings, the highest first, with `columns` equal steps each,
+    from the left to the right: clockwise as seen from above. The elevations belong to the highest and the lowest ring;
+    the azimuths are the ends of the steps, and each beam goes to the middle of its step."""
     step = (azimuth[1] - azimuth[0]) / columns
     turns = [math.radians(azimuth[1] - (i + 0.5) * step) for i in range(columns)]
     low, high = elevation
@@ -155,8 +155,8 @@ def spinning(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:
 
 
 def rosette(rows: int, columns: int, azimuth: Span, elevation: Span) -> Float:
-    """Return the directions (rows x columns, 3), in time, of a beam that two turning prisms bend: so many turns of the
-    first, with so many beams each. The spans are those of the rosette, whose leaves fill it evenly with time."""
+    """Return the directions (rows x columns, 3), in time, of a beam that two turning prisms bend: `rows` turns of the
+    first, with `columns` beams each. The spans are the rosette's, whose leaves fill it evenly with time."""
     first = [2 * math.pi * ((i + 0.5) / columns % 1) for i in range(columns)]
     second = [-2 * math.pi * (GOLDEN * (i + 0.5) / columns % 1) for i in range(rows * columns)]
     u = (np.tile([math.cos(a) for a in first], rows) + [math.cos(a) for a in second]) / 2

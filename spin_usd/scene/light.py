@@ -46,8 +46,8 @@ class DistantLight:
 
 @dataclass(frozen=True, kw_only=True)
 class Shaping:
-    """UsdLux.ShapingAPI. With t the angle of the emitted ray from -z (radians): emission is multiplied by
-    1 - smoothstep(t, from `cone_angle` * (1 - `softness`) to `cone_angle`), nothing beyond it (pi is no cone), and by
+    """UsdLux.ShapingAPI. With t the angle of the emitted ray from -z (radians): emission is multiplied by 1 -
+    smoothstep(t, from `cone_angle` * (1 - `softness`) to `cone_angle`), nothing beyond it (pi: no cone), and by
     lerp(|cos t| ** `focus`, from `focus_tint` to white)."""
 
     cone_angle: float
@@ -212,8 +212,8 @@ class CylinderLight(AreaLight):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DomeLight:
-    """Light from all around, infinitely far: `radiance`, times `image` where there is one: latitude-longitude, its top
-    row the dome's +y, its centre column -z of the dome's axes, +x a quarter of the width right of that."""
+    """Light from all around, infinitely far: `radiance`, times `image` if there is one: latitude-longitude, its top row
+    the dome's +y, its centre column -z of the dome's axes, +x a quarter of the width right of that."""
 
     path: str = field(metadata=NAME)
     T_cam_dome: Transform

@@ -43,9 +43,9 @@ class Material:
     """The inputs of UsdPreviewSurface by its own names, each a constant, a texture or a primvar.
 
     `normal` is in tangent space, None for the surface's own. `opacity_threshold` above 0 makes a cut-out: a point whose
-    opacity is below it is not there, for pictures and labels alike; else `opacity_mode` says whether a transparent
-    surface still reflects ("transparent") or is absent by that share ("presence"). Displacement has moved the mesh
-    already; occlusion is what a path tracer computes itself, so neither is here.
+    opacity is below it does not exist, for pictures and labels alike; else `opacity_mode` selects whether a transparent
+    surface still reflects ("transparent") or is absent by that share ("presence"). Displacement has already moved the
+    mesh, and a path tracer computes occlusion itself, so neither is here.
     """
 
     path: str = field(compare=False, metadata=NAME)

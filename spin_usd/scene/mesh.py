@@ -53,8 +53,8 @@ class Mesh(Shape):
 
     @property
     def placed(self) -> Iterator[tuple[Float, NDArray[np.int32]]]:
-        """Points (P, 3), body axes, and faces (F, 3) of them: the mesh's own and those of each place, in the order of
-        the faces' numbers."""
+        """Points (P, 3), body axes, and faces (F, 3) of them: the mesh's own and each instance's, in the order of the
+        faces' numbers."""
         if len(self.faces):
             yield self.points, self.faces
         for each in self.instances:
@@ -63,12 +63,12 @@ class Mesh(Shape):
 
     @cached_property
     def key(self) -> str:
-        """Digest of the geometry and its parts: what labels depend on."""
+        """Digest of the geometry and its parts, the inputs of labels."""
         return digest(self.own_key, [each.key for each in self.instances]) if self.instances else self.own_key
 
     @cached_property
     def shading_key(self) -> str:
-        """Digest of what only the picture depends on."""
+        """Digest of the inputs of only the picture."""
         own = self.own_shading_key
         return digest(own, [each.shading_key for each in self.instances]) if self.instances else own
 
@@ -86,7 +86,7 @@ class Mesh(Shape):
 
     @cached_property
     def face_axes(self) -> Float:
-        """(A, 3) few directions that stand for those of all faces, as `geometry.facing` has them."""
+        """(A, 3) few directions that represent all faces, from `geometry.facing`."""
         own = few_axes(normals_of(self.points, self.faces))
         placed = [
             each.area_vectors(few_axes(normals_of(each.shape.points, each.shape.faces))) for each in self.instances
@@ -147,7 +147,7 @@ class Mesh(Shape):
         yield from self._moved(hull=False)
 
     def _moved(self, *, hull: bool) -> Iterator[Float]:
-        """Yield (N, 3) of each place, body axes: its shape's used points, or those that span its hull."""
+        """Yield (N, 3) of each place, body axes: its shape's used points, or the points of its hull."""
         for each in self.instances:
             points = each.shape.own_hull if hull else each.shape.used_points
             yield from (each.moved(points, place) for place in range(len(each.matrices)))

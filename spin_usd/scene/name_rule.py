@@ -1,4 +1,4 @@
-"""Rules by which a user says what surfaces of certain names are: the first whose pattern matches counts."""
+"""A user's rules for surfaces of certain names: the first whose pattern matches counts."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -66,6 +66,6 @@ class MaterialRule(NameRule):
     color: Color | None = None
     """None for the material's own."""
     scale: float = 1.0
-    """The size of its pattern, in that which it has in the library."""
+    """Size of its pattern, relative to the library's."""
     note: str = ""
     """Why, for people."""

@@ -32,18 +32,18 @@ class Visibility:
 
     @property
     def of_each_body(self) -> "tuple[Visibility, ...]":
-        """What is seen of each body as if it were alone, in the order of Scene.one_body_scenes."""
+        """Visibility of each body as if it were alone, in the order of Scene.one_body_scenes."""
         return self.bodies or (self,)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Radiance:
-    """The bodies' linear radiance in W/m2/sr over the pixels of `region`, apart by where its light came from.
+    """The bodies' linear radiance in W/m2/sr over the pixels of `region`, separated by source of light.
 
-    groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.derived.light_groups) makes of
-    bodies; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that they cover.
-    The radiance is that of the whole pixel (premultiplied): the background adds (1 - coverage) times its own. Outside
-    the region they are nowhere.
+    groups (G, rows, columns, 3) float32: radiance from each of the scene's light groups (scene.derived.light_groups);
+    the total is their sum. coverage (rows, columns) float32: the share of each pixel that they cover. The radiance is
+    the whole pixel's (premultiplied): the background adds (1 - coverage) times its own. There are no bodies outside the
+    region.
     """
 
     region: Region
@@ -82,7 +82,7 @@ class Radiance:
         return self.rgba[..., :3]
 
     def within(self, region: Region) -> "Radiance":
-        """Return what of it lies in `region`."""
+        """Return its part in `region`."""
         shown = self.region & region
         part = shown.within(self.region).slices
         return Radiance(region=shown, groups=self.groups[:, *part], coverage=self.coverage[part])

@@ -42,15 +42,15 @@ class PoseList:
     t_cam_body: Float
     """(N, 3) metres."""
     files: tuple[str, ...] = ()
-    """(N): what the names are called where they come from, such as img000001.jpg; empty where that is nowhere."""
+    """(N): the names in their source, such as img000001.jpg; empty without a source."""
     times: Float | None = None
-    """(N,) seconds since the start, each after the one before; None where nothing says when they are."""
+    """(N,) seconds since the start, increasing; None if unknown."""
     velocities: Float | None = None
     """(N, 3) of the body's origin, m/s, camera axes; None where they are not known."""
     angular_velocities: Float | None = None
     """(N, 3) radians a second, camera axes, likewise."""
     epoch: str = ""
-    """When second 0 is, UTC; "" where nothing says that."""
+    """UTC of second 0; "" if unknown."""
     source: str = ""
     """Where they come from."""
     lists: str = ""
@@ -72,7 +72,7 @@ class PoseList:
             times = finite(self.times, (count,), "times")
             if len(back := np.flatnonzero(np.diff(times) <= 0)):
                 i = int(back[0]) + 1
-                found = f"its time, {times[i]:g} s, is not after that of the one before, {times[i - 1]:g} s"
+                found = f"its time, {times[i]:g} s, is not after the previous one, {times[i - 1]:g} s"
                 raise GeometryError(found, where=f"pose {i} ({self.names[i]!r})", do="put them in their order")
             object.__setattr__(self, "times", times)
         for name in RATES:

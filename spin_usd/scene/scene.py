@@ -55,15 +55,15 @@ class FrameId:
     variant: str = NOMINAL
     """Name from `variant_of`."""
     source_file: str = ""
-    """The file that its pose was given for; "" where there is none."""
+    """The file that its pose was given for; "" for none."""
     time_s: float | None = None
-    """Seconds since the start; None where nothing says when it is taken."""
+    """Seconds since the start; None if unknown."""
     utc: str = ""
-    """When that is, as ISO 8601 has it; "" where nothing says when the start is."""
+    """The same in ISO 8601; "" if the start is unknown."""
 
     @property
     def stated(self) -> dict[str, str | float]:
-        """Those of STATED that the stage says."""
+        """Values of STATED in the stage."""
         return {name: value for name in STATED if (value := getattr(self, name)) not in ("", None)}
 
 
@@ -86,15 +86,15 @@ class ThinLens:
 class Shutter:
     """Motion blur by the bodies' poses, at equally spaced times from the first row's opening to the last row's closing.
 
-    Between them a body's centre moves straight and its attitude turns steadily. Only this motion is blurred: light,
-    background, lens and the bodies' shapes are those of the middle.
+    Between them a body's centre moves straight and its attitude turns at a constant rate. Only this motion is blurred:
+    light, background, lens and the bodies' shapes are taken at the middle.
     """
 
     readout: float = 0.0
     """The share of that time between the first row's opening and the last row's; 0 is a global shutter, 1 exposes each
     row for an instant."""
     first_row: float = 0.0
-    """Where the picture's first row lies between the detector's, 0 and 1, if a row stands for several."""
+    """Place of the picture's first row between the detector's, 0 to 1, if a row represents several."""
     last_row: float = 1.0
     """Where its last row lies, likewise."""
 
@@ -119,8 +119,7 @@ class Scene:
     frame: FrameId
     camera: Camera
     bodies: tuple[Body, ...]
-    """Targets in order of their ids, then occluders; at least one. What holds for each body alone is asked of
-    `one_body_scenes`."""
+    """Targets in order of their ids, then occluders; at least one. For each body alone use `one_body_scenes`."""
     lights: tuple[Light, ...]
     sensor: Sensor
     environment: Environment = field(default_factory=Environment)
@@ -128,16 +127,16 @@ class Scene:
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
     next_frame: "Scene | None" = None
-    """The scene of the stage's next frame, where a label asks for it."""
+    """The scene of the stage's next frame, if a label needs it."""
     paired: "Scene | None" = None
     """The same moment as another camera of the stage sees it, likewise: the second for the first, the first for all
     others."""
     rig: Rig | None = None
     """The camera of several; None if the stage has only one."""
     lidar: Lidar | None = None
-    """Where there is one."""
+    """None without a LiDAR."""
     range_finder: RangeFinder | None = None
-    """The laser's, where there is one."""
+    """None without a laser range finder."""
     classes: tuple[str, ...] = ()
     """The class names of all parts of the stage, by their ids in labels from 1; none where only the parts of these
     bodies are known."""
@@ -161,8 +160,8 @@ class Scene:
 
     @cached_property
     def part_offsets(self) -> tuple[int, ...]:
-        """How many parts the bodies before each of `bodies` have, those that are hidden here included. A body's part
-        ids in labels are higher by that number."""
+        """Number of parts of the bodies before each of `bodies`, including hidden ones: the offset of a body's part ids
+        in labels."""
         counts = (len(body.target.parts) for body in self.bodies)
         shown = tuple(accumulate(counts, initial=0))[:-1]
         return tuple(
@@ -184,7 +183,7 @@ class Scene:
 
     @cached_property
     def picture_region(self) -> Region:
-        """The pixels that a body can cover in the picture: those of `region`, and those to which it is blurred."""
+        """The pixels that a body can cover in the picture: `region`, and the pixels of its blur."""
         return (
             union(one.picture_region for one in self.one_body_scenes)
             if self.several
@@ -193,14 +192,15 @@ class Scene:
 
     @cached_property
     def outline_pixels(self) -> float:
-        """The area, pixels, of the outlines of the bodies' convex hulls in the picture: at least what they cover."""
+        """The area, pixels, of the outlines of the bodies' convex hulls in the picture: an upper bound of their
+        coverage."""
         region = self.picture_region
         return min(sum(one.outline_pixels for one in self.one_body_scenes), float(region.width * region.height))
 
     @cached_property
     def outline_box(self) -> Float | None:
-        """(2, 2): the least and the greatest pixel of the bodies' outlines in the picture; None where that shows none,
-        or where they could be anywhere."""
+        """(2, 2): the least and the greatest pixel of the bodies' outlines in the picture; None if there are none, or
+        if they could be anywhere."""
         boxes = [one.outline_box for one in self.one_body_scenes if not one.picture_region.empty]
         known = [box for box in boxes if box is not None]
         if not boxes or len(known) < len(boxes):
@@ -208,7 +208,7 @@ class Scene:
         return np.array([np.min(known, axis=0)[0], np.max(known, axis=0)[1]])
 
     def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
-        """Return the same scene with other lights; what was computed of its geometry stays."""
+        """Return the same scene with other lights, keeping results computed from its geometry."""
         other = copy(self)
         object.__setattr__(other, "lights", lights)
         return other
@@ -229,7 +229,7 @@ class OneBody(Scene):
 
     @property
     def target(self) -> Target:
-        """What the body is."""
+        """The body itself."""
         return self.bodies[0].target
 
     @property
@@ -239,7 +239,7 @@ class OneBody(Scene):
 
     @property
     def poses(self) -> tuple[Transform, ...]:
-        """The body's poses while the shutter is open; its one pose where there is no motion."""
+        """The body's poses while the shutter is open; its one pose without motion."""
         return self.bodies[0].poses or (self.T_cam_body,)
 
     @property

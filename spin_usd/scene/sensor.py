@@ -46,9 +46,9 @@ class AutoExposure:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """Settings by which radiance becomes numbers.
+    """Settings that turn radiance into numbers.
 
-    The unit range is that of the signal: its 1 is the ADC's full scale.
+    The unit range is the signal's: 1 is the ADC's full scale.
     """
 
     exposure: float = 1.0
@@ -58,7 +58,7 @@ class Sensor:
     iso: float = 100.0
     """In ISO's numbers."""
     auto_exposure: AutoExposure | None = None
-    """The metering; None for an exposure as it is given."""
+    """The metering; None for a given exposure."""
     channels: str = "mono"
     """"mono" or "rgb"; mono adds red, green and blue by `panchromatic`."""
     quantum_efficiency: Color = (1.0, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Triangles in axes of their own, and what they carry to the picture."""
+"""Triangles in their own axes, with their data for the picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,9 +18,9 @@ FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shape:
-    """Triangles in axes of their own.
+    """Triangles in their own axes.
 
-    Raises GeometryError for what a renderer must never see: NaN, indices out of range, too many faces.
+    Raises GeometryError for values that a renderer must never get: NaN, indices out of range, too many faces.
     """
 
     points: Float
@@ -66,12 +66,12 @@ class Shape:
 
     @cached_property
     def own_key(self) -> str:
-        """Digest of the geometry and its parts: what labels depend on."""
+        """Digest of the geometry and its parts, the inputs of labels."""
         return digest(self.points, self.faces, self.face_part)
 
     @cached_property
     def own_shading_key(self) -> str:
-        """Digest of what only the picture depends on."""
+        """Digest of the inputs of only the picture."""
         primvars = [[name, digest(values)] for name, values in self.primvars.items()]
         return digest(self.face_material, self.corner_normals, self.face_group, primvars)
 
@@ -102,7 +102,7 @@ class Shape:
 
     @cached_property
     def own_hull(self) -> Float:
-        """(N, 3) points whose convex hull is that of these triangles."""
+        """(N, 3) points with the same convex hull as these triangles."""
         return hull_points(self.used_points)
 
 

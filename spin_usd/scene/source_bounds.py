@@ -1,4 +1,4 @@
-"""A model's bounds according to an independent reader, to compare with what was written of it."""
+"""A model's bounds from an independent reader, to compare with the written stage."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from spin_usd.basics.arrays import Float
 
 ROUNDING = 1e-5  # of the largest coordinate: points and transforms in float32, a hundred times over
 LOOSENESS = 6.0
-"""How far two boxes' diagonals may be apart where one is not a tight box: a rotated box has a box of its own, each
-of whose edges is at most the first one's diagonal (sqrt 3), that of a diagonal rod is sqrt 3 longer than the rod, and
-Loop's scheme leaves of a tetrahedron, where it leaves the least, 1 / 3.43 (7 / 24)."""
+"""Largest ratio of two boxes' diagonals if one is not tight: the box of a rotated box has edges of at most the first
+one's diagonal (sqrt 3), the box of a diagonal rod is sqrt 3 longer than the rod, and Loop's scheme shrinks a
+tetrahedron, the worst case, to 1 / 3.43 (7 / 24)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,12 +22,12 @@ class SourceBounds:
     polygons: Float | None
     """Holds the model's plain polygons exactly; None where it has none."""
     exact: bool
-    """Whether `whole` is tight: nothing but plain polygons is there."""
+    """Whether `whole` is tight: there are only plain polygons."""
     error: float = ROUNDING
     """How far the other reader's own box may be off, of the largest coordinate or edge."""
 
     def agree_with(self, written: Float) -> bool:
-        """Return whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""
+        """Return whether `written`, the box (2, 3) of the written stage, metres, can belong to the same model."""
         within = self.error * max(float(np.abs(self.whole).max()), float(np.ptp(self.whole, axis=0).max()))
         if self.polygons is not None and not _holds(written, self.polygons, within):
             return False

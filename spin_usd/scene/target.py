@@ -77,7 +77,7 @@ class Target:
 
     @cached_property
     def cut_out_key(self) -> str:
-        """Digest of what decides where the surface is not there: "" where it is whole."""
+        """Digest of the inputs of cut-outs: "" without holes."""
         if not any(material.cut_out for material in self.materials):
             return ""
         cuts = [[m.opacity, m.opacity_threshold] if m.cut_out else None for m in self.materials]

@@ -1,7 +1,6 @@
-"""Values that vary over a surface: images, how they lie on it, and primvars.
+"""Values that vary over a surface: images, their placement on it, and primvars.
 
-The terms are those of UsdUVTexture. Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds
-none.
+The terms are UsdUVTexture's. Colours are linear RGB with Rec. 709 primaries, or raw numbers for images of data.
 """
 
 from collections.abc import Callable, Iterator
@@ -58,7 +57,7 @@ class Image:
 
     @property
     def bounds(self) -> NDArray[np.float32]:
-        """(2, 4) numbers below and above which none of each channel lies: those that cost the least to find."""
+        """(2, 4) lower and upper bounds of each channel: the cheapest to find."""
         return self.extremes
 
     def bands(self) -> Iterator[NDArray[np.float32]]:
@@ -77,9 +76,9 @@ class Image:
 
 
 class FileImage(Image):
-    """An image that stays in its file until its numbers are asked for: one of 8192 x 8192 pixels takes 1 GiB.
+    """An image that stays in its file until its numbers are needed: one of 8192 x 8192 pixels takes 1 GiB.
 
-    What looks at all numbers once takes `bands`, which nothing keeps; `pixels` and `channel` are kept.
+    Code that needs all numbers once uses `bands`, which are not kept; `pixels` and `channel` are kept.
     """
 
     def __init__(
@@ -91,13 +90,13 @@ class FileImage(Image):
         key: Callable[[], str],
         bands: Callable[[], Iterator[NDArray[np.float32]]],
     ) -> None:
-        """Know of an image without decoding it.
+        """Describe an image without decoding it.
 
         Args:
             size: Rows and columns.
-            whole: Whether the file holds whole numbers, which stand for 0 to 1.
-            key: Returns the digest of what decides the numbers, without decoding them.
-            bands: Decodes them, as Image.bands has it.
+            whole: Whether the file has whole numbers, which represent 0 to 1.
+            key: Returns the digest of the numbers' sources, without decoding them.
+            bands: Decodes them, like Image.bands.
         """
         object.__setattr__(self, "name", name)
         self._size, self._whole, self._key, self._bands = size, whole, key, bands
@@ -138,8 +137,8 @@ class FileImage(Image):
 
 @dataclass(frozen=True, kw_only=True)
 class Tiles:
-    """Images side by side, as UDIM has them: each covers the unit square of the coordinates whose lower left corner is
-    its (column, row), in ascending order of rows, then columns. Where there is none, all numbers are 0."""
+    """Images side by side, as in UDIM: each covers the unit square of the coordinates whose lower left corner is its
+    (column, row), in ascending order of rows, then columns. Elsewhere all numbers are 0."""
 
     name: str = field(compare=False, metadata=NAME)
     images: tuple[tuple[tuple[int, int], Image], ...]
@@ -170,7 +169,7 @@ class Coordinates:
     primvar: str | None = "st"
     """The name of the 2-D primvar that gives it."""
     constant: tuple[float, float] = (0.0, 0.0)
-    """The place where `primvar` is None."""
+    """Place if `primvar` is None."""
     matrix: tuple[float, float, float, float, float, float] = IDENTITY
     """The rows of [[a, b, c], [d, e, f]], which moves it: s' = a s + b t + c, t' = d s + e t + f."""
 

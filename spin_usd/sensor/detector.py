@@ -1,8 +1,7 @@
 """The detector: light to electrons to steps of the ADC.
 
-Names and symbols are those of EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release
-4.0. A film grain texture, which other simulators lay over their pictures, is not noise of a detector and is not part of
-it.
+Names and symbols follow EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release 4.0.
+A film grain texture, which other simulators add to their pictures, is not detector noise and is left out.
 """
 
 from collections.abc import Iterator
@@ -20,7 +19,7 @@ from spin_usd.sensor.tone import mixes_channels, unrounded, written
 
 BAND = 32768  # numbers worked on at once: the temporaries of a formula fit a core's cache
 BEYOND = 4.0  # full scales: light above them is cut there, before it becomes infinite electrons ...
-BEYOND_ELECTRONS = 1e6  # ... and this many electrons, so that noise never brings what was cut back into range
+BEYOND_ELECTRONS = 1e6  # ... and this many electrons, so that noise never brings a cut-off signal back into range
 
 SHOT, READ, PATTERN = range(3)
 FEW = 12.0  # electrons, below which photons are counted by a true Poisson generator
@@ -104,8 +103,8 @@ def in_the_dark(sensor: Sensor) -> tuple[float, float]:
 
 
 def when_full(sensor: Sensor) -> tuple[float, float]:
-    """Mean and standard deviation of the signal, in the unit range, that any more light leaves as it is: of full wells,
-    or of the ADC's highest step where that is reached first."""
+    """Mean and standard deviation of the signal, in the unit range, beyond which more light changes nothing: full
+    wells, or the ADC's highest step if reached first."""
     if sensor.gain == 0 or sensor.full_well == 0:
         return 1.0, 0.0
     per_step, full_scale = sensor.gain * 100 / sensor.iso, 2**sensor.adc_bits - 1
@@ -114,8 +113,8 @@ def when_full(sensor: Sensor) -> tuple[float, float]:
 
 
 def without_noise(light: NDArray[np.float32], sensor: Sensor) -> Float:
-    """Numbers (H, W), or (H, W, 3) for an rgb sensor, before any rounding, of `light` (H, W, C): what `detect` would
-    give were each pixel to hold exactly the electrons that are expected of a perfect one. Raises as it does."""
+    """Numbers (H, W), or (H, W, 3) for an rgb sensor, before any rounding, of `light` (H, W, C): the result of `detect`
+    for pixels with exactly the expected electrons of a perfect one. Raises like it."""
     signal = light.astype(np.float64) * sensor.exposure
     if sensor.gain:
         full_scale, per_step = 2**sensor.adc_bits - 1, sensor.gain * 100 / sensor.iso
@@ -176,8 +175,8 @@ def _many(expected: Electrons, chance: np.random.Generator) -> Electrons:
     """Poisson by the Cornish-Fisher expansion of its quantiles: from 12 electrons up its mean and variance are exact to
     2e-5, its skewness to 2 %, and it differs from the true distribution by less than 5e-4 in total variation.
 
-    The twelfth is what rounding a smooth distribution to whole numbers adds to its variance. Source: E. A. Cornish,
-    R. A. Fisher, "Moments and cumulants in the specification of distributions" (1938).
+    The twelfth is the variance added by rounding a smooth distribution to whole numbers. Source: E. A. Cornish, R. A.
+    Fisher, "Moments and cumulants in the specification of distributions" (1938).
     """
     z = chance.standard_normal(expected.shape, np.float32)
     sigma = np.sqrt(expected - np.float32(1 / 12))

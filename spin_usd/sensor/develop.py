@@ -23,8 +23,8 @@ NARROWEST, WIDEST = 1e-5, 1e-9  # shares of the energy at the ends that are left
 LARGEST = 4.0  # frame diagonals, beyond which a Gaussian leaves less than 1 % of its energy in the frame
 KNEE = 0.5  # of the threshold: half the width of its soft onset
 FIRST_VARIANCE = 11.4  # pixels squared: a Gaussian of nine taps at half the resolution
-SCATTER = (0.05, 0.95)  # what the ends of the setting's range 0 to 1 mean
-TINY = 1e-30  # what a division by nothing is saved by
+SCATTER = (0.05, 0.95)  # meaning of the ends of the setting's range 0 to 1
+TINY = 1e-30  # prevents a division by zero
 SMALLEST = 4  # pixels of the longer side at the last resolution
 
 Image = NDArray[np.float32]
@@ -49,10 +49,10 @@ def develop(
     seed: int,
     region: Region | None = None,
 ) -> NDArray[Any]:
-    """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16; of its `region` alone where one is given.
+    """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16; of its `region` alone if given.
 
-    `sky` (H, W, 3): linear radiance of the background, of the region where there is one; None where that is black. A
-    region has the detector's own gains there, noise of its own, and no light that is scattered into it from beyond.
+    `sky` (H, W, 3): linear radiance of the background, of the region if given; None for black. A region has the
+    detector's gains there, its own noise, and no light scattered into it from outside.
     """
     sensor = exposed(scene.sensor, radiance)
     region = region or scene.camera.frame

@@ -1,12 +1,12 @@
-"""Events of a camera whose pixels tell changes of brightness, from the light at successive times.
+"""Events of a camera whose pixels report changes of brightness, from the light at successive times.
 
 A pixel's photocurrent is the light and the dark current. Its logarithm passes a first-order low-pass whose corner
 frequency is proportional to the current, and is compared with the level of the last event: a rise by threshold_on, or a
 fall by threshold_off, is an event, and the level moves by as much. For the filter the logarithm of the light changes at
-a steady rate between two times, so its output is known exactly at both. Between them its exponential changes at a
-steady rate, as the light of a pixel does through which an edge moves: an event's time is where that crosses. Leak lets
-the level sink. After an event the pixel is reset for the refractory time, and follows the light. Noise adds events at
-random times, which reset the pixel to the light too.
+a constant rate between two times, so its output is exact at both. Between them its exponential changes at a constant
+rate, like the light of a pixel that an edge crosses: an event's time is the crossing. Leak lowers the level. After an
+event the pixel is reset for the refractory time, and follows the light. Noise adds events at random times, which reset
+the pixel to the light too.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,7 +22,7 @@ from spin_usd.scene.event import EVENT, Events
 from spin_usd.scene.event_sensor import EventSensor
 
 MICROSECONDS = 1e6
-LEAST = 0.1  # of a threshold: those that are drawn smaller would tell every photon
+LEAST = 0.1  # of a threshold: smaller draws would report every photon
 NEARLY = 1e-9  # of a threshold: as near it counts as reached, or a light that goes and comes back would lose an event
 STRAIGHT = 1e-9  # of a logarithm's change: smaller ones are lines
 FARTHEST = 6.0  # standard deviations of jitter beyond which none lies
@@ -35,13 +35,13 @@ class _Pixels:
     """The state of all pixels (N,), at one time."""
 
     log: Float
-    """The logarithm of the current, as it is."""
+    """The logarithm of the current itself."""
     filtered: Float
     level: Float
     blind_until: Float
     target: NDArray[np.uint16]
     part: NDArray[np.uint16]
-    """The ids of what it shows."""
+    """Ids of the target and part shown."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,11 +88,11 @@ class EventMaker:
         self._steps = 0
 
     def events(self, light: NDArray[np.floating], time: float, labels: NDArray[np.uint16] | None = None) -> Events:
-        """Return the events (N,) of EVENT since the frame before, in order of time; of the first frame none, to which
-        all pixels are adapted, each as far from its next event by leak as chance has it.
+        """Return the events (N,) of EVENT since the frame before, in order of time; none for the first frame, to which
+        all pixels are adapted, each at a random distance from its next event by leak.
 
-        time: seconds. labels (2, H, W): the ids of target and part that the pixels show; an event has those of what
-        leaves its pixel where nothing comes. Raises InputError for a time that is not after the one before.
+        time: seconds. labels (2, H, W): the ids of target and part that the pixels show; an event of a pixel that
+        becomes empty has the ids from before. Raises InputError unless the time increases.
         """
         shown = np.zeros((2, light.size), np.uint16) if labels is None else labels.reshape(2, -1).copy()
         log = np.log(np.maximum(light.reshape(-1).astype(np.float64), 0.0) + self._sensor.dark)
@@ -108,7 +108,7 @@ class EventMaker:
             self._time = time
             return np.empty(0, EVENT)
         if not np.isfinite(log).all():
-            raise InputError("light that is no number reaches the pixels", do="look for what shines without a bound")
+            raise InputError("the light on a pixel is not finite", do="look for a light of unbounded intensity")
         if time <= self._time:
             raise InputError(f"the time {time:g} s is not after {self._time:g} s", do="give frames in their order")
         before = self._pixels
@@ -123,8 +123,8 @@ class EventMaker:
         return events
 
     def _leaked(self, log: Float) -> Float:
-        """Return by what share of a threshold the levels have sunk by chance since the last event: evenly, but that
-        noise, where it comes before the leak, begins anew."""
+        """Return the random share of a threshold by which the levels have sunk since the last event: uniform, restarted
+        by noise that comes before the leak."""
         if not self._sensor.leak:
             return np.zeros(len(log))
         noise = np.maximum(self._noise_rate(log) / self._sensor.leak, NEARLY)
@@ -199,8 +199,8 @@ class EventMaker:
         return found
 
     def _noise(self, log: Float, time: float) -> Iterator[_Found]:
-        """Yield what noise adds, first the first event of each pixel, then the second ones: as often as in the dark, of
-        which the light leaves a share."""
+        """Yield noise events, first the first event of each pixel, then the second ones: at the dark rate, of which
+        light leaves a share."""
         sensor, chance = self._sensor, _chance(self._seed, "noise", str(self._steps))
         count = chance.poisson(sensor.shot_noise * (time - self._time) * len(log))
         where, at = chance.integers(len(log), size=count), np.sort(chance.uniform(self._time, time, count))
@@ -216,8 +216,8 @@ class EventMaker:
     def _stamped(
         self, found: list[_Found], until: float, target: NDArray[np.uint16], part: NDArray[np.uint16]
     ) -> Events:
-        """Return the events with their time stamps and what their pixels (N,) show; those that may be stamped later are
-        kept for the next time."""
+        """Return the events with their time stamps and the ids at their pixels (N,); events that may be stamped later
+        are kept for the next time."""
         sensor = self._sensor
         pixels, at, brighter = (np.concatenate([each[i] for each in found]) for i in range(3))
         at = at + sensor.latency

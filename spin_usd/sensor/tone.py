@@ -9,7 +9,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.sensor import LUMINANCE, Sensor
 
-MID_GREY = 0.18  # linear; what contrast turns about
+MID_GREY = 0.18  # linear; pivot of contrast
 DTYPES: dict[int, type[np.uint8] | type[np.uint16]] = {8: np.uint8, 16: np.uint16}
 
 

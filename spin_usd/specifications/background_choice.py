@@ -17,7 +17,7 @@ from spin_usd.stage.author.lights_and_environment import PICTURES
 
 def background_choice(sample: SampleEntry, folder: Path) -> Choice | Fixed:
     """Return the distribution of names of environments and of pictures beside the specification in `folder`. Raises
-    InputError for what is not a choice of names."""
+    InputError unless it is a choice of names."""
     distribution = distribution_of(_listed(sample.words, folder))
     if sample.unit or not isinstance(distribution, Choice | Fixed):
         do = 'give it distribution = "choice", "in_turn" or "fixed", without unit'

@@ -21,7 +21,7 @@ from spin_usd.specifications.sample_pictures import SampledPictures, sample_pict
 from spin_usd.specifications.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
 
-DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
+DECIMALS = 12  # of results of sines and cosines, whose last bit differs between machines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +44,10 @@ class PartPicture:
 
 
 def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPicture, ...]:
-    """All pictures, or `count` of them, of each part its share: the first; of a single sequence the whole way through.
+    """All pictures, or `count` of them, each part's share: its first pictures; for a single sequence evenly over all of
+    it.
 
-    Raises InputError for more than there are, for none, and for names that are none or not unique.
+    Raises InputError for more than there are, for none, and for names that are invalid or not unique.
     """
     count = spec.count if count is None else count
     if not 1 <= count <= spec.count:
@@ -112,8 +113,7 @@ def sample_poses(
 
 
 def _times(chosen: Sequence[PartPicture]) -> Float | None:
-    """Return the seconds (N,) since the start of the trajectory that all the pictures are of; None where there is none,
-    or several."""
+    """Return the seconds (N,) since the start of the pictures' trajectory; None for none, or several."""
     law = chosen[0].part.law
     if isinstance(law, PoseLaw) or len({picture.sequence_name for picture in chosen}) > 1:
         return None
@@ -123,7 +123,7 @@ def _times(chosen: Sequence[PartPicture]) -> Float | None:
 def sample_light(
     stage: Any, chosen: Sequence[PartPicture], seed: int, constraints: Mapping[str, float]
 ) -> SampledValues:
-    """Sample what the parts of the `chosen` pictures ask for, and return it for their opened `stage`.
+    """Sample the parameters in the parts of the `chosen` pictures, and return them for their opened `stage`.
 
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
@@ -165,7 +165,7 @@ def _refuse_two_suns(part: SamplingPart, constraints: Mapping[str, float]) -> No
 
 
 def pictures_of(of_part: Sequence[PartPicture]) -> SampledPictures:
-    """Return the pictures of one part by their names, and by their sequences for what is sampled for those."""
+    """Return the pictures of one part by their names, and by their sequences for parameters per sequence."""
     sequences = tuple(picture.sequence_name for picture in of_part)
     shared = dict.fromkeys(of_part[0].part.sequential, sequences)
     return SampledPictures(names=tuple(picture.name for picture in of_part), shared=shared)

@@ -1,4 +1,4 @@
-"""Sample a `sample` table for an opened stage: distributions, units and constraints meet what the stage holds."""
+"""Sample a `sample` table for an opened stage: apply distributions, units and constraints to the stage's contents."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -57,7 +57,7 @@ def sample_pictures(
     constraints: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SampledValues:
-    """Sample the `entries` for `name`, as `draw_values` does, and return what they change of the `pictures` of `base`,
+    """Sample the `entries` for `name`, as `draw_values` does, and return their changes of the `pictures` of `base`,
     whose variants are selected."""
     samples = samples_on(base, entries)
     draws = draw_values(base, pictures, samples, seed=seed, name=name, constraints=constraints)
@@ -73,10 +73,10 @@ def draw_values(
     name: str,
     constraints: Mapping[str, float] | None = None,
 ) -> ParameterValues:
-    """Draw the `samples`, which are those of `base`, for `name` and its `pictures`.
+    """Draw the `samples` of `base` for `name` and its `pictures`.
 
-    A value depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on
-    nothing else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    A value depends only on the seed, `name`, the parameter's name and, if it is per frame, the picture's name. Raises
+    InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
     draws = sample_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Resampling(base, pictures, samples, seed, name).placed(draws, constraints or {})
@@ -87,14 +87,14 @@ def draw_values(
 
 
 def samples_on(base: BaseStage, entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
-    """Return the entries' distributions within the limits that what they change has in `base`. Raises InputError that
+    """Return the entries' distributions within the limits of the changed attributes in `base`. Raises InputError that
     names the parameter."""
     return tuple(_on_base(base, sample) for sample in samples_for(_of_each_material(base, entries)))
 
 
 def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequence[SampleEntry]:
-    """Return the entries, and in place of one of material.each.INPUT those of each material that has none of its own:
-    each is sampled for itself."""
+    """Return the entries, with material.each.INPUT replaced by one entry for each material without its own, sampled
+    separately."""
     said = {entry.parameter for entry in entries}
     found: list[SampleEntry] = []
     for entry in entries:
@@ -128,7 +128,7 @@ def _sample(entry: SampleEntry) -> Sample:
 
 
 def _on_base(base: BaseStage, sample: Sample) -> Sample:
-    """Return the sample within the limits that a factor has by what it multiplies in `base`."""
+    """Return the sample within the limits that the multiplied value in `base` sets for a factor."""
     name = sample.parameter
     if not is_material_factor(name):
         return sample
@@ -158,13 +158,13 @@ class _Resampling:
         self._samples = {sample.parameter: sample for sample in samples}
 
     def placed(self, draws: ParameterValues, constraints: Mapping[str, float]) -> ParameterValues:
-        """Return `draws`; those that the constraints bear on are sampled again until all are met."""
+        """Return `draws`, sampled again where constraints apply until all are met."""
         wanted = [_AskedConstraint(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
         moves_planet = any(parameter in draws for parameter in GROUPS[1])
         if not wanted and not moves_planet:
             return draws
         sky = read_sky(self._base)
-        if moves_planet and sky.planet is not None:  # without one, what is sampled for it is refused by its own name
+        if moves_planet and sky.planet is not None:  # without one, samples for it are refused by their own name
             wanted.append(_AskedConstraint(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
         for want in wanted:
             _refuse_without(want, sky)
@@ -197,7 +197,7 @@ class _Resampling:
         found = f"no sample of {what} of {MAX_TRIES} meets" if moving else f"{what} does not meet"
         limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
         message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
-        raise InputError(message, do="widen what is sampled, or loosen the constraint")
+        raise InputError(message, do="widen the distribution, or loosen the constraint")
 
     def _unmet(
         self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
@@ -212,7 +212,7 @@ class _Resampling:
         return None
 
     def _seen(self, draws: ParameterValues, group: tuple[str, ...], sky: Sky) -> Sky:
-        """Return `sky` as it is with what is sampled; its Sun is the one that the group is about, if any."""
+        """Return `sky` with the sampled values; its Sun is the group's, if any."""
         named = group[0] if group[0] in SUNS else "sun.direction"
         if named in draws:
             sky = replace(sky, sun=_directions(draws.of(named)))
@@ -244,9 +244,9 @@ class _Resampling:
 
 def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
     if want.constraint.needs_planet and sky.planet is None:
-        raise InputError(f"{want.name} is asked for, but the stage has no planet", do="select an environment with one")
+        raise InputError(f"{want.name} is given, but the stage has no planet", do="select an environment with one")
     if "sun.direction" in want.constraint.bears_on and sky.sun is None:
-        raise InputError(f"{want.name} is asked for, but the stage has no Sun", do="select lights with one")
+        raise InputError(f"{want.name} is given, but the stage has no Sun", do="select lights with one")
 
 
 def _planet(draws: ParameterValues, own: Float, longest: float) -> Float:
@@ -296,7 +296,7 @@ def check_ends(distribution: Distribution, check: Check) -> None:
 
 
 def cut(distribution: Distribution, limits: Range) -> Distribution:
-    """Return a normal distribution cut to samples within `limits`; any other as it is."""
+    """Return a normal distribution cut to samples within `limits`; any other unchanged."""
     if not isinstance(distribution, Normal):
         return distribution
     low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)

@@ -1,4 +1,4 @@
-"""Sampling specifications: what a file, a published set's likeness or a line of text says, as laws to sample from."""
+"""Sampling specifications: a file, a published set's likeness or a line of text, as laws to sample from."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ SEQUENCE = "sequence"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SamplingPart:
-    """A part of the pictures: sequences of pictures that are named and numbered as its table says."""
+    """A part of the pictures: sequences of pictures, named and numbered by its table."""
 
     table: PartTable
     law: PoseLaw | TrajectoryLaw
@@ -53,8 +53,8 @@ class SamplingSpec:
 
 
 def open_spec(given: str | Path, count: int | None = None) -> SamplingSpec:
-    """Open the specification that `given` names, or is the file or the text of; a text that does not say how many
-    pictures it wants has `count`. Raises InputError that names the file and the place in it."""
+    """Open the specification `given` by name, file or text; a text without a number of pictures has `count`. Raises
+    InputError that names the file and the place in it."""
     if is_sampling_text(str(given)):
         return _spec(sampling_document(str(given), count), None, "sample")
     file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("sample", str(given))

@@ -1,4 +1,4 @@
-"""The tables of a sampling specification, as they are written, each with the law that it says.
+"""The tables of a sampling specification, as written, each with its law.
 
 schemas/sample-1.schema.json is generated from these types.
 """
@@ -24,7 +24,7 @@ Frame = tuple[int, int]
 
 Pair = tuple[float, float]
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
-# A tuple of two types would say it too, but msgspec 0.22 crashes of one beside a number with bounds.
+# A tuple of two types would do too, but msgspec 0.22 crashes on one beside a number with bounds.
 Shares = Annotated[tuple[Share, ...], Meta(min_length=2, max_length=2)]
 Inclusion = Annotated[
     Share | Shares,
@@ -73,7 +73,7 @@ class Place(SpecTable, frozen=True, kw_only=True):
     v_share: Annotated[AnyDistribution | None, Meta(description="From the top, of the height.")] = None
 
     def place(self, frame: Frame | None, where: str) -> PlaceLaw:
-        """Return the law of the place in the picture. Raises InputError that says `where`."""
+        """Return the law of the place in the picture. Raises InputError with `where`."""
         if self.across is None and self.down is None:
             return ShareLaw(u=self.u_share or ANYWHERE, v=self.v_share or ANYWHERE)
         if self.across is None or self.down is None:
@@ -93,7 +93,7 @@ class Position(Place, frozen=True, kw_only=True):
     range: Away
 
     def law(self, frame: Frame | None, where: str) -> PositionLaw:
-        """Return the law of the position. Raises InputError that says `where`."""
+        """Return the law of the position. Raises InputError with `where`."""
         return PositionLaw(range=self.range, place=self.place(frame, where))
 
 
@@ -104,12 +104,12 @@ class Poses(Position, frozen=True, kw_only=True):
     inside: Inclusion | None = None
 
     def pose_law(self, frame: Frame | None, where: str) -> PoseLaw:
-        """Return the law of the poses. Raises InputError that says `where`."""
+        """Return the law of the poses. Raises InputError with `where`."""
         return PoseLaw(position=self.law(frame, where), attitude=self.attitude, inside=inside_law(self.inside, where))
 
 
 class BodyPoses(Place, frozen=True, kw_only=True):
-    """What is said of a body beside the target; the rest is as the target's law has it."""
+    """The placement of a further body; missing values are taken from the target's law."""
 
     range: AnyDistribution | None = None
     distance: AnyDistribution | None = None
@@ -172,7 +172,7 @@ class Trajectory(SpecTable, frozen=True, kw_only=True):
         only({"orbit": self.orbit, "start and end": self.start and self.end, "chaser": self.chaser})
 
     def law(self, frame: Frame | None, where: str) -> TrajectoryLaw:
-        """Return the law of the trajectory. Raises InputError that says `where`."""
+        """Return the law of the trajectory. Raises InputError with `where`."""
         pitch, yaw = self.tilt_deg
         return TrajectoryLaw(
             path=self._path(frame, where),
@@ -194,7 +194,7 @@ class Trajectory(SpecTable, frozen=True, kw_only=True):
 
 
 class Published(SpecTable, frozen=True, kw_only=True):
-    """The set's own statistics, to compare with; what is not known is absent."""
+    """The set's own statistics, to compare with; unknown ones are absent."""
 
     count: Count | None = None
     sequences: Count | None = None
@@ -240,7 +240,7 @@ class PartTable(SpecTable, frozen=True, kw_only=True):
         only({"poses": self.poses, "trajectory": self.trajectory})
 
     def law(self, frame: Frame | None, where: str) -> PoseLaw | TrajectoryLaw:
-        """Return the law of its pictures. Raises InputError that says `where`."""
+        """Return the law of its pictures. Raises InputError with `where`."""
         if self.poses:
             return self.poses.pose_law(frame, where)
         law: TrajectoryLaw = only({"trajectory": self.trajectory}).law(frame, where)
@@ -251,7 +251,7 @@ class SamplingTables(SpecTable, frozen=True, kw_only=True):
     """Pictures to sample: poses and light, for spin-usd author --sample."""
 
     schema: Literal["sample-1"]
-    title: Annotated[str, Meta(description="What it is, for people; of a published data set: its name.")] = ""
+    title: Annotated[str, Meta(description="Description for people; for a published data set its name.")] = ""
     camera: Annotated[
         str | None,
         Meta(description="A built-in camera's name; --camera stands instead, and is needed where this is absent."),
@@ -266,7 +266,7 @@ class SamplingTables(SpecTable, frozen=True, kw_only=True):
     ] = None
     lights: Annotated[str | None, Meta(description="Built-in lights' name.")] = None
     environment: Annotated[str | None, Meta(description="A built-in environment's name.")] = None
-    notes: Annotated[tuple[str, ...], Meta(description="What the likeness lacks, and what is assumed.")] = ()
+    notes: Annotated[tuple[str, ...], Meta(description="Missing features of the likeness, and assumptions.")] = ()
     sample: dict[str, Any] = {}
     constraints: dict[str, float] = {}
     part: Annotated[
@@ -276,7 +276,7 @@ class SamplingTables(SpecTable, frozen=True, kw_only=True):
 
 
 def inside_law(given: Inclusion | None, where: str) -> Inside | None:
-    """Return how much is wanted in the picture. Raises InputError that says `where`."""
+    """Return the required share in the picture. Raises InputError with `where`."""
     if given is None:
         return None
     least, most = given if isinstance(given, tuple) else (given, 1.0)

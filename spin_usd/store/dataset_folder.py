@@ -227,7 +227,7 @@ def refuse_special_files(folder: Folder, names: tuple[str, ...]) -> None:
 def special_file_error(folder: Folder, node: Node) -> InputError:
     """Return the error over something in the folder that is neither file nor folder."""
     do = "replace it by its target, or remove it"
-    return InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
+    return InputError(f"is a {node.type}, which is not followed", where=folder.root / node.name, do=do)
 
 
 def _await_token(path: Path) -> None:

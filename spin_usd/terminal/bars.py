@@ -27,7 +27,7 @@ class RateColumn(ProgressColumn):
 
 
 class TimeLeftColumn(ProgressColumn):
-    """The time left at the pace so far, and at the end how long it took."""
+    """The time left at the pace so far; at the end the time taken."""
 
     def render(self, task: Task) -> Text:
         """Return the time in hours, minutes and seconds; dashes before it is known."""

@@ -17,8 +17,8 @@ OUT = "out"
 
 
 def with_plain_flags(params: list[Any]) -> list[Any]:
-    """Return the `params` with flags that say in the help that they take nothing, where typer shows "<bool>", and that
-    are False if not given, where typer has None for --help and loads pydantic, 0.1 s, to understand that."""
+    """Return the `params` with flags that show no value in the help, where typer shows "<bool>", and that are False by
+    default, where typer has None for --help and loads pydantic, 0.1 s, to convert it."""
     for param in params:
         if getattr(param, "is_flag", False):
             param.metavar = param.metavar or ""
@@ -27,9 +27,9 @@ def with_plain_flags(params: list[Any]) -> list[Any]:
 
 
 class PlainValue:
-    """What typer asks to understand the value of `param`: values that are what they should be are left as they are, and
-    the path that a text says is made here. `of_typer` returns what understands any other, such as a number's text: for
-    that typer loads pydantic, 0.1 s before the command begins."""
+    """The converter of values of `param` for typer: correct values stay unchanged, and paths are made from text here.
+    `of_typer` returns the converter of any other, such as a number's text, for which typer loads pydantic, 0.1 s before
+    the command begins."""
 
     def __init__(self, param: Any, of_typer: Callable[[], Any]) -> None:
         self._kind, self._lists = param.type_descriptor.annotation, param.multiple or param.nargs == -1
@@ -84,13 +84,13 @@ class Command(TyperCommand):
         paths = self._paths()
         for param in params:
             for path in _each(values[param.name]) if param.name in paths or param.name == OUT else ():
-                if path == "" or (isinstance(path, str) and param.name in paths):  # typer marks what was not given
+                if path == "" or (isinstance(path, str) and param.name in paths):  # typer marks missing values
                     refuse_unless_path(path, _name(param))
         return super().parse_args(ctx, args)
 
     def _words(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the words of a line that a shell completes into the context as they are, and return those left over. To
-        understand them, typer would load pydantic: 0.1 s for each press of Tab."""
+        """Put the words of a line that a shell completes into the context unconverted, and return those left over. To
+        convert them, typer would load pydantic: 0.1 s for each press of Tab."""
         values, ctx.args, _ = self.make_parser(ctx).parse_args(args=list(args))
         for param in self.get_params(ctx):
             ctx.params[param.name], source = param.consume_value(ctx, values)
@@ -105,7 +105,7 @@ class Command(TyperCommand):
 
 
 def _name(param: TyperOption | TyperArgument) -> str:
-    """Return what the user calls it: --out, or SHARD."""
+    """Return the user's name for it: --out, or SHARD."""
     return param.opts[0] if isinstance(param, TyperOption) else str(param.metavar or param.name)
 
 

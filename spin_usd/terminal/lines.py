@@ -1,10 +1,8 @@
-"""Lines for people and programs. What is in them may come from anywhere; each stays one, and steers no terminal.
-Notes for people go beside what a command prints; a report for programs is one JSON object, whose schema travels with
-spin_usd.
+"""Lines for people and programs. Their contents are untrusted; each stays one line, and cannot control the terminal.
+Notes for people are separate from a command's output; a report for programs is one JSON object, with a bundled schema.
 
-Standard output and error are made such that nothing breaks them: a full disk, a reader that went away, a closed
-descriptor. What a command does is done either way. Whoever asked is told by the exit code when the output did not
-arrive.
+Standard output and error survive a full disk, a reader that went away, and a closed descriptor. The command's work is
+done in any case; the exit code reports lost output.
 """
 
 import errno
@@ -26,7 +24,7 @@ if TYPE_CHECKING:
 
 
 GOOD, BAD, DOUBTFUL, NAME, QUIET = "green", "red", "yellow", "cyan", "bright_black"
-"""Colours by what they say of a text."""
+"""Colours by their meaning."""
 
 DUMB = ("dumb", "unknown")
 CLOSED = OSError(errno.EBADF, os.strerror(errno.EBADF))
@@ -73,12 +71,12 @@ def _text(part: str | Painted, coloured: bool) -> str:
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Return whether the stream leads to a terminal that can move its cursor: a dumb one gets what a pipe gets."""
+    """Return whether the stream leads to a terminal that can move its cursor: a dumb one is treated like a pipe."""
     return stream is not None and stream.isatty() and os.environ.get("TERM", "").lower() not in DUMB
 
 
 def has_colours(stream: TextIO | None) -> bool:
-    """Return whether what is written there may have colours: on a terminal, unless NO_COLOR (https://no-color.org)."""
+    """Return whether output there may have colours: on a terminal, unless NO_COLOR (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
 
 
@@ -106,7 +104,7 @@ class _Notes(logging.Handler):
 
 
 def show_warnings() -> None:
-    """Print what this package's loggers warn of as notes."""
+    """Print warnings of this package's loggers as notes."""
     logger = logging.getLogger("spin_usd")
     logger.handlers, logger.propagate = [_Notes()], False
 
@@ -129,7 +127,7 @@ class LastingStream(io.RawIOBase):
         return os.isatty(self._descriptor)
 
     def write(self, data: Any, /) -> int:
-        """Write what can be written, and take all."""
+        """Write as much as possible, and accept all."""
         try:
             if self._closed:
                 raise CLOSED
@@ -142,9 +140,9 @@ class LastingStream(io.RawIOBase):
 
 
 def lasting_streams() -> LastingStream:
-    """Put streams that last in place of standard output and error, and return that of the output.
+    """Replace standard output and error by lasting streams, and return the output's.
 
-    Descriptors that are closed lead nowhere from now on: the next file opened would be taken for standard output.
+    Closed descriptors are opened on the null device: the next file opened would otherwise become standard output.
     """
     given = (sys.__stdin__, sys.__stdout__, sys.__stderr__)
     for descriptor, stream in enumerate(given):

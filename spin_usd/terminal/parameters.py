@@ -12,15 +12,14 @@ from spin_usd.options import Argument, Option, Options, described, flag_of, requ
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 OPTIONS = "options"
-"""The parameter of a command that stands for all fields of its type, a dataclass of options."""
+"""The parameter of a command that represents all fields of its type, a dataclass of options."""
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the command as typer takes it: with a parameter for each field of the type of its `options`, and what
-    typer has to know of its own parameters that are options.
+    """Return the command in typer's form: with a parameter for each field of the type of its `options`, and typer's
+    annotations on its own parameters that are options.
 
-    Where that type is `X | None`, nothing need be given, and the command is given None where something required is
-    lacking.
+    If that type is `X | None`, nothing is required, and the command gets None if a required value is missing.
     """
     hints, own = get_type_hints(command, include_extras=True), dict(signature(command).parameters)
     choices = get_args(hints.get(OPTIONS)) or (hints.get(OPTIONS, Options),)
@@ -69,8 +68,8 @@ def _parameters(of: Iterable["Field[Any]"], hints: Mapping[str, Any], *, may_lac
 
 
 def _typed(hint: Any, option: Option) -> Any:
-    """Return the type that a value has on the command line: text stands for lists of names, but where a flag is given
-    again for each, and paths are paths, as far as they are no URLs."""
+    """Return the type that a value has on the command line: text represents lists of names, unless the flag is repeated
+    for each, and paths are paths, unless they may be URLs."""
     choices = get_args(hint) or (hint,)
     if get_origin(hint) is Sequence:
         return list[choices[0]]  # type: ignore[valid-type]
@@ -91,15 +90,14 @@ def _hint(name: str, option: Option, value: Any, default: Any) -> Any:
 
 
 def _is_list(parameter: Parameter) -> bool:
-    """Return whether the value is a list, for which typer has None where there is none."""
+    """Return whether the value is a list, for which typer has None by default."""
     return any(
         get_origin(each) is list for each in (*get_args(get_args(parameter.annotation)[0]), parameter.annotation)
     )
 
 
 def _place(parameter: Parameter) -> int:
-    """Return where the parameter stands in the help: what must be given is first, what is the command line's own
-    last."""
+    """Return the order of the parameter in the help: required ones first, the command line's own last."""
     if parameter.annotation is typer.Context:
         return 0
     of_typer = next((each for each in get_args(parameter.annotation)[1:]), None)

@@ -13,8 +13,8 @@ LINE_EVERY_S = 10.0
 
 @contextmanager
 def shown(quiet: bool = False) -> Iterator[Progress]:
-    """Give a function that reports progress: what is done and counted, such as "rendering: picture", how many are
-    done, how many there are."""
+    """Give a function that reports progress: the name of the counted things, such as "rendering: picture", the number
+    done and the total."""
     if quiet:
         yield no_progress
     elif is_terminal(sys.stderr):

@@ -8,9 +8,9 @@ import pytest
 from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
 from spin_usd.orbits.attitudes import Aem, Inertial, Listed, Pointing, Sight, Tumbling
-from spin_usd.orbits.moments import EME2000, Moments
-from spin_usd.orbits.orbits import Flight
-from spin_usd.orbits.propagation import beside, propagated, state_of
+from spin_usd.orbits.epochs import EME2000, Epochs
+from spin_usd.orbits.orbits import OrbitContext
+from spin_usd.orbits.propagation import from_relative_state, propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"
 POLE = np.array([0.0, 0, 1])
@@ -39,9 +39,11 @@ DATA_STOP
 
 
 def sight(folder: Path, *seconds: float) -> Sight:
-    moments = Moments(EPOCH, np.array(seconds, float))
-    own = propagated(beside(START, np.array([0, -100.0, 5]), np.zeros(3)), moments.seconds, POLE)
-    return Sight(flight=Flight(moments=moments, folder=folder), own=own, other=propagated(START, moments.seconds, POLE))
+    epochs = Epochs(EPOCH, np.array(seconds, float))
+    own = propagated(from_relative_state(START, np.array([0, -100.0, 5]), np.zeros(3)), epochs.seconds, POLE)
+    return Sight(
+        context=OrbitContext(epochs=epochs, folder=folder), own=own, other=propagated(START, epochs.seconds, POLE)
+    )
 
 
 @pytest.mark.parametrize("at", ["target", "nadir", "zenith", "sun", "moon", "velocity", "orbit_normal", (1, 2, 3)])
@@ -55,8 +57,8 @@ def test_an_axis_points_at_what_it_should(tmp_path: Path, at) -> None:
         "target": seen.other[:, :3] - place,
         "nadir": -place,
         "zenith": place,
-        "sun": seen.flight.moments.sun - place,
-        "moon": seen.flight.moments.moon - place,
+        "sun": seen.context.epochs.sun - place,
+        "moon": seen.context.epochs.moon - place,
         "velocity": seen.own[:, 3:],
         "orbit_normal": np.cross(place, seen.own[:, 3:]),
     }
@@ -71,7 +73,7 @@ def test_an_axis_points_at_what_it_should(tmp_path: Path, at) -> None:
 def test_axes_that_are_not_the_cameras_point_too(tmp_path: Path) -> None:
     seen = sight(tmp_path, 0.0)
     turn = Pointing(axis=(1, 1, 0), at="sun", second=(0, 0, -2), towards="nadir").rotations(seen)[0]
-    sun = seen.flight.moments.sun[0] - seen.own[0, :3]
+    sun = seen.context.epochs.sun[0] - seen.own[0, :3]
     assert turn @ np.array([1, 1, 0]) / np.sqrt(2) == pytest.approx(sun / np.linalg.norm(sun), abs=EXACT)
 
 
@@ -91,7 +93,7 @@ def test_an_aem_means_what_ccsds_says(tmp_path: Path) -> None:
     (tmp_path / "craft.aem").write_text(AEM.format(rows=rows).replace("np.float64(", "").replace(")", ""))
     seen = sight(tmp_path, 0.0, 10.0)
     turns = Aem(file="craft.aem").rotations(seen)
-    bias = seen.flight.moments.axes_of(EME2000)[0]
+    bias = seen.context.epochs.axes_of(EME2000)[0]
     assert turns[:, :, 0] == pytest.approx(np.tile(bias[:, 1], (2, 1)), abs=EXACT)
     text = (tmp_path / "craft.aem").read_text().replace("QUATERNION_TYPE = LAST\n", "")
     second = text.replace("VERS = 1.0", "VERS = 2.0").replace("ATTITUDE_DIR = A2B\n", "")

@@ -9,12 +9,12 @@ from ccsds_ndm.ndm_io import NDMFileFormats, NdmIo
 from skyfield.api import EarthSatellite
 
 from spin_usd.errors import InputError
-from spin_usd.orbits.moments import GCRF, Moments
-from spin_usd.orbits.orbits import Flight, Keplerian, Oem, Spice, StateVector, Tle
+from spin_usd.orbits.epochs import GCRF, Epochs
+from spin_usd.orbits.orbits import Keplerian, Oem, OrbitContext, Spice, StateVector, Tle
 from spin_usd.orbits.propagation import propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"
-POLE = Moments(EPOCH, np.zeros(1)).R_gcrf_itrf[0, :, 2]
+POLE = Epochs(EPOCH, np.zeros(1)).R_gcrf_itrf[0, :, 2]
 STEP = 60.0
 START = state_of(7.078e6, 0.002, 1.71, 0.4, 0.2, 0.3)
 BETWEEN_M = 1e-4  # of quintics between states a minute apart
@@ -26,8 +26,8 @@ ISS = """ISS (ZARYA)
 """
 
 
-def flight(folder: Path, *seconds: float, epoch: str = EPOCH, **fields) -> Flight:
-    return Flight(moments=Moments(epoch, np.array(seconds, float)), folder=folder, **fields)
+def context(folder: Path, *seconds: float, epoch: str = EPOCH, **fields) -> OrbitContext:
+    return OrbitContext(epochs=Epochs(epoch, np.array(seconds, float)), folder=folder, **fields)
 
 
 def checksum(line: str) -> str:
@@ -45,10 +45,10 @@ def oem(folder: Path, *, frame="EME2000", system="TAI", count=12, states=None, n
     """An OEM of an orbit about a flattened Earth, a state a minute."""
     times = STEP * np.arange(count) - 2 * STEP
     rows = propagated(START, times, POLE) if states is None else states
-    moments = Moments(EPOCH, times)
-    own = np.swapaxes(moments.axes_of(frame), 1, 2)
+    epochs = Epochs(EPOCH, times)
+    own = np.swapaxes(epochs.axes_of(frame), 1, 2)
     rows = np.concatenate([np.einsum("nij,nj->ni", own, rows[:, :3]), np.einsum("nij,nj->ni", own, rows[:, 3:])], -1)
-    scale = moments.time.tai if system == "TAI" else moments.time.utc
+    scale = epochs.time.tai if system == "TAI" else epochs.time.utc
     stamps = [each.replace(" ", "T") for each in scale.iso]
     scale.precision = 9
     stamps = [each.replace(" ", "T") for each in scale.iso]
@@ -75,14 +75,16 @@ META_STOP
 @pytest.mark.parametrize(("frame", "system"), [("EME2000", "TAI"), ("ICRF", "UTC")])
 def test_an_oem_gives_the_orbit_that_was_written(tmp_path: Path, frame: str, system: str) -> None:
     seconds = np.arange(-100.0, 500.0, 7.3)
-    found = oem(tmp_path, frame=frame if frame == "EME2000" else GCRF, system=system).states(flight(tmp_path, *seconds))
+    found = oem(tmp_path, frame=frame if frame == "EME2000" else GCRF, system=system).states(
+        context(tmp_path, *seconds)
+    )
     known = propagated(START, seconds, POLE)
     assert np.abs(found - known)[:, :3].max() < BETWEEN_M
     assert np.abs(found - known)[:, 3:].max() < BETWEEN_M / 10
 
 
 def test_the_first_version_and_days_of_the_year_are_read(tmp_path: Path) -> None:
-    orbit, asked = oem(tmp_path), flight(tmp_path, 0.0, 33.0)
+    orbit, asked = oem(tmp_path), context(tmp_path, 0.0, 33.0)
     known, file = orbit.states(asked), tmp_path / "craft.oem"
     text = file.read_text().replace("CCSDS_OEM_VERS = 2.0", "CCSDS_OEM_VERS = 1.0")
     file.write_text(text.replace("2024-05-01T", "2024-122T"))
@@ -92,23 +94,23 @@ def test_the_first_version_and_days_of_the_year_are_read(tmp_path: Path) -> None
 def test_an_oem_in_xml_is_the_same(tmp_path: Path) -> None:
     written = oem(tmp_path)
     NdmIo().to_file(NdmIo().from_path(tmp_path / "craft.oem"), NDMFileFormats.XML, tmp_path / "craft.xml")
-    asked = flight(tmp_path, 0.0, 33.0)
+    asked = context(tmp_path, 0.0, 33.0)
     assert np.array_equal(Oem(file="craft.xml").states(asked), written.states(asked))
 
 
 def test_a_tle_is_where_another_library_has_it(tmp_path: Path, timescale) -> None:
-    asked = flight(tmp_path, *np.arange(0.0, 6000.0, 500.0))
+    asked = context(tmp_path, *np.arange(0.0, 6000.0, 500.0))
     found = tle(tmp_path).states(asked)
     lines = [line for line in (tmp_path / "craft.tle").read_text().splitlines() if line[:2] in ("1 ", "2 ")]
     craft = EarthSatellite(*lines, ts=timescale)
-    known = craft.at(timescale.tt_jd(asked.moments.time.tt.jd1, asked.moments.time.tt.jd2))
+    known = craft.at(timescale.tt_jd(asked.epochs.time.tt.jd1, asked.epochs.time.tt.jd2))
     assert np.abs(found[:, :3] - known.position.m.T).max() < TEME_M
     assert np.abs(found[:, 3:] - known.velocity.km_per_s.T * 1e3).max() < TEME_M / 900
     assert not asked.notes
 
 
 def test_a_tle_of_other_weeks_is_told(tmp_path: Path) -> None:
-    asked = flight(tmp_path, 0.0, epoch="2024-05-22T12:00:00Z")
+    asked = context(tmp_path, 0.0, epoch="2024-05-22T12:00:00Z")
     tle(tmp_path).states(asked)
     assert list(asked.notes) == ["craft.tle is 21 days from its epoch; expect about 43 km of error"]
 
@@ -116,19 +118,19 @@ def test_a_tle_of_other_weeks_is_told(tmp_path: Path) -> None:
 def test_spice_kernels_are_read(tmp_path: Path) -> None:
     seconds = np.arange(-600.0, 1200.0, 30.0)
     states = propagated(START, seconds, POLE)
-    tdb = Moments(EPOCH, seconds).time.tdb
+    tdb = Epochs(EPOCH, seconds).time.tdb
     et = (tdb.jd1 - 2451545.0) * 86400 + tdb.jd2 * 86400
     handle = spiceypy.spkopn(str(tmp_path / "craft.bsp"), "made by a test", 0)
     spiceypy.spkw13(handle, -999, 399, "J2000", et[0], et[-1], "craft", 7, len(et), states / 1e3, et)
     spiceypy.spkcls(handle)
-    found = Spice(kernels=("craft.bsp",), body="-999").states(flight(tmp_path, 0.0, 45.5))
+    found = Spice(kernels=("craft.bsp",), body="-999").states(context(tmp_path, 0.0, 45.5))
     assert np.abs(found - propagated(START, np.array([0.0, 45.5]), POLE))[:, :3].max() < 5e-3  # of float64 seconds
     with pytest.raises(InputError, match=r"gives no orbit of -998"):
-        Spice(kernels=("craft.bsp",), body="-998").states(flight(tmp_path, 0.0))
+        Spice(kernels=("craft.bsp",), body="-998").states(context(tmp_path, 0.0))
 
 
 def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
-    asked = flight(tmp_path, 0.0, 100.0)
+    asked = context(tmp_path, 0.0, 100.0)
     elements = {"semi_major_axis": 7.078e6, "eccentricity": 0.002, "inclination_deg": np.degrees(1.71)}
     angles = {"node_deg": np.degrees(0.4), "perigee_deg": np.degrees(0.2), "mean_anomaly_deg": np.degrees(0.3)}
     by_elements = Keplerian(**elements, **angles).states(asked)
@@ -155,18 +157,18 @@ def test_an_oem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -
     file = tmp_path / "craft.oem"
     file.write_text(file.read_text().replace(*change))
     with pytest.raises(InputError, match=rf"craft\.oem: .*{says}"):
-        orbit.states(flight(tmp_path, 0.0))
+        orbit.states(context(tmp_path, 0.0))
 
 
 def test_moments_outside_a_file_are_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"craft\.oem: has no state at second 4000; choose times within its span"):
-        oem(tmp_path).states(flight(tmp_path, 0.0, 4000.0))
+        oem(tmp_path).states(context(tmp_path, 0.0, 4000.0))
 
 
 def test_entities_are_refused(tmp_path: Path) -> None:
     (tmp_path / "bomb.xml").write_text('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><oem>&b;</oem>')
     with pytest.raises(InputError, match="defines entities"):
-        Oem(file="bomb.xml").states(flight(tmp_path, 0.0))
+        Oem(file="bomb.xml").states(context(tmp_path, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -174,7 +176,7 @@ def test_entities_are_refused(tmp_path: Path) -> None:
 )
 def test_what_is_no_tle_is_told(tmp_path: Path, text: str) -> None:
     with pytest.raises(InputError, match=r"craft\.tle: (is not a valid|does not contain|has no orbit at)"):
-        tle(tmp_path, text).states(flight(tmp_path, 0.0))
+        tle(tmp_path, text).states(context(tmp_path, 0.0))
 
 
 def test_a_tle_with_a_wrong_checksum_is_told(tmp_path: Path) -> None:
@@ -182,4 +184,4 @@ def test_a_tle_with_a_wrong_checksum_is_told(tmp_path: Path) -> None:
     file = tmp_path / "craft.tle"
     file.write_text(file.read_text().replace("51.6400", "52.6400"))
     with pytest.raises(InputError, match="is not a valid TLE"):
-        orbit.states(flight(tmp_path, 0.0))
+        orbit.states(context(tmp_path, 0.0))

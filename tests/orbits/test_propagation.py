@@ -9,9 +9,9 @@ from spin_usd.orbits.propagation import (
     J2,
     RADIUS,
     acceleration,
-    beside,
-    beside_by_elements,
     elements_of,
+    from_relative_elements,
+    from_relative_state,
     propagated,
     rtn_axes,
     state_of,
@@ -88,7 +88,7 @@ def test_relative_motion_has_the_closed_form_of_hill() -> None:
     velocity = np.array([0.0, -2 * mean_motion * place[0], 0.0])
     times = np.linspace(0, PERIOD, 41)
     target = propagated(circular(), times, POLE, 0.0)
-    chaser = propagated(beside(circular(), place, velocity), times, POLE, 0.0)
+    chaser = propagated(from_relative_state(circular(), place, velocity), times, POLE, 0.0)
     found = np.einsum("nji,nj->ni", rtn_axes(target), chaser[:, :3] - target[:, :3])
     known = np.array([transition(mean_motion, time) @ np.concatenate([place, velocity]) for time in times])[:, :3]
     assert np.abs(found - known).max() < 20 * 100.0**2 / AXIS
@@ -104,7 +104,7 @@ def test_relative_motion_has_the_closed_form_of_hill() -> None:
 )
 def test_relative_elements_of_a_circular_orbit_are_where_they_say(elements, place) -> None:
     state = circular()
-    other = beside_by_elements(state, np.array(elements, float))
+    other = from_relative_elements(state, np.array(elements, float))
     assert rtn_axes(state[None])[0].T @ (other[:3] - state[:3]) == pytest.approx(np.array(place), abs=2e-3)
 
 
@@ -112,7 +112,7 @@ def test_safe_relative_elements_make_an_ellipse_across_the_orbit() -> None:
     """Parallel vectors of eccentricity and inclination: radial and normal motion are never both nought."""
     times = np.linspace(0, PERIOD, 60)
     target = propagated(circular(), times, POLE, 0.0)
-    chaser = propagated(beside_by_elements(circular(), np.array([0, 0, 0, 80.0, 0, 80.0])), times, POLE, 0.0)
+    chaser = propagated(from_relative_elements(circular(), np.array([0, 0, 0, 80.0, 0, 80.0])), times, POLE, 0.0)
     radial, _, normal = np.einsum("nji,nj->in", rtn_axes(target), chaser[:, :3] - target[:, :3])
     assert np.hypot(radial, normal) == pytest.approx(80.0, rel=1e-3)
 

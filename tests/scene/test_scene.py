@@ -47,7 +47,7 @@ def test_ids_of_parts_count_on_from_body_to_body() -> None:
 
 
 def test_a_body_whose_pose_is_not_that_of_its_shutter_is_refused() -> None:
-    with pytest.raises(GeometryError, match="is not that of the shutter's middle"):
+    with pytest.raises(GeometryError, match="is not the shutter's middle"):
         Body(id=2, target=BOX, T_cam_body=pose(), poses=(pose(), pose(t=(0, 0, 5)), pose()))
     with pytest.raises(GeometryError, match="expected 1 or more"):
         Body(id=-1, target=BOX, T_cam_body=pose())

@@ -181,7 +181,7 @@ def test_an_event_has_the_labels_of_what_comes_or_of_what_has_left() -> None:
 def test_light_that_is_no_number_is_refused(light) -> None:
     maker = EventMaker(EventSensor(), (1, 1), seed=0)
     maker.events(np.array([[0.5]]), 0)
-    with pytest.raises(InputError, match="no number"):
+    with pytest.raises(InputError, match="is not finite"):
         maker.events(np.array([[light]]), 1)
 
 

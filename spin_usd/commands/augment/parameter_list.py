@@ -12,12 +12,12 @@ INPUT_IS = (
     "An input of the material NAME; of all materials alike where NAME is *, of each for itself where it is each. Its "
     "factor is NAME.{}.factor."
 )
-ATTRIBUTE_IS = "Any attribute of the stage, by its path; it takes what the attribute takes."
+ATTRIBUTE_IS = "Any attribute of the stage, by its path, with the attribute's own values."
 
 
 def parameter_list() -> list[dict[str, Any]]:
-    """Return an entry for each parameter: its name, the units it can be given in (none for plain numbers), what it
-    takes in the first of them, whether it can differ from picture to picture, and what it is."""
+    """Return an entry for each parameter: its name, its units (none for plain numbers), its range in the first of them,
+    whether it can differ between pictures, and its description."""
     materials = (parameter_named(f"material.NAME.{field}") for field in FIELDS)
     return [
         *(_entry(parameter, parameter.description) for parameter in (*PARAMETERS.values(), *NUMBERED.values())),

@@ -17,9 +17,9 @@ PARAMETER_LIST = Call("spin_usd.commands.augment.parameter_list:parameter_list",
 
 @takes(AugmentOptions)
 def augment(options: AugmentOptions) -> AugmentReport:
-    """Write a specification's augmentations over a stage, one variant each. Run again, it replaces its own.
+    """Add the augmentations of a specification to a stage, one variant each. Another run replaces them.
 
-    Raises InputError that names the specification, the augmentation and what is wrong in it; then nothing is written.
+    Raises InputError that names the specification, the augmentation and its fault; then nothing is written.
     """
     root, spec = existing_stage(Path(options.stage)), str(options.spec)
     out = None if options.out is None else str(options.out)

@@ -36,7 +36,7 @@ LIDAR_SUFFIXES = (".toml", ".json")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Additions:
-    """The additions to one stage. None and empty leave the stage as it is."""
+    """The additions to one stage. None and empty values change nothing."""
 
     options: AuthorOptions
     files: Mapping[str, Path]
@@ -56,9 +56,8 @@ class Additions:
     def write(
         self, root: Path, further: Sequence[str] = (), model_materials: Mapping[str, tuple[str, ...]] = NO_MATERIALS
     ) -> tuple[str, ...]:
-        """Write all but the Sun over the stage at `root`, whose `further` cameras have these names; returns notes on
-        what was made. `model_materials`: as add_parts has them. Raises InputError for rules that do not fit the model,
-        OutputError."""
+        """Write all but the Sun over the stage at `root`, whose `further` cameras have these names; returns notes.
+        `model_materials`: as in add_parts. Raises InputError for rules that do not fit the model, OutputError."""
         notes: tuple[str, ...] = ()
         if self.options.keep_transparent:
             keep_transparent(root)
@@ -75,18 +74,18 @@ class Additions:
         if self.keypoints is not None:
             add_keypoints(root, self.keypoints)
             count, file = len(self.keypoints.names), self.files["keypoints"].name
-            of = f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}"
+            of = f"1 keypoint is from {file}" if count == 1 else f"{count} keypoints are from {file}"
             notes += (f"{of}, metres in the target's body axes",)
         if self.parts:
             sizes, others = add_parts(root, self.parts, self.files["parts"], model_materials)
             made = ", ".join(f"{name} ({pluralise(count, 'surface')})" for name, count in sizes.items())
-            rest = "1 other surface stays as it is" if others == 1 else f"{others} other surfaces stay as they are"
+            rest = "1 other surface stays unchanged" if others == 1 else f"{others} other surfaces stay unchanged"
             notes += (f"parts made: {made}; {rest}",)
         return notes
 
     def write_light(self, root: Path, frames: int, light: Callable[[Any], SampledValues] | None) -> None:
-        """Write what is sampled of the light of the stage at `root`, which `light` gives for it opened, and over it
-        where the Sun was asked to stand. Raises InputError for a stage without a Sun."""
+        """Write the sampled light of the stage at `root`, which `light` returns for the opened stage, then the
+        requested direction of the Sun. Raises InputError for a stage without a Sun."""
         if light is None and not self.sun:
             return
         stage = open_stage(root)
@@ -150,7 +149,7 @@ def _range_finder(given: str) -> RangeFinder:
         T_cam_finder = mounting(pose)[0] if colon else mounting("0,0,0")[0]
         return RangeFinder(T_cam_finder=T_cam_finder, divergence_deg=float(degrees))
     except ValueError as error:
-        found = error.found if isinstance(error, SpinError) else f"{degrees!r} is no angle"
+        found = error.found if isinstance(error, SpinError) else f"{degrees!r} is not an angle"
         do = "write DEGREES, or DEGREES:X,Y,Z, for example 0.03:0.1,0,0"
         raise InputError(found, where=f"range_finder {given}", do=do) from None
 

@@ -1,4 +1,4 @@
-"""The pictures that a stage is asked for: those of a pose list, or sampled ones."""
+"""The requested pictures of a stage: from a pose list, or sampled."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ OF_SPEC = ("target", "camera", "preset", "lights", "environment")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AskedPictures:
-    """The pictures that a stage is asked for, before there is a camera and a target to sample them for."""
+    """The requested pictures of a stage, before there is a camera and a target to sample them for."""
 
     files: Mapping[str, Path]
     """Source files, by their roles."""
@@ -37,14 +37,13 @@ class AskedPictures:
     """How many there were to choose from."""
     poses: Callable[[Camera, TargetAsset], PoseList]
     light: Callable[[Any], SampledValues] | None = None
-    """Gives what is sampled for the opened stage; None for a pose list."""
+    """Returns the sampled values for the opened stage; None for a pose list."""
     laws: Sequence[PoseLaw | TrajectoryLaw] | None = None
     """Distribution of each pose; None for a pose list."""
 
 
 def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
-    """Return the pictures that the options ask for, and the options with what a specification says of others. Raises
-    InputError."""
+    """Return the requested pictures, and the options with those from a specification filled in. Raises InputError."""
     if options.scenario is not None:
         return _of_scenario(options, progress)
     return _listed(options) if options.sample is None else _sampled(options, progress)
@@ -83,7 +82,7 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
     laws = [picture.part.law for picture in chosen]
 
     def poses(camera: Camera, asset: TargetAsset) -> PoseList:
-        framed = any(law.inside for law in laws)  # nothing else asks for the hull
+        framed = any(law.inside for law in laws)  # nothing else needs the hull
         hull = hull_corners(asset) if framed else box_corners(asset)
         sampled = sample_poses(chosen, options.seed, camera, hull, spec.source, progress)
         return smooth_poses(sampled, sampled.times)

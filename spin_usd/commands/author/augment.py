@@ -36,8 +36,8 @@ def augment_stage(
 ) -> AugmentReport:
     """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
 
-    Raises InputError that names the specification, the augmentation and what is wrong in it, or a file that is in the
-    way and not as an earlier run wrote it; then nothing is written.
+    Raises InputError that names the specification, the augmentation and its fault, or a file in the way that an earlier
+    run did not write; then nothing is written.
     """
     file, new_root = spec_path(spec), Path(out) if out is not None else None
     _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
@@ -119,7 +119,7 @@ def _sampled(
     stage = open_selected(path, entry.select)
     behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
-    samples_for(others)  # what is wrong in the words is said before anything is read
+    samples_for(others)  # faults of the text are reported before anything is read
     background = _background(stage, behind, spec.seed, entry.name, folder, checked)
     environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
@@ -145,8 +145,8 @@ def _sampled(
 def _background(
     stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path, checked: set[Path]
 ) -> Background | None:
-    """Return the environment or the pictures that are sampled, if any; checked: pictures that others have, to which
-    these are added. Raises InputError for what is not a choice of names."""
+    """Return the sampled environment or pictures, if any; checked: pictures of other augmentations, to which these are
+    added. Raises InputError unless it is a choice of names."""
     for sample in samples:
         distribution = background_choice(sample, folder)
         streams = [stream(seed, name, BACKGROUND)]

@@ -15,7 +15,7 @@ from spin_usd.stage.author.target_asset import TargetAsset
 
 @dataclass(kw_only=True, eq=False)
 class Authoring:
-    """A stage that is being authored: what it is made of, and what the steps have made of it so far."""
+    """A stage that is being authored: its sources, and the results of the steps so far."""
 
     options: AuthorOptions
     pictures: AskedPictures
@@ -32,4 +32,4 @@ class Authoring:
     model_materials: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """The names of the materials that the model has on surfaces that were given others, by their paths below it."""
     notes: list[str] = field(default_factory=list)
-    """Sentences on what a user should know, in their order."""
+    """Notes for the user, in their order."""

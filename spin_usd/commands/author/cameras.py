@@ -26,7 +26,7 @@ from spin_usd.stage.usd.layer_file import Layer
 CALIBRATIONS = (".json", ".yaml", ".yml", ".txt")
 NAME = re.compile("[a-z][a-z0-9_]*")
 FORMS = "write NAME_OR_FILE:X,Y,Z, :QW,QX,QY,QZ,X,Y,Z or :FILE of one pose: metres, in the first camera's axes"
-ROUNDED = 1e-3  # of a quaternion's norm: what three decimals leave
+ROUNDED = 1e-3  # of a quaternion's norm: rounding to three decimals
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,12 +42,12 @@ class ChosenCameras:
     files: dict[str, Path]
     """All of them by their roles, and the pose lists."""
     notes: tuple[str, ...]
-    """On what was read."""
+    """Notes on reading the camera."""
 
 
 def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
-    """Open the cameras that "NAME_OR_FILE" and, beside the first, "NAME_OR_FILE:POSE" name, each perhaps after "NAME=".
-    They have the pixels that `resolution` says, if it is given. Raises InputError."""
+    """Open the cameras of "NAME_OR_FILE", and "NAME_OR_FILE:POSE" after the first, each optionally after "NAME=". They
+    get the size in `resolution`, if given. Raises InputError."""
     first_name, first = _named(given[0])
     layer, files, notes = _opened(first, "camera", resolution)
     further: list[FurtherCamera] = []
@@ -55,7 +55,7 @@ def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
         name, rest = _named(each)
         source, colon, place = rest.rpartition(":")
         if not colon:
-            raise InputError("is a further camera, and does not say where it stands", where=each, do=FORMS)
+            raise InputError("is a further camera without a pose", where=each, do=FORMS)
         T_first_cam, lists = mounting(place)
         other, found, more = _opened(source, f"camera_{number}", resolution)
         files |= found | {f"camera_{number}_pose": file for file in lists}
@@ -69,7 +69,7 @@ def open_cameras(given: Sequence[str], resolution: str | None) -> ChosenCameras:
 
 
 def _named(given: str) -> tuple[str, str]:
-    """Return the name before "=", "" where there is none, and the rest."""
+    """Return the name before "=", "" if there is none, and the rest."""
     name, equals, rest = given.partition("=")
     if not equals or Path(given).is_file():
         return "", given
@@ -80,7 +80,7 @@ def _named(given: str) -> tuple[str, str]:
 
 
 def _plain(stem: str) -> str:
-    """Return a camera's name from that of its file."""
+    """Return a camera's name from its file's."""
     name = re.sub("[^a-z0-9_]+", "_", stem.lower())
     return name if NAME.fullmatch(name) else f"camera_{name}"
 
@@ -137,4 +137,4 @@ def mounting(given: str) -> tuple[Transform, tuple[Path, ...]]:
     except GeometryError as error:
         raise InputError(error.found, where=given, do=FORMS) from None
     except ValueError:
-        raise InputError(f"{given!r} holds what is no number", do=FORMS) from None
+        raise InputError(f"{given!r} contains text that is not a number", do=FORMS) from None

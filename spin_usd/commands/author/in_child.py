@@ -30,9 +30,9 @@ OUTPUTS = {"image": "color3f"} | {name: PIXEL_LABELS[name].usd_type for name in 
 
 
 def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorReport:
-    """Write the stage that the options `given`, AuthorOptions, ask for, into a new folder.
+    """Write the stage of the options `given`, AuthorOptions, into a new folder.
 
-    Raises InputError for what cannot be accepted, OutputError when it cannot be written; then the folder is not there.
+    Raises InputError for invalid input, OutputError if it cannot be written; then the folder does not exist.
     """
     options, pictures = asked_pictures(AuthorOptions(**given), progress)
     sources = open_sources(options, pictures.files)
@@ -88,14 +88,14 @@ def _place_target(making: Authoring) -> None:
 
 
 def _unused(making: Authoring) -> Iterator[str]:
-    """Yield a note for each selection of the preset that the target has no variant set for, and for each of those asked
-    for that the preset's own replaces."""
+    """Yield a note for each selection of the preset without a variant set in the target, and for each requested
+    selection that the preset replaces."""
     preset, asked = making.sources.stage.preset, making.sources.variants
     if preset is None:
         return
     for name in preset.selections:
         if name not in making.target.variants:
-            yield f"the target has no variant set '{name}', so its materials stay as they are"
+            yield f"the target has no variant set '{name}', so its materials stay unchanged"
     for name, variant in preset.chosen(making.target.variants).items():
         if asked.get(name, variant) != variant:
             instead = f"the preset {preset.file.stem} selects {name}={variant}, in place of --variant"

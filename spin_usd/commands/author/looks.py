@@ -1,5 +1,4 @@
-"""Materials of the library on a target: by a user's table, or by what its surfaces are called and which colour they
-have."""
+"""Materials of the library on a target: by a user's table, or by the names and colours of its surfaces."""
 
 import csv
 import io
@@ -24,9 +23,9 @@ SHOWN = 3  # surfaces named in a note, of each material
 
 
 def give_materials(making: Authoring) -> None:
-    """Give the target the materials that were asked for, and note which. One without any, for which none were asked, is
-    given those of `auto` in its look for the variant materials=rich, and stays grey else. Raises InputError,
-    OutputError."""
+    """Give the target the requested materials, and note which. A target without materials, for which none were
+    requested, gets those of `auto` in its look for the variant materials=rich, and stays grey otherwise. Raises
+    InputError, OutputError."""
     additions, auto = making.sources.additions, making.options.materials == AUTO
     rules = (*additions.materials, *additions.part_materials)
     asked = auto or bool(rules)
@@ -85,7 +84,7 @@ def rules_for(surfaces: Sequence[ModelSurface], first: Sequence[MaterialRule] = 
 
 def _recognised(surface: ModelSurface, color: Color | None, known: Vocabulary) -> MaterialRule:
     if surface.collected or surface.patterned:
-        return MaterialRule(pattern="", material=KEEP, note="it has images, or is no one opaque colour")
+        return MaterialRule(pattern="", material=KEEP, note="it has images, or is not one opaque colour")
     return recognised(surface.names, () if surface.bare else surface.materials, color, known)
 
 

@@ -40,8 +40,8 @@ from spin_usd.stage.author.from_usd import copy_usd_target
 from spin_usd.stage.author.target_asset import TargetAsset, describe
 
 MAX_MODEL_TIME = 1e6  # seconds: Blender counts frames in 32 bits
-FBX_UNITS = 100  # in a metre, as Blender takes those of a file that does not say its own
-WHITE = (1.0, 1.0, 1.0)  # the colour of glTF where none is said
+FBX_UNITS = 100  # per metre, Blender's default for a file without a unit
+WHITE = (1.0, 1.0, 1.0)  # glTF's default colour
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 
@@ -68,7 +68,7 @@ def model_file(given: str) -> Path:
 
 
 HEADS = (
-    (b"version https://git-lfs", "a pointer of Git LFS, and not the file that it stands for", ()),
+    (b"version https://git-lfs", "a pointer of Git LFS, not the file itself", ()),
     (b"glTF", "a GLB", (".glb",)),
     (b"Kaydara FBX", "an FBX file", (FBX,)),
     (b"BLENDER", "a .blend", (".blend",)),
@@ -76,7 +76,7 @@ HEADS = (
     (b"ply\n", "a PLY file", (".ply",)),
     *((begins, "a USD file", (".usd", ".usda", ".usdc")) for begins in (b"PXR-USDC", b"#usda")),
 )
-"""How files begin, what they are then, and the endings of such."""
+"""First bytes of files, the kind of file, and its endings."""
 
 
 CONVERT_MODEL = Call("spin_usd.renderers.blender.model_conversion:convert_model", ModelToConvert, ConvertedModel)
@@ -129,8 +129,8 @@ def write_model(
     variants: Mapping[str, str] = MappingProxyType({}),
 ) -> tuple[TargetAsset, tuple[str, ...]]:
     """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it. It
-    stands as it is stored, or as it is `model_time` seconds after its animations begin; `variants` of a USD file are
-    selected by their sets. Raises InputError."""
+    is in its stored rest state, or its state `model_time` seconds after its animations begin; `variants` of a USD file
+    are selected by their sets. Raises InputError."""
     moving = (*BY_BLENDER, *GLTF)
     if model_time is not None and file.suffix.lower() not in moving:
         found = f"model_time is given, and only {', '.join(moving)} have animations that it chooses"
@@ -163,17 +163,17 @@ def is_users(file: Path) -> bool:
 
 
 def axes_note(file: Path, model: TargetAsset, meant: str, *, whose: str = "body") -> tuple[str, ...]:
-    """Say the one law of a model's axes, whatever the format: they are the file's own; () of what travels with
-    spin_usd. `meant`: what that holds for."""
+    """Return the note on a model's axes, the same for all formats: they are the file's own; () for bundled models.
+    `meant`: what they apply to."""
     if not is_users(file):
         return ()
-    called = f", of which it calls {model.up} up" if model.up else ", and it does not say which is up"
+    called = f", of which it calls {model.up} up" if model.up else ", and it does not state an up axis"
     return (f"{whose} axes are the file's own x, y and z{called}: {meant}",)
 
 
 def _converted(file: Path, units_per_metre: float | None, model_time: float | None) -> MeshAsset:
-    """Read a model that Blender or Open CASCADE converts, in a process of its own. Raises InputError, and StageError
-    where that dies of it."""
+    """Read a model that Blender or Open CASCADE converts, in a separate process. Raises InputError, and StageError if
+    the process dies."""
     suffix, axes, up, remarks = file.suffix.lower(), None, "", []
     if suffix == FBX:
         head = read_fbx_head(file)

@@ -49,8 +49,8 @@ class _PlacedBody:
 
 
 def write_others(making: Authoring) -> None:
-    """Write the bodies beside the first target over the stage, and note what is to be known of them. --units-per-metre
-    holds for models whose files do not say their unit. Raises InputError, OutputError."""
+    """Write the bodies after the first target over the stage, with notes. --units-per-metre applies to models whose
+    files do not state their unit. Raises InputError, OutputError."""
     folder, units_per_metre = making.folder, making.options.units_per_metre
     notes: dict[str, None] = {}  # each once, though there are several bodies of one model
     names = UniqueNames(taken=[making.target.name])
@@ -69,7 +69,7 @@ def write_others(making: Authoring) -> None:
         if body.occluder and not own:
             meant = "they are the camera's, x right, y down, z forward"
         elif not (own or _is_sampled(body, making)):
-            own, meant = making.poses, "they are those of the first target, with which it moves"
+            own, meant = making.poses, "they are the first target's, with which it moves"
         notes |= dict.fromkeys(axes_note(body.file, asset, meant, whose=f"{body.file.name}: its"))
         for _ in range(body.said.count):
             named = replace(asset, name=names.give(target_name(body.file.stem)))
@@ -90,7 +90,7 @@ def write_others(making: Authoring) -> None:
 
 
 def _unit(file: Path, units_per_metre: float | None) -> float | None:
-    """Return `units_per_metre` for a model whose file does not say its unit, None for any other."""
+    """Return `units_per_metre` for a model whose file does not state its unit, None for any other."""
     return None if file.suffix.lower() not in MESHES or says_unit(file) else units_per_metre
 
 
@@ -123,8 +123,8 @@ def _refuse_other_length(own: PoseList, making: Authoring) -> None:
 
 
 def _all_placed(placed: Sequence[_PlacedBody], making: Authoring) -> Sequence[_PlacedBody]:
-    """Return the bodies with the poses of those that are to be sampled, each apart from all that stand before it in the
-    list, and from those that are not sampled: so one more at the end changes no other."""
+    """Return the bodies with sampled poses filled in, each clear of all bodies before it in the list, and of bodies
+    that are not sampled: a further body at the end changes no other."""
     sampled = [i for i, each in enumerate(placed) if _is_sampled(each.body, making)]
     if not sampled:
         return placed
@@ -178,8 +178,8 @@ def _sampled_poses(
 
 
 def _law(placed: _PlacedBody, usual: PoseLaw | TrajectoryLaw | None) -> PoseLaw:
-    """Return the law of a body's poses. What is not said is as in the target's own law, `usual`, but all attitudes are
-    equally likely. Raises InputError where that is not enough."""
+    """Return the law of a body's poses. Missing values are taken from the target's own law, `usual`, but all attitudes
+    are equally likely. Raises InputError if that is not enough."""
     if isinstance(usual, TrajectoryLaw):
         do = "give it a pose list, MODEL:POSES, or move it with the target, MODEL:attached"
         raise InputError("poses along a trajectory are sampled for the target alone", where=placed.asset.name, do=do)
@@ -195,7 +195,7 @@ def _position(said: BodyPoses, where: str, usual: PoseLaw | None) -> PositionLaw
     if said.range:
         return PositionLaw(range=said.range, place=said.place(None, where))
     if usual is None:
-        raise InputError("says not how far a body is", where=where, do="add distance=1..5, metres from the target")
+        raise InputError("has no distance of the body", where=where, do="add distance=1..5, metres from the target")
     assert isinstance(usual.position, PositionLaw)
     shares = said.u_share or said.v_share
     return replace(usual.position, place=said.place(None, where)) if shares else usual.position

@@ -27,20 +27,20 @@ class ModelUnit:
     per_metre: float
     """How many of them are a metre."""
     given: bool
-    """Whether --units-per-metre says so."""
+    """True if from --units-per-metre."""
 
     def words(self, per_metre: float) -> str:
-        """Return the option or the line of the file that would say how many units are a metre."""
+        """Return the option or the line of the file that sets the units per metre."""
         if self.given or self.file.suffix.lower() in MESHES:
             return f"--units-per-metre {per_metre:.10g}"
         return f"metersPerUnit = {1 / per_metre:.10g} in {self.file.name}"
 
     @property
     def said(self) -> str:
-        """The beginning of a sentence on what comes of the unit."""
+        """Beginning of a sentence on the consequence of the unit."""
         if self.given or self.file.suffix.lower() not in MESHES:
             return f"with {self.words(self.per_metre)} "
-        return "in the unit that its format or the file says, "
+        return "in the unit of its format or file, "
 
 
 def refuse_size(corners: Float, unit: ModelUnit) -> None:
@@ -74,7 +74,7 @@ def _implausible(
 
     size = np.ptp(corners, axis=0)
     likely = likely_units(size, unit.per_metre, fits)
-    do = f"check the unit of the model and that of the poses, which are in metres; {INSISTS}"
+    do = f"check the units of the model and of the poses, which are in metres; {INSISTS}"
     if likely:
         shown = [f"{unit.words(each)} ({size_text(size * unit.per_metre / each)})" for each in likely]
         do = f"did you mean {' or '.join(shown)}? {INSISTS}"

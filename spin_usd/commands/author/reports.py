@@ -26,7 +26,7 @@ class AuthorReport:
     views: Views
     """Summary of what the pictures show."""
     notes: tuple[str, ...]
-    """Sentences on what a user should know."""
+    """Notes for the user."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,15 +9,15 @@ from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.store.new_folder import nothing_left_of
 
-AUTHOR_PATIENCE_S = 300.0  # it says no word while it reads a model, which may have millions of faces
+AUTHOR_PATIENCE_S = 300.0  # it is silent while it reads a model, which may have millions of faces
 
 
 @takes(AuthorOptions)
 def author(options: AuthorOptions) -> AuthorReport:
     """Make the layered stage `out`/dataset.usda, in a new folder.
 
-    Raises InputError for what cannot be accepted, StageError and UnsupportedError for a USD target, and OutputError;
-    then `out` is not there.
+    Raises InputError for invalid input, StageError and UnsupportedError for a USD target, and OutputError; then `out`
+    does not exist.
     """
     _refuse_without_pictures(options)
     with nothing_left_of(Path(options.out)):
@@ -26,10 +26,10 @@ def author(options: AuthorOptions) -> AuthorReport:
 
 
 def _refuse_without_pictures(options: AuthorOptions) -> None:
-    """Raise InputError where it is not said, or said twice, where the pictures come from."""
+    """Raise InputError unless exactly one source of the pictures is given."""
     given = [name for name in ("poses", "sample", "scenario") if getattr(options, name) is not None]
     if not given:
-        do = "give a pose list as poses, or say what to sample: sample='range=3..10 inside=0.9 count=100'"
+        do = "give a pose list as poses, or a distribution to sample: sample='range=3..10 inside=0.9 count=100'"
         raise InputError("neither poses, sample nor scenario is given", do=do)
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are given together", do="give one of them")

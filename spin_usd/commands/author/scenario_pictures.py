@@ -15,7 +15,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
 from spin_usd.geometry.camera import Camera
 from spin_usd.orbits.attitudes import AnyAttitude
-from spin_usd.orbits.moments import CREDIT, stars
+from spin_usd.orbits.epochs import CREDIT, stars
 from spin_usd.orbits.orbits import AnyOrbit
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
 from spin_usd.scene.poses import PoseList
@@ -30,9 +30,9 @@ ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquit
 
 
 class ScenarioPictures:
-    """The pictures of the scenario in a file, of those that `frames` chooses.
+    """The pictures of the scenario in a file that `frames` selects.
 
-    files: those that they come from, by their roles · whole: how many there were to choose from.
+    files: their sources, by their roles · whole: the number of all pictures.
     """
 
     def __init__(self, given: str | Path, frames: str | None, progress: Progress) -> None:
@@ -63,7 +63,7 @@ class ScenarioPictures:
         return self._poses
 
     def light(self, stage: Any) -> SampledValues:
-        """Return what places Sun, planets and stars in the opened `stage`."""
+        """Return the values that place Sun, planets and stars in the opened `stage`."""
         seen = self._seen
         sky = PlacedSky(
             sun=seen.sun,
@@ -77,7 +77,7 @@ class ScenarioPictures:
 
 
 def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
-    """Return the scenario of the tables. Raises InputError, which lists the kinds where another is asked for."""
+    """Return the scenario of the tables. Raises InputError, which lists the kinds if one is unknown."""
     try:
         return read_as(Scenario, tables, file)
     except InputError as error:
@@ -89,7 +89,7 @@ def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
 
 
 def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseList:
-    """Return the poses, called after their `rows` among all moments; without times where they go back."""
+    """Return the poses, named by their `rows` among all epochs; without times if these go back."""
     goes_on = rows.step > 0
     notes = seen.notes if goes_on else (*seen.notes, "the pictures go back in time, so they have no times")
     return PoseList(

@@ -9,8 +9,8 @@ from spin_usd.scene.poses import PoseList
 
 
 def smooth_poses(poses: PoseList, times: Float | None) -> PoseList:
-    """Return the `poses`, which are taken at the `times` (N,), with rates that are fitted to them, and with a note on
-    how well; as they are where they have rates or there are no times."""
+    """Return the `poses` at the `times` (N,) with fitted rates, and a note on the fit; unchanged if they have rates or
+    there are no times."""
     if times is None or len(times) < 2 or poses.velocities is not None:
         return poses
     fit = fitted_rates(times, matrices_from_quaternions(poses.q_cam_body), poses.t_cam_body)

@@ -52,7 +52,7 @@ def selections(variant: Sequence[str]) -> dict[str, str]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sources:
-    """What a stage is made of beside its pictures."""
+    """The sources of a stage besides its pictures."""
 
     stage: StageSources
     target_file: Path
@@ -73,7 +73,7 @@ class Sources:
 
 
 def open_sources(options: AuthorOptions, pictures: Mapping[str, Path]) -> Sources:
-    """Open what the options name; `pictures`: the files that the poses come from. Raises InputError."""
+    """Open the sources that the options name; `pictures`: the files of the poses. Raises InputError."""
     additions = read_additions(options)
     if not -(2**63) <= options.seed < 2**63:
         raise InputError(f"seed {options.seed} does not fit 64 bits")
@@ -147,8 +147,8 @@ def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
 
 
 def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[OtherBody]) -> dict[str, Option]:
-    """Return what was given that decides pictures beside the files, by the names of `author`'s options and the roles of
-    the `others`; targets come first."""
+    """Return the given values that change pictures besides the files, by the names of `author`'s options and the roles
+    of the `others`; targets come first."""
     sample = "" if options.sample is None else str(options.sample)
     resolution = None if options.resolution is None else str(options.resolution)
     recorded = {
@@ -187,7 +187,7 @@ def _surroundings_file(given: str, kind: str) -> Path:
 
 
 def earth_maps(given: str | Path) -> dict[str, Path]:
-    """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
+    """Return the maps in a folder, or the map in a file, by kind: albedo, clouds, night.
 
     Raises InputError for a folder without maps or with two of a kind, and for a file that is not a map.
     """
@@ -197,7 +197,7 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
         kind = _kind(file.stem.lower())
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
-            raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
+            raise InputError(found, where=path, do="keep one; names with cloud or night mark these kinds")
         maps[kind] = file
     return maps
 

@@ -1,4 +1,4 @@
-"""Find what the pictures of a stage just authored show, from its first picture and the poses it was made of."""
+"""Summarise what the pictures of a new stage show, from its first picture and its poses."""
 
 from dataclasses import dataclass
 from math import pi
@@ -23,7 +23,7 @@ METAL = 0.9  # metallic, of a material that scatters next to no light
 MOSTLY = 0.9  # of the surface
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, of which the Sun is compared with the target
 DIM = 0.1
-"""Of white in the Sun: an emission below it looks dark in a picture that is exposed for what the Sun lights."""
+"""Of white in sunlight: an emission below it looks dark in a picture exposed for sunlit surfaces."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

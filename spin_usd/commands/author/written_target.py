@@ -1,4 +1,4 @@
-"""The target of a stage that was just written, held against its model's own file and against what can be."""
+"""The target of a new stage, compared with its model's own file and with plausible values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -23,8 +23,8 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 
 def read_written_target(making: Authoring) -> tuple[str, ...]:
-    """Read the target that the written stage composes into `making`, and return notes on it. Raises as check_written,
-    what a render of the stage would raise, and InputError for a target that is not plausible."""
+    """Read the target that the written stage composes into `making`, and return notes on it. Raises like check_written
+    and like a render of the stage, and InputError for an implausible target."""
     options, sources = making.options, making.sources
     of_preset = sources.stage.preset.chosen(making.target.variants) if sources.stage.preset else {}
     selected = {**sources.variants, **of_preset}
@@ -54,10 +54,10 @@ def _coincident(reader: StageReader) -> Iterator[Finding]:
 
 
 def colour_notes(making: Authoring) -> tuple[str, ...]:
-    """Return a note where the target has colours and the camera's file does not say that it sees them."""
+    """Return a note if the target has colours and the camera's file does not state colour."""
     camera = making.sources.camera_file
     if making.composed.grey and camera.suffix.lower() in CALIBRATIONS and not making.options.channels:
-        return (f"{camera.name} says nothing of colour: pictures are grey; --channels rgb has colour",)
+        return (f"{camera.name} does not state colour: pictures are grey; --channels rgb makes them coloured",)
     return ()
 
 
@@ -98,6 +98,6 @@ def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> No
 
 
 def _size(box: Float) -> str:
-    """Say how long the box's edges are and where it lies, so that two boxes of one size differ."""
+    """Return the box's edges and its place in words, so that two boxes of one size differ."""
     edges = " x ".join(f"{edge:.6g}" for edge in box[1] - box[0])
     return f"{edges} m around ({', '.join(f'{x:.6g}' for x in box.mean(0))})"

@@ -39,7 +39,7 @@ class StageAnswer(Struct, frozen=True, kw_only=True):
 
 
 class ListedPicture(Struct, frozen=True, kw_only=True):
-    """What a valid record lists."""
+    """Contents of a valid record."""
 
     variant: str
     stage: StageProvenance
@@ -58,7 +58,7 @@ class PictureAnswer(Struct, frozen=True, kw_only=True):
 
 
 class CrossAnswer(Struct, frozen=True, kw_only=True):
-    """Where a picture's labels differ from those of Cycles."""
+    """Differences between a picture's labels and Cycles' labels."""
 
     findings: list[Finding]
     compared: bool

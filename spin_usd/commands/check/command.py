@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from spin_usd.commands.check.report import CheckReport
 
 
-MAX_FOLDED = 5  # findings of a rule that a terminal shows, unless asked for all
+MAX_FOLDED = 5  # findings of a rule that a terminal shows without --all
 COLOURS = {ERROR: BAD}
 
 
@@ -133,7 +133,7 @@ def _lines(rules: Sequence[RuleFindings]) -> Iterator[str]:
 
 
 def _show_rule(rule: RuleFindings, *, unfolded: bool) -> None:
-    """Print a rule's heading, what to do, and its findings, on a terminal."""
+    """Print a rule's heading, remedy and findings, on a terminal."""
     colour = COLOURS.get(rule.severity, DOUBTFUL)
     print_out((Painted(rule.code, colour, bold=True), f"  {rule.count}"))
     if rule.remedy:

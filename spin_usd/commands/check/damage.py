@@ -1,4 +1,4 @@
-"""What is damaged in a dataset, by its records: pictures, layers of the stage, and the list of these layers."""
+"""Damage of a dataset, by its records: pictures, layers of the stage, and the list of these layers."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -20,8 +20,8 @@ from spin_usd.store.stage_layers import STAGE_SUMS
 
 
 def damaged_pictures(store: Store, findings: Iterable[Finding], records: Records) -> set[str]:
-    """Return the names of pictures that something is wrong with: of their record, of a file, or of what they use of the
-    cache; and of those whose files no record lists."""
+    """Return the names of pictures with a damaged record, file or cache entry, and of pictures whose files no record
+    lists."""
     listed = list(findings)
     wrong = (finding.where for finding in listed if finding.severity == ERROR or finding.code == STRAY)
     found = {name for where in wrong for name in _of_file(where)}
@@ -30,14 +30,14 @@ def damaged_pictures(store: Store, findings: Iterable[Finding], records: Records
 
 
 def obstacle(name: str, strange: Iterable[Node]) -> Node | None:
-    """Return what keeps the picture of that name from being made again: a link or the like in place of one of its own
-    files, of a folder of the dataset, or in the stage. None where nothing does."""
+    """Return the obstacle to making the picture of that name again: a link or the like in place of one of its files, of
+    a folder of the dataset, or in the stage. None if there is none."""
     return next((node for node in strange if _is_shared(node.name) or name in _of_file(node.name)), None)
 
 
 def _is_shared(name: str) -> bool:
-    """Return whether what has that name serves many pictures: a file of one alone lies below two folders, and in the
-    cache below three; events serve none."""
+    """Return whether the file of that name serves many pictures: a single picture's file lies below two folders, and in
+    the cache below three; events serve none."""
     first, depth = name.partition("/")[0], name.count("/")
     return first == STAGE or (first != EVENTS and depth < (3 if first == CACHE else 2))
 
@@ -58,16 +58,16 @@ def _users(store: Store, damaged: set[str], records: Records) -> Iterator[str]:
 
 
 def altered_layer(store: Store, records: Records) -> str | None:
-    """Return the name of a layer that no record knows as it is; None where there is none. Pictures made of it would be
-    others, and their new records would vouch for it."""
+    """Return the name of a layer whose bytes are in no record; None if there is none. Pictures made of it would differ,
+    and their new records would confirm it."""
     known, folder = _known(records), store.folder
     there = {name for name in known if folder.type_of(name) is NodeType.FILE}
     return next((name for name in sorted(known) if name not in there or folder.sha256(name) not in known[name]), None)
 
 
 def listed_again(store: Store, records: Records) -> Iterator[str]:
-    """Write SHA256SUMS again where it is lost or damaged, and yield its name. Raises InputError, which leaves the
-    list's name to who calls, where no record says of a file that the list lacks that this is as it was."""
+    """Write SHA256SUMS again if it is lost or damaged, and yield its name. Raises InputError, without the list's name,
+    if no record confirms a file that the list lacks."""
     known, folder = _known(records), store.folder
     if folder.type_of(STAGE) is not NodeType.FOLDER:
         return
@@ -76,7 +76,7 @@ def listed_again(store: Store, records: Records) -> Iterator[str]:
     if has_list(store.stage) and unsure == names:  # the files are wrong, if any
         return
     if unsure:
-        found = f"cannot be written again: no record says that {unsure[0]} is as it was"
+        found = f"cannot be written again: no record confirms that {unsure[0]} is as it was"
         raise InputError(found, do=RENDER_AGAIN)
     with store.locked() as lease:
         write_text(folder, STAGE_SUMS, sums(store.stage), work=lease.work)

@@ -77,7 +77,7 @@ def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
 
 
 def _root_layer(store: Store, description: DatasetDescription | None) -> str | None:
-    """Return the name of the stage's root layer: as dataset.json says, or else the first record that can be used."""
+    """Return the name of the stage's root layer from dataset.json, or else from the first usable record."""
     if description:
         return description.stage.root
     for record in store.records():
@@ -99,7 +99,7 @@ def _lost_stage(root: str | None, inventory: Inventory) -> Iterator[Finding]:
 
 
 def _answered(store: Store, stage: str | None, inventory: Inventory, progress: Progress) -> Iterator[Finding]:
-    """Yield what children find on the `stage`, a root layer's name where it is looked at, and on the pictures."""
+    """Yield the children's findings on the `stage`, a root layer's name if it is checked, and on the pictures."""
     records = list(store.records())
     dataset = str(store.root)
     stages = [] if stage is None else [stage_task(store.root / stage, progress)]
@@ -154,7 +154,7 @@ def shard_findings(store: Store) -> Iterator[Finding]:
 
 
 def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
-    """Find whether the list is damaged or lost, and which files are not as it says, of those that no record knows."""
+    """Find whether the list is damaged or lost, and which files, of those in no record, differ from it."""
     if STAGE in inventory.missing or store.folder.in_the_way(STAGE_SUMS):
         return
     wrong = {path.relative_to(store.root).as_posix() for path in unlisted(store.stage)}
@@ -163,7 +163,7 @@ def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
     listing = has_list(store.stage)
     if vouched or not listing:
         do = MAKE_AGAIN if wrong == vouched else RENDER_AGAIN
-        yield Finding(code="sums", where=STAGE_SUMS, message=f"does not list the files of stage/ as they are; {do}")
+        yield Finding(code="sums", where=STAGE_SUMS, message=f"does not match the files of stage/; {do}")
     for name in sorted(wrong - vouched - told) if listing else ():
         yield Finding(code="sums", where=name, message=f"is not as {STAGE_SUMS} lists it; {RESTORE}")
 
@@ -171,7 +171,7 @@ def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
 def cache_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
     """Yield a finding on each file of the cache that is damaged, that no picture uses, or that is not the cache's."""
     known = {entry.file.name: entry for entry in entries(store)}
-    in_use = inventory.uses if not inventory.unread else {entry.purpose for entry in known.values()}  # nobody knows
+    in_use = inventory.uses if not inventory.unread else {entry.purpose for entry in known.values()}  # unknown
     for name in store.folder.files(CACHE):
         message = _wrong(known[name], inventory, in_use) if name in known else _foreign(name)
         if message:

@@ -1,4 +1,4 @@
-"""Rules: a file of the dataset has the bytes that its record says, the stage's files too, and none is a link."""
+"""Rules: files of the dataset and its stage have the recorded bytes, and none is a link."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,8 +20,8 @@ RENDER_AGAIN = "run spin-usd render again with the stage that made the pictures"
 
 
 def digest_findings(root: Path, name: str, sha256: str, *, do: str = MAKE_AGAIN) -> Iterator[Finding]:
-    """Find whether the file `name` of the dataset in `root` is missing, cannot be read, or has other bytes than its
-    record says, and what to `do` then. Where a link is in its way, the finding is on that."""
+    """Find whether the file `name` of the dataset in `root` is missing, unreadable, or differs from the recorded bytes,
+    with the remedy `do`. If a link is in its way, the finding is on the link."""
     folder = Folder(root)
     try:
         found = folder.sha256(name)
@@ -49,18 +49,18 @@ def special_file_finding(node: Node) -> Finding:
     """Return a finding on a node that is neither file nor folder: a render refuses it where the dataset's own should
     be."""
     severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING
-    message = f"is a {node.type}, and those are not followed; put what it stands for in its place, or remove it"
+    message = f"is a {node.type}, which is not followed; replace it by its target, or remove it"
     code = LINK if node.type is NodeType.LINK else SPECIAL
     return Finding(code=code, where=node.name, message=message, severity=severity)
 
 
 def provenance_findings(where: str, variant: str, stage: StageProvenance, inventory: Inventory) -> Iterator[Finding]:
-    """Yield a warning where the stage has changed since, an error for each of its layers that is not as it was.
+    """Yield a warning if the stage has changed since, and an error for each of its changed layers.
 
     Args:
         where: The record of a picture.
         variant: The picture's.
-        stage: What the picture's provenance says of it.
+        stage: Its entry in the picture's provenance.
     """
     description = inventory.description
     if description and description.stage.hashes.get(variant) != stage.hash:

@@ -1,4 +1,4 @@
-"""The contents of a whole dataset, as `check` has seen them so far."""
+"""The contents of a whole dataset, as seen by `check` so far."""
 
 from collections.abc import Set
 from dataclasses import dataclass, field
@@ -15,9 +15,9 @@ class Inventory:
 
     root: Path
     description: DatasetDescription | None
-    """Its dataset.json, None where that cannot be used."""
+    """Its dataset.json, None if unusable."""
     present: Set[str]
-    """Names of the files that are there."""
+    """Names of existing files."""
     unread: set[str] = field(default_factory=set)
     """Records that cannot be used."""
     files: set[str] = field(default_factory=set)
@@ -29,10 +29,10 @@ class Inventory:
     layers: dict[tuple[str, str], bool] = field(default_factory=dict)
     """Whether the stage has a layer, by its name and sha256."""
     missing: set[str] = field(default_factory=set)
-    """Names of what is missing of the stage, which has a finding."""
+    """Names of missing files of the stage, which have a finding."""
 
     def add(self, files: list[str], uses: list[Purpose]) -> None:
-        """Take in what a record lists: its `files`, which were verified, and its `uses` of the cache."""
+        """Add a record's contents: its `files`, which were verified, and its `uses` of the cache."""
         self.files.update(files)
         self.uses.update(uses)
         self.inodes.update(Folder(self.root).inode(name) for name in files if name in self.present)

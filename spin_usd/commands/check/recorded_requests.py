@@ -1,4 +1,4 @@
-"""The valid records of a dataset, and the requests that make its pictures again as these say."""
+"""The valid records of a dataset, and the requests that make its pictures again by them."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
@@ -24,7 +24,7 @@ Records = Mapping[str, Record]
 
 
 def valid_records(store: Store) -> Records:
-    """Read the dataset's records, but those that are damaged."""
+    """Read the dataset's records, except damaged ones."""
     found: dict[str, Record] = {}
     for name in store.records():
         with suppress(InputError):
@@ -34,8 +34,8 @@ def valid_records(store: Store) -> Records:
 
 
 def requests(stage: Path, names: Iterable[str], records: Records) -> dict[RenderRequest, set[str]]:
-    """Return the pictures of these names by the request that makes them as they were: what their own record says, and
-    where that is lost, what most records of their variant say, or most of all. None where there is no record."""
+    """Return the pictures of these names by the request that makes them again: by their own record, or if that is lost,
+    by most records of their variant, or most of all. None if there is no record."""
     recorded = {name: _request(stage, record) for name, record in records.items()}
     by_variant = defaultdict[str, Counter[RenderRequest]](Counter)
     for name, request in recorded.items():
@@ -74,7 +74,7 @@ def _request(stage: Path, record: Record) -> RenderRequest:
 
 
 def _chosen(recorded: EffortChoice) -> Chosen:
-    """Make the reason of an effort again; what was expected of it is not recorded."""
+    """Make the reason of an effort again; its expected error is not recorded."""
     measured = recorded.measurement
     basis = None if measured is UNSET else Basis(sha256=measured, variant="", stage="")
     return Chosen(by=recorded.by, asked=recorded.asked, reason=recorded.reason, basis=basis)

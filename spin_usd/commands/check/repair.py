@@ -33,15 +33,15 @@ OTHER_BYTES = ", with other bytes than it had: the software or the stage is anot
 def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckReport:
     """Make again what is missing or damaged in the dataset `root`, and check it then.
 
-    Renders each damaged picture as its record says, and where that is lost as most others were. What is not the
-    dataset's own stays as it is, and so do links, with the pictures whose files they stand for, and events, which a
-    render makes together. Raises InputError where there is no dataset, or another run is writing it.
+    Renders each damaged picture by its record, or if that is lost like most others. Files that are not the dataset's
+    stay unchanged, and so do links, with the pictures whose files they replace, and events, which a render makes
+    together. Raises InputError if there is no dataset, or another run is writing it.
     """
     store = Store(root=root.absolute())
     if not store.is_dataset():
         raise InputError("is not a dataset, and --repair is for those", where=root, do="give a dataset's folder")
     with store.locked():
-        pass  # what a killed run left is gone now
+        pass  # remains of a killed run are gone now
     repairing = _Repair(store, progress, note)
     repairing.run()
     findings = list(dataset_findings(store.root, progress=progress))
@@ -54,8 +54,8 @@ class _Repair:
     """The repair of one dataset.
 
     Attributes:
-        records: Those that were valid before.
-        special: Links and the like in its own places.
+        records: Records that were valid before.
+        special: Links and the like in place of its files.
         repaired: As in the report.
         unrepaired: As in the report.
     """
@@ -75,14 +75,14 @@ class _Repair:
             self._try(STAGE_SUMS, partial(listed_again, self.store, self.records))
 
     def _try(self, what: str, fix: Callable[[], Iterator[str]]) -> None:
-        """Put down what `fix` yields, or why it failed."""
+        """Report the results of `fix`, or why it failed."""
         try:
             self.repaired.extend(fix())
         except SpinError as e:
             self.unrepaired.append(f"{what}: {e}")
 
     def _description(self) -> Iterator[str]:
-        """Write dataset.json again where it is missing or damaged: all that it says is in the stage and the records."""
+        """Write dataset.json again if it is missing or damaged: its contents are all in the stage and the records."""
         try:
             read_dataset_json(self.store.folder)
         except InputError:
@@ -120,7 +120,7 @@ class _Repair:
         names = self._reached(damaged_pictures(self.store, findings, self.records))
         if names and not self.records:
             do = "run spin-usd render again with the stage that made them"
-            self.unrepaired.append(f"{', '.join(sorted(names))}: no record says how pictures were made; {do}")
+            self.unrepaired.append(f"{', '.join(sorted(names))}: no record states how pictures were made; {do}")
         elif names and (altered := altered_layer(self.store, self.records)):
             do = "restore it, or run spin-usd render again with the stage that made them"
             self.unrepaired.append(f"{', '.join(sorted(names))}: {altered} is not the layer that made them; {do}")
@@ -129,7 +129,7 @@ class _Repair:
                 self._try(", ".join(sorted(group)), partial(self._made, request, group))
 
     def _reached(self, names: set[str]) -> set[str]:
-        """Return those of the pictures whose files can be replaced, and put down what is in the way of the others."""
+        """Return the pictures whose files can be replaced, and report the obstacles of the others."""
         left = defaultdict[Node, list[str]](list)
         for name in sorted(names):
             if node := obstacle(name, self.special):
@@ -139,7 +139,7 @@ class _Repair:
         return names - {name for pictures in left.values() for name in pictures}
 
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
-        """Make the pictures of these names; yield those that are there then."""
+        """Make the pictures of these names; yield those that exist then."""
         variants = tuple(sorted({name.partition("/")[0] for name in names}))
         report = self._render(of_variants(request, variants), frozenset(names))
         failed = {each.picture: each.reason for each in report.failed}
@@ -160,8 +160,8 @@ def _digests(record: Record | None) -> dict[str, str]:
 
 @contextmanager
 def removed(folder: Folder, name: str) -> Iterator[None]:
-    """Remove the file `name`, if there is one, for the block to make it again; where that fails it comes back. Raises
-    InputError where it is not a file, and OutputError."""
+    """Remove the file `name`, if it exists, for the block to make it again; if that fails, it is restored. Raises
+    InputError if it is not a file, and OutputError."""
     before = folder.read(name, MAX_DOCUMENT) if folder.type_of(name) else None
     remove_file(folder, name)
     try:

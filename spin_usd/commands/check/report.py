@@ -10,17 +10,17 @@ from spin_usd.scene.finding import ERROR, Finding
 
 
 class CheckReport(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="check-report-1"):
-    """What spin-usd check --json prints. The exit code is 1 where a finding is an error, 0 otherwise."""
+    """Output of spin-usd check --json. The exit code is 1 if a finding is an error, 0 otherwise."""
 
     kind: Literal["stage", "dataset"]
     findings: list[Finding]
     views: Annotated[Views | None, Meta(description="Of a stage's own pictures, where they can be read.")] = None
     compared: Annotated[
         Count | None,
-        Meta(description="Pictures whose labels were compared with those that Cycles casts; only with --cross."),
+        Meta(description="Pictures whose labels were compared with Cycles' labels; only with --cross."),
     ] = None
-    repaired: Annotated[list[str] | None, Meta(description="What was made again; only with --repair.")] = None
-    unrepaired: Annotated[list[str] | None, Meta(description="What could not be, and why; only with --repair.")] = None
+    repaired: Annotated[list[str] | None, Meta(description="Files made again; only with --repair.")] = None
+    unrepaired: Annotated[list[str] | None, Meta(description="Files that failed, and why; only with --repair.")] = None
 
     @property
     def errors(self) -> int:

@@ -1,7 +1,6 @@
-"""All rules of `spin-usd check`, by the code that their findings have: what each means, and what to do.
+"""All rules of `spin-usd check`, by the code of their findings: meaning and remedy.
 
-A finding's own message says where it is and what exactly is wrong. Findings with other codes are those of OpenUSD's
-own validators.
+A finding's own message gives its place and exact fault. Findings with other codes come from OpenUSD's own validators.
 """
 
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ _SENSE = "Nothing, if it is meant; else change pose, camera or light."
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """What a finding says, and what to do then."""
+    """Meaning of a finding, and its remedy."""
 
     meaning: str
     """Meaning of a finding of this rule, one sentence."""
@@ -21,14 +20,14 @@ class Rule:
 
 
 STAGE = {
-    "refused": Rule(meaning="The stage is not opened: it holds what no stage may.", remedy="As the message says."),
+    "refused": Rule(meaning="The stage contains something forbidden, and is not opened.", remedy="Follow the message."),
     "unreadable": Rule(
         meaning="A value or a file cannot be read.", remedy="Correct it; a file of a dataset by `check --repair`."
     ),
-    "scene": Rule(meaning="A picture cannot be rendered: its scene is refused.", remedy="As the message says."),
+    "scene": Rule(meaning="A picture cannot be rendered: its scene is refused.", remedy="Follow the message."),
     "layer-metadata": Rule(
         meaning="A layer lacks its up axis, units or default prim; where it is root, USD falls back to its own.",
-        remedy="Author what is meant in that layer.",
+        remedy="Author the intended value in that layer.",
     ),
     "layer-units": Rule(
         meaning="A layer has another up axis or unit than the root layer, which USD does not convert.",
@@ -61,37 +60,37 @@ STAGE = {
         meaning="Pictures lie between time samples, so their poses are blends.", remedy="Author a sample at each frame."
     ),
     "orient-rounded": Rule(meaning="A quaternion is off length 1, and was normalised.", remedy="Normalise it."),
-    "lens": Rule(meaning="A camera's lens cannot be used.", remedy="As the message says."),
+    "lens": Rule(meaning="A camera's lens cannot be used.", remedy="Follow the message."),
     "lens-aside": Rule(
         meaning="The principal point is outside the picture.", remedy="Check the camera's size in pixels."
     ),
     "lens-derived": Rule(
-        meaning="USD's own camera attributes are not those that follow from the lens, so other programs show another.",
-        remedy="Set them to what the message says, or let `author` write the camera.",
+        meaning="USD's own camera attributes do not match the lens, so other programs show another view.",
+        remedy="Set them to the values in the message, or let `author` write the camera.",
     ),
     "lens-none": Rule(
         meaning="A camera has numbers of a lens without SpinLensAPI, or no size in pixels.", remedy="Apply SpinLensAPI."
     ),
     "kind-broken": Rule(
-        meaning="A model has an ancestor that is no group, so USD does not see it as a model.",
+        meaning="A model has an ancestor that is not a group, so USD does not see it as a model.",
         remedy="Make every ancestor a group or an assembly.",
     ),
     "label-none": Rule(
         meaning="A surface of the target has no class.", remedy="Author a class label on it, or on a prim above it."
     ),
     "light": Rule(
-        meaning="A light does not author what decides its power, or is far darker than the Sun.",
-        remedy="Author what is meant.",
+        meaning="A light lacks an attribute that decides its power, or is far darker than the Sun.",
+        remedy="Author the intended value.",
     ),
     "light-unit": Rule(
-        meaning="Lights of one stage are in different units: one says lux or nits, or nothing beside others in watts.",
-        remedy="Convert it, and say its unit in its customData.",
+        meaning="Lights of one stage are in different units: one has lux or nits, or no unit beside others in watts.",
+        remedy="Convert it, and state its unit in its customData.",
     ),
     "extent-none": Rule(
         meaning="Geometry has no extent, so viewers must read all its points to frame it.", remedy="Author its extent."
     ),
     "draw-mode": Rule(
-        meaning="A model asks to be shown as cards or bounds; pictures show its geometry.",
+        meaning="A model's draw mode is cards or bounds; pictures show its geometry.",
         remedy="Remove its draw mode.",
     ),
     "property-unknown": Rule(
@@ -101,7 +100,7 @@ STAGE = {
         meaning="A transform operation is not in its prim's order: it moves nothing, whatever its value.",
         remedy="Put it into xformOpOrder, or remove it.",
     ),
-    "variant-broken": Rule(meaning="A variant does not compose.", remedy="As the message says."),
+    "variant-broken": Rule(meaning="A variant does not compose.", remedy="Follow the message."),
     "variant-dead": Rule(
         meaning="An opinion of a variant has no effect: a local one beats it, or its prim is not there.",
         remedy="Bring the local one by reference, or remove that opinion.",
@@ -126,11 +125,11 @@ STAGE = {
         remedy="Author a UsdPreviewSurface.",
     ),
     "material-missing": Rule(
-        meaning="A prim is bound to what is no material; its display colour is rendered.",
-        remedy="Bind a material that exists within what is referenced.",
+        meaning="A prim is bound to a prim that is not a material; its display colour is rendered.",
+        remedy="Bind a material that exists within the referenced scope.",
     ),
     "connection-lost": Rule(
-        meaning="An input of a shader is connected to what has no value; its own or the node's fallback is rendered.",
+        meaning="A shader input is connected to a source without value; its own or the fallback is rendered.",
         remedy="Connect it, or remove the connection.",
     ),
     "visibility-unknown": Rule(
@@ -146,8 +145,8 @@ STAGE = {
         remedy="Author a sharpness of 10, or up to 4.",
     ),
     "material-transparent": Rule(
-        meaning="A material has opacity 0; what has it is left out of labels and pictures.",
-        remedy="Remove what has it, or set spin:target:keepTransparent on the target.",
+        meaning="A material has opacity 0; its surfaces are left out of labels and pictures.",
+        remedy="Remove its surfaces, or set spin:target:keepTransparent on the target.",
     ),
     "mesh-empty": Rule(meaning="A mesh has no faces.", remedy="Remove it, or give it faces."),
     "faces-crossing": Rule(
@@ -163,20 +162,20 @@ STAGE = {
         remedy="Author it as the material reads it, with a value for each element.",
     ),
     "faces-coincident": Rule(
-        meaning="Faces lie in one another where that is seen: labels show the first, and light is lost.",
+        meaning="Visible faces coincide: labels show the first, and light is lost.",
         remedy="Remove one of each two, or move it.",
     ),
     "target-size": Rule(meaning="The target is of a size that no spacecraft has.", remedy="Check its unit."),
     "camera-inside": Rule(
         meaning="The camera is inside the target's bounding box.",
-        remedy="Check the unit of the model, and that of the poses.",
+        remedy="Check the units of the model and of the poses.",
     ),
     "target-behind": Rule(meaning="The target is behind the camera.", remedy="Place it at a z above zero."),
     "target-outside": Rule(
         meaning="The target is outside the frame.", remedy="Bring it nearer to the middle, or take a wider lens."
     ),
     "target-cut-off": Rule(
-        meaning="The frame cuts the target off.", remedy="Where all of it is wanted, move it to the middle, or away."
+        meaning="The frame cuts the target off.", remedy="To see all of it, move it to the middle, or away."
     ),
     "target-small": Rule(meaning="The target is only a few pixels across.", remedy=_SENSE),
     "target-unlit": Rule(meaning="The side of the target that the camera sees faces away from the Sun.", remedy=_SENSE),
@@ -191,7 +190,7 @@ DATASET = {
         meaning="The dataset's own stage, or its root layer, is missing or cannot be read.",
         remedy="Run `render` again with the stage that made the pictures.",
     ),
-    "sums": Rule(meaning="stage/SHA256SUMS does not list the files of stage/ as they are."),
+    "sums": Rule(meaning="stage/SHA256SUMS does not match the files of stage/."),
     "layer": Rule(
         meaning="A layer or image of the stage is not as it was when pictures were made.",
         remedy="Run `render` again with the stage that made the pictures.",
@@ -217,36 +216,36 @@ DATASET = {
     "reprojection": Rule(meaning="The dense pose projects beside its own pixels."),
     "range": Rule(meaning="Range is not the length that depth gives."),
     "normals": Rule(meaning="Normals are not of length 1, face away, or disagree with pose or dense pose."),
-    "classes": Rule(meaning="A pixel's class is not that of its part."),
+    "classes": Rule(meaning="A pixel's class is not its part's."),
     "target-ids": Rule(
         meaning="A record's targets have other ids than in dataset.json.",
         remedy="`check --repair`, or `render` again: ids are the same in all variants now.",
     ),
-    "instance": Rule(meaning="A pixel's target is not that of its part."),
+    "instance": Rule(meaning="A pixel's target is not its part's."),
     "nocs": Rule(meaning="NOCS is not the dense pose as shares of the target's box."),
-    "lit": Rule(meaning="Lit and normals disagree about what is turned away from the Sun."),
+    "lit": Rule(meaning="Lit and normals disagree about surfaces turned away from the Sun."),
     "flow": Rule(meaning="Flow does not end at the dense pose's points in the next frame."),
     "disparity": Rule(meaning="Disparity does not end where the paired camera sees the dense pose's points."),
     "pose": Rule(meaning="The pose that OpenCV finds from the dense pose, or the range, is not the record's pose."),
-    "box": Rule(meaning="A box is not around what mask, pose and dense pose show."),
-    "pixels": Rule(meaning="Counts of pixels are not those of the labels."),
-    "keypoints": Rule(meaning="A keypoint does not project to where the record has it, or is hidden and said visible."),
+    "box": Rule(meaning="A box does not agree with mask, pose and dense pose."),
+    "pixels": Rule(meaning="Counts of pixels do not match the labels."),
+    "keypoints": Rule(meaning="A keypoint is not at its recorded place, or is hidden but recorded as visible."),
     "cross": Rule(meaning="Cycles casts another label than the dataset has; only with `--cross`."),
     "nearly-black": Rule(meaning="Most of the target is black in the image.", remedy=_SENSE),
     "nearly-white": Rule(meaning="Most of the target is white in the image.", remedy=_SENSE),
     "exposure-end": Rule(meaning="Auto-exposure is at an end of its range.", remedy=_SENSE),
-    "lidar": Rule(meaning="The record says nothing of the LiDAR, or its points lie beside what depth shows."),
-    "beams": Rule(meaning="Points lie beside their beams, or a beam is not of the LiDAR or is there twice."),
+    "lidar": Rule(meaning="The record lacks the LiDAR, or its points disagree with depth."),
+    "beams": Rule(meaning="Points lie beside their beams, or a beam is not the LiDAR's or is repeated."),
     "parts": Rule(meaning="A part of the LiDAR's points is not in dataset.json, or of another target there."),
     "noise": Rule(meaning="Ranges are further off than the LiDAR's noise explains."),
     "limits": Rule(meaning="Ranges are outside the LiDAR's limits."),
     "events": Rule(
-        meaning="Events are not in order, too late, of parts that are none, or not those of their record.",
+        meaning="Events are out of order, too late, of unknown parts, or do not match their record.",
         remedy="Remove their record, and run `render` again with `--events`.",
     ),
-    "event-rate": Rule(meaning="There is no event, or more than 1e9 a second.", remedy=_SENSE),
+    "event-rate": Rule(meaning="There are no events, or more than 1e9 a second.", remedy=_SENSE),
     "hot-pixels": Rule(
-        meaning="Pixels have over 1,000 events a second, 50 times those of 99.9 % of all, and 10 times those around.",
+        meaning="Pixels have over 1,000 events a second, 50 times 99.9 % of pixels, and 10 times their neighbours.",
         remedy="Nothing, if it is meant; else raise thresholds or lower their spread.",
     ),
 }

@@ -33,10 +33,10 @@ PICTURES_PER_CHILD = 16  # opening Blender takes as long as casting so many
 
 @takes(CheckOptions)
 def check(options: CheckOptions) -> CheckReport:
-    """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency.
+    """Check a stage or a dataset for faults: conventions, schemas, digests, label consistency.
 
-    Raises InputError where `path` is neither a stage nor a dataset, or no dataset with `repair` or `cross`, and for
-    `cross_pictures` without `cross`; UnsupportedError where `cross` lacks Blender.
+    Raises InputError if `path` is neither a stage nor a dataset, or not a dataset with `repair` or `cross`, and for
+    `cross_pictures` without `cross`; UnsupportedError if `cross` lacks Blender.
     """
     path, progress = Path(options.path), options.progress
     if options.cross_pictures is not None and not options.cross:
@@ -94,7 +94,7 @@ def refuse_cross(path: Path, count: int | None) -> None:
 
 
 def cross_check(path: Path, count: int | None, *, progress: Progress) -> CrossReport:
-    """Compare the labels of `count` pictures of the dataset `path`, evenly spread, or of all, with those of Cycles."""
+    """Compare the labels of `count` pictures of the dataset `path`, evenly spread, or of all, with Cycles' labels."""
     store, compared = Store(root=path.absolute()), 0
     records = _spread(list(store.records()), count)
     requests = [CheckPicture(dataset=str(store.root), record=record) for record in records]

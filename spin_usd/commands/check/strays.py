@@ -19,7 +19,7 @@ STRAY = "stray"
 
 def stray_findings(inventory: Inventory) -> Iterator[Finding]:
     """Yield a finding on the first of the files that could be one picture's and have no record, and on each other file
-    that is in none. What a record that cannot be used may list is left out."""
+    in no record. Files that an unusable record may list are skipped."""
     by_record = defaultdict[str | None, list[str]](list)
     for name in sorted(inventory.present - inventory.files):
         if name.partition("/")[0] in FILE_KINDS:
@@ -46,7 +46,7 @@ def _record(name: str) -> str | None:
 
 
 def _others(count: int) -> str:
-    """Say that the other files of a picture are in no record either."""
+    """Return a note that the other files of a picture are in no record either."""
     if count == 0:
         return ""
     return ", nor is another file of that picture" if count == 1 else f", nor are {count} other files of that picture"

@@ -35,10 +35,10 @@ class Demo:
 def run_demo(
     out: Path, *, progress: Progress, note: Note = no_note, workers: int | None = None, quality: str | None = None
 ) -> Demo:
-    """Make the example in the folder `out` with a `quality`, the default of renders if None; what an earlier run made
-    there is used again. Raises InputError for a name that no quality has."""
+    """Make the example in the folder `out` with a `quality`, the default of renders if None; results of an earlier run
+    are used again. Raises InputError for an unknown quality."""
     stage = out / "stage" / "dataset.usda"
-    setting_of(stage, EffortOptions(quality=quality), renderer=None)  # a wrong name is told before anything is made
+    setting_of(stage, EffortOptions(quality=quality), renderer=None)  # a wrong name is reported before anything is made
     if not stage.exists():
         if out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")

@@ -107,7 +107,7 @@ def _cost(answer: "DiffReport") -> str:
     if not images and not answer.resampled:
         return "nothing differs in any picture"
     if not images:
-        return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
+        return "the images differ only in random samples: noise and back plates; nothing is rendered again"
     if not renders:
         developed = pluralise(pictures.compared if answer.resampled else images, "image")
         return f"nothing is rendered again: {developed} developed from the same renders"

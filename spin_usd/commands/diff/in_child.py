@@ -22,9 +22,9 @@ SETTINGS = RenderSettings(renderer="blender", effort=Effort(), seed=0)  # the sa
 def compare(request: CompareVariants, progress: Progress) -> DiffReport:
     """Return what differs between two variants of a stage.
 
-    "pictures" holds how many pictures both have ("compared"), in how many of them each key differs, and how many only
-    one has ("only_before", "only_after"). "resampled" is true where the two are other augmentations: the pictures' own
-    seeds, which the keys leave out, then differ, and so do noise and back plates.
+    "pictures" has the number of common pictures ("compared"), of those with another key of each kind, and of those in
+    only one ("only_before", "only_after"). "resampled" is true if the two are different augmentations: the pictures'
+    own seeds, which the keys leave out, then differ, and so do noise and back plates.
     """
     selections = Selection.parse(request.before), Selection.parse(request.after)
     first, second = (selection.open(request.stage) for selection in selections)

@@ -1,4 +1,4 @@
-"""Compare two variants of a stage: what differs, and which work that makes."""
+"""Compare two variants of a stage: their differences, and the work they cause."""
 
 from pathlib import Path
 

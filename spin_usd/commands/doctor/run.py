@@ -1,4 +1,4 @@
-"""Examine this machine for what spin_usd needs."""
+"""Check this machine for spin_usd's requirements."""
 
 import os
 import platform
@@ -36,9 +36,9 @@ GLIBC = (2, 28)  # of Blender's wheels for Linux: manylinux_2_28
 class Line:
     """One thing that was examined."""
 
-    subject: Annotated[str, Meta(min_length=1, description="What was examined, such as memory or numpy.")]
+    subject: Annotated[str, Meta(min_length=1, description="Subject of the check, such as memory or numpy.")]
     found: str
-    remedy: Annotated[str, Meta(description="What to do; empty where it is well.")] = ""
+    remedy: Annotated[str, Meta(description="Remedy; empty if it is well.")] = ""
 
     @property
     def well(self) -> bool:
@@ -46,7 +46,7 @@ class Line:
 
 
 class DoctorReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="doctor-report-1"):
-    """What spin-usd doctor --json prints. The exit code is 0 where all is well, 1 otherwise."""
+    """Output of spin-usd doctor --json. The exit code is 0 if all is well, 1 otherwise."""
 
     well: Annotated[bool, Meta(description="Whether no line has a remedy.")]
     lines: Annotated[list[Line], Meta(min_length=1)]
@@ -73,7 +73,7 @@ def _python() -> Line:
 
 
 def _system() -> Line:
-    """Say the system and its C library; the remedy is for one on which nothing was tried."""
+    """Report the system and its C library, with a remedy for an untested one."""
     library, version_of_it = platform.libc_ver()
     known = (platform.system(), platform.machine(), library) == ("Linux", "x86_64", "glibc")
     well = known and tuple(map(int, version_of_it.split(".")[:2])) >= GLIBC
@@ -103,12 +103,12 @@ def _children() -> Iterator[Line]:
 
 
 def _confinement() -> Line:
-    """Say whether the kernel keeps what reads a stranger's model to the model's folder. That is no fault of the
-    machine: nothing else needs it."""
+    """Report whether the kernel can confine a reader of a stranger's model to its folder. Absence is not a fault of
+    the machine: nothing else needs it."""
     if number := landlock_version():
-        found = f"Landlock {number}: what reads a .blend, FBX or STEP opens no file outside its folder"
+        found = f"Landlock {number}: readers of .blend, FBX and STEP cannot open files outside the model's folder"
     else:
-        found = "no Landlock in this kernel: a .blend or FBX is opened before the paths that it names are looked at"
+        found = "no Landlock in this kernel: a .blend or FBX is opened before its paths are checked"
     return Line(subject="strangers' models", found=found)
 
 
@@ -119,7 +119,7 @@ def _processors() -> Line:
 
 
 def _devices() -> Line:
-    """List what can render light besides the CPU."""
+    """List devices besides the CPU that can render light."""
     try:
         found = graphics_processors()
     except ChildDiedError as died:

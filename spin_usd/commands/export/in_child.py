@@ -1,6 +1,6 @@
 """Export a dataset: plan, refuse, then write a picture at a time, and a card.
 
-The card is README.md, which says what the export holds in which conventions, and a contact sheet.
+The card is README.md, which describes the export and its conventions, and a contact sheet.
 """
 
 import time
@@ -69,15 +69,15 @@ ROWS = {
 
 
 def export(request: dict[str, Any], progress: Progress) -> ExportReport:
-    """Export as the `request` says, which is ExportOptions as JSON. Raises as export_dataset."""
+    """Export by the `request`, which is ExportOptions as JSON. Raises like export_dataset."""
     return export_dataset(ExportOptions(**request), progress=progress)
 
 
 def export_dataset(request: ExportOptions, *, progress: Progress) -> ExportReport:
-    """Export as the request says. Run again, it makes what is missing.
+    """Export by the request. Another run adds what is missing.
 
-    Raises InputError and UnsupportedError for what cannot be exported: before anything is written where records tell,
-    else when its file is met. Raises OutputError.
+    Raises InputError and UnsupportedError for content that cannot be exported: before anything is written if records
+    show it, else at its file. Raises OutputError.
     """
     began = time.monotonic()
     refuse_dataset(Path(request.out), Path(request.dataset))
@@ -154,7 +154,7 @@ def blaming_records(dataset: Path) -> Iterator[None]:
 
 
 def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
-    """Raise InputError where the folder holds anything but what is `described`, begun or finished. Write nothing."""
+    """Raise InputError if the folder contains anything but the export `described`, begun or finished. Write nothing."""
     held = Store(root=out).contents()
     if not held:
         return
@@ -263,7 +263,7 @@ def _rows(columns: "Mapping[str, array[float]]") -> Iterator[str]:
 
 
 def views(columns: "Mapping[str, array[float]]") -> str:
-    """Say from how many directions the target is seen, of cells of equal area around it."""
+    """Return the number of directions from which the target is seen, out of cells of equal area around it."""
     azimuth, height = np.array(columns["azimuth"]), np.array(columns["height"])
     band = np.clip((height + 1) / 2 * BANDS, 0, BANDS - 1).astype(int)
     sector = np.clip((azimuth + 180) / 360 * SECTORS, 0, SECTORS - 1).astype(int)

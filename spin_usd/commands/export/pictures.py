@@ -28,8 +28,8 @@ from spin_usd.records.record import RecordedCamera
 from spin_usd.store.atomic import write_json
 
 LIST = "pictures.csv"
-"""Lists the pictures of every export: what they are called there, and which they are of the dataset."""
-SHARE = 8  # pictures that a child is asked for at once
+"""Lists the pictures of every export: their names there, and their names in the dataset."""
+SHARE = 8  # pictures per request to a child
 
 
 class Made(NamedTuple):
@@ -59,7 +59,7 @@ MAKE_PICTURES = Call("spin_usd.commands.export.pictures:PictureMakers.make", Mak
 
 
 class _Plan(Struct, frozen=True, kw_only=True):
-    """What children are told of an ExportedDataset, in a file: its fields."""
+    """The fields of an ExportedDataset for children, in a file."""
 
     entries: tuple[Entry, ...]
     splits: tuple[str, ...]
@@ -94,7 +94,7 @@ class PictureMaker:
         return cls(exported, to.layout_for(options), asked, Path(request.work))
 
     def make(self, first: int, last: int) -> Made:
-        """Make the pictures from place `first` to before `last`. Raises what Writer.write does."""
+        """Make the pictures from index `first` to before `last`. Raises like Writer.write."""
         self._writer.counts = Counts()
         rows = []
         for number in range(first, min(last, len(self._exported))):
@@ -114,7 +114,7 @@ class PictureMaker:
 
 
 class PictureMakers:
-    """Those of a child process: one for each plan."""
+    """The makers of a child process: one for each plan."""
 
     def __init__(self) -> None:
         self._of: dict[str, PictureMaker] = {}
@@ -131,7 +131,7 @@ def all_indexes(exported: ExportedDataset, layout: Layout) -> Mapping[str, Index
 
 
 def made_here(exported: ExportedDataset, layout: Layout, request: ExportOptions, work: Path) -> Iterator[Made]:
-    """Make all pictures one at a time, and yield what came of each."""
+    """Make all pictures one at a time, and yield the result of each."""
     maker = PictureMaker(exported, layout, request, work)
     return (maker.make(number, number + 1) for number in range(len(exported)))
 
@@ -139,9 +139,9 @@ def made_here(exported: ExportedDataset, layout: Layout, request: ExportOptions,
 def made_by_children(
     exported: ExportedDataset, request: ExportOptions, work: Path, descriptors: tuple[int, ...]
 ) -> Iterator[Made]:
-    """Let the request's number of children make the pictures, and yield what came of them, in their order.
+    """Let the request's number of children make the pictures, and yield the results, in their order.
 
-    descriptors: of the lock, which children hold as long as they write.
+    descriptors: the lock's, which children hold as long as they write.
     """
     plan = "plan.json"
     said = _Plan(

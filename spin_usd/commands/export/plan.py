@@ -39,7 +39,7 @@ MAX_NAME = 240  # bytes of a file's name, an ending of its own included, that fi
 
 @dataclass(frozen=True, kw_only=True)
 class ExportPlan:
-    """What an export writes."""
+    """The contents of an export."""
 
     format: ExportFormat
     layout: Layout
@@ -53,7 +53,7 @@ class ExportPlan:
 
 
 def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:
-    """Choose the pictures, read all of their records, and refuse what the format cannot hold.
+    """Choose the pictures, read all of their records, and refuse content that the format cannot hold.
 
     Raises InputError and UnsupportedError.
     """
@@ -138,7 +138,7 @@ def _survey_pictures(
 
 
 def _digest_of_shared(dataset: Dataset) -> str:
-    """Return a digest of what all pictures share."""
+    """Return a digest of the data common to all pictures."""
     parts = [asdict(part) for part in dataset.parts.values()]
     targets = [[each.name, each.box.tolist(), list(each.keypoints.names)] for each in dataset.targets]
     return digest(parts, targets, *(each.keypoints.points for each in dataset.targets))
@@ -159,7 +159,7 @@ def _refuse_missing_kinds(picture: ExportedPicture, layout: Layout, format_name:
 
 
 def _refuse_parts(dataset: Dataset) -> None:
-    """Raise UnsupportedError for more parts than a segmentation can tell apart."""
+    """Raise UnsupportedError for more parts than a segmentation can distinguish."""
     if len(dataset.parts) > MAX_PARTS:
         found = f"lists {len(dataset.parts)} parts, and 16 bits of a segmentation hold {MAX_PARTS}"
         raise UnsupportedError(found, where=dataset.root, do="merge parts with author --parts, and render again")
@@ -174,7 +174,7 @@ def _target(dataset: Dataset, name: str | None) -> str:
 
 
 def read_split(text: str | None) -> dict[str, float]:
-    """Return the share of each split that "train=0.8,validation=0.2" says; all is "train" where it is None.
+    """Return the share of each split in "train=0.8,validation=0.2"; all is "train" if it is None.
 
     Raises InputError unless the shares are positive and their sum is 1.
     """
@@ -225,12 +225,12 @@ class Selected(NamedTuple):
 def selected(
     dataset: Dataset, *, frames: str | None, variants: Sequence[str], progress: Progress
 ) -> tuple[Selected, ...]:
-    """Return the pictures of these variants (names or patterns; all where none is given) and of the `frames`
-    "A:B:STEP", ordered by variant, nominal first, and by place in the stage.
+    """Return the pictures of these variants (names or patterns; all if none is given) and of the `frames` "A:B:STEP",
+    ordered by variant, nominal first, and by place in the stage.
 
-    Raises InputError where there is none, and for a picture that is not what its name says.
+    Raises InputError if there is none, and for a picture that does not match its name.
 
-    A picture is called after its frame; where several variants are exported FRAME-VARIANT.
+    A picture has its frame's name; with several variants it is FRAME-VARIANT.
     """
     chosen = _variants(dataset, variants)
     names = [name for name in dataset.names if name[1] in chosen]

@@ -9,7 +9,7 @@ from spin_usd.processes.call import Call
 
 @dataclass(frozen=True, kw_only=True)
 class ExportReport:
-    """The report of what an export did."""
+    """The report of an export."""
 
     out: str
     """Its folder."""

@@ -10,15 +10,15 @@ from spin_usd.processes.ask_child import ask_child
 if TYPE_CHECKING:
     from spin_usd.exchange.layout.export_format import ExportFormat
 
-PATIENCE_S = 600.0  # a child says no word while it reads models, or writes a shard or an index of all pictures
+PATIENCE_S = 600.0  # a child is silent while it reads models, or writes a shard or an index of all pictures
 
 
 @takes(ExportOptions)
 def export(options: ExportOptions) -> ExportReport:
-    """Write a dataset's pictures in a format of others. Run again, it makes what is missing.
+    """Write a dataset's pictures in another format. Another run adds what is missing.
 
-    Raises InputError and UnsupportedError for what the format cannot hold: before anything is written where records
-    tell, else when its file is met. Raises OutputError.
+    Raises InputError and UnsupportedError for content that the format cannot hold: before anything is written if
+    records show it, else at its file. Raises OutputError.
     """
     reads, request = options.dataset, options.as_json()
     return ask_child(EXPORT, request, reads=reads, progress=options.progress, within_s=PATIENCE_S)

@@ -52,10 +52,10 @@ class _Spool:
 
 @dataclass(kw_only=True)
 class Writer:
-    """Writes outputs into the folder `out`; `work` is for what is not yet whole.
+    """Writes outputs into the folder `out`; `work` is for unfinished files.
 
-    Files that are there are kept: each was put there whole, by an export of the same. Indexes come last and from their
-    first row, for a run that goes on gives the same rows again.
+    Existing files are kept: each was put there complete, by the same export. Indexes come last and from their first
+    row, since a resumed run yields the same rows again.
     """
 
     out: Path
@@ -73,13 +73,12 @@ class Writer:
                 self._spools[path, section] = _Spool(file=self._open.enter_context(spool))
 
     def close(self) -> None:
-        """Let go of all files. What they do not take any more on a full disk is in no index either."""
+        """Close all files. Rows lost to a full disk are in no index either."""
         with suppress(OSError):
             self._open.close()
 
     def write(self, output: ExportFile) -> None:
-        """Write one output. Raises InputError where a link is in its way, OutputError, and what a file's own `write`
-        raises."""
+        """Write one output. Raises InputError if a link is in its way, OutputError, and like a file's own `write`."""
         folder = Folder(self.out)
         self._refuse_strange(folder, output.path)
         if folder.type_of(output.path):
@@ -103,12 +102,12 @@ class Writer:
         try:
             parts = parts_of(name, self.out)
         except InputError:
-            do = "rename what it is called after"
+            do = "rename its source"
             raise UnsupportedError(f"cannot name the file {name!r}", where=self.out, do=do) from None
         for place in accumulate(parts, "{}/{}".format):
             if (found := folder.type_of(place)) in STRANGE:
-                do = "put what it stands for in its place, or remove it"
-                raise InputError(f"is a {found}, and those are not followed", where=self.out / place, do=do)
+                do = "replace it by its target, or remove it"
+                raise InputError(f"is a {found}, which is not followed", where=self.out / place, do=do)
 
     def add(self, row: RowText) -> None:
         """Add a row to its index. Raises OutputError."""

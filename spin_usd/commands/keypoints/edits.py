@@ -10,7 +10,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.scene.keypoints import Keypoints
 
-MAX_NAME = 64  # characters: more is no name that anybody reads in a list
+MAX_NAME = 64  # characters: a longer name is unreadable in a list
 MAX_DIGITS = 9  # of a number at a name's end: a layer of others may hold a name of thousands
 FIRST_NAME = "point_1"
 

@@ -1,8 +1,8 @@
-"""viser's server behind a check of who asks: what a web page elsewhere sends is refused before viser sees it.
+"""viser's server behind a check of the sender: requests from web pages elsewhere are refused before viser sees them.
 
 viser accepts any Origin and Host. So a page of a stranger, open in the same browser, could connect to a server on
-127.0.0.1 and drive it, and one whose name is made to resolve to 127.0.0.1 could read it. viser also goes on to the next
-port where one is taken, and offers to share its page by way of a server elsewhere; here it does neither.
+127.0.0.1 and drive it, and one whose name is made to resolve to 127.0.0.1 could read it. viser also moves on to the
+next port if one is taken, and offers to share its page through a remote server; here it does neither.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ DARK_OR_LIGHT = """<!doctype html>
 
 
 class GuardedServer(viser.ViserServer):
-    """viser's server, which never asks another server to share what it shows."""
+    """viser's server, without sharing its page through another server."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         return None
@@ -33,20 +33,20 @@ class GuardedServer(viser.ViserServer):
 
 @contextlib.contextmanager
 def guarded_server(host: str, port: int, label: str) -> Iterator[GuardedServer]:
-    """Serve at `host` and `port`, any free one where that is 0, until the block ends. Raises InputError where that
-    address cannot be had."""
-    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # what strangers send is no news to the user
+    """Serve at `host` and `port`, any free one if 0, until the block ends. Raises InputError if that address is not
+    available."""
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # strangers' requests are not reported
     listening = _listen(host, port)
     server = _open(listening, host, label)
     try:
         yield server
     finally:
-        with contextlib.redirect_stdout(io.StringIO()):  # viser says that it stops
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints that it stops
             server.stop()
 
 
 def _as_the_system_is(connection: Any) -> Any:
-    """Answer with a page that goes on to viser's, dark where the user's system is: viser itself does not ask that."""
+    """Answer with a page that redirects to viser's, dark if the user's system is: viser does not check that."""
     answer = connection.respond(200, DARK_OR_LIGHT)
     del answer.headers["Content-Type"]
     answer.headers["Content-Type"] = "text/html; charset=utf-8"
@@ -79,11 +79,11 @@ def _open(listening: socket.socket, host: str, label: str) -> GuardedServer:
 
     websockets.asyncio.server.serve = serve  # type: ignore[misc, assignment]
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # viser says where it listens
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints where it listens
             server = GuardedServer(host=host, port=listening.getsockname()[1], label=label, verbose=False)
     finally:
         websockets.asyncio.server.serve = original  # type: ignore[misc]
     if not checked:  # another version of viser, that serves in another way
         server.stop()
-        raise RuntimeError("viser listens without a check of who asks")
+        raise RuntimeError("viser listens without a check of the sender")
     return server

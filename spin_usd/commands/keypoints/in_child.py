@@ -1,4 +1,4 @@
-"""What a child process does for the keypoint tool: it reads models and layers, and makes the layer that is saved."""
+"""The child's part of the keypoint tool: it reads models and layers, and makes the layer to save."""
 
 import base64
 import tempfile

@@ -1,5 +1,5 @@
-"""The panels beside the view: what a user presses, types and reads, and pictures of a dataset with the keypoints drawn
-into them: green where visible, hollow where hidden."""
+"""The panels beside the view: controls and messages, and pictures of a dataset with the keypoints drawn into them:
+green if visible, hollow if hidden."""
 
 from collections.abc import Callable, Iterator
 from html import escape
@@ -21,11 +21,11 @@ from spin_usd.geometry.frames import SYMMETRIES
 from spin_usd.geometry.snapping import Snap
 from spin_usd.scene.keypoints import Keypoints, KeypointState
 
-NOTHING = "(none)"  # in the list of keypoints, where there is none
+NOTHING = "(none)"  # in the list of keypoints, if it is empty
 DECIMALS = 6  # of metres, that are shown
 AT_ONCE = 4
 WIDTH_PX = 400
-PICKED = "picked"  # what the point is called that is being picked
+PICKED = "picked"  # the name of the point that is being picked
 COLORS = {True: "#2ea043", False: "#ff5d5d"}  # of a visible keypoint, of a hidden one
 SELECTED, PREVIEW = "#3b9bff", "#ff7a00"
 LEGEND = "<small>● visible · ○ hidden by the target</small>"
@@ -53,7 +53,7 @@ THEME = """<style>
 
 
 class Panel:
-    """The panel of a session. What it shows of data is escaped: names may come from a stranger's file."""
+    """The panel of a session. Data are escaped: names may come from a stranger's file."""
 
     def __init__(self, server: GuardedServer, session: Session, view: TargetView) -> None:
         self._gui, self._session, self._view = server.gui, session, view
@@ -76,7 +76,7 @@ class Panel:
         self._add_hotkeys()
 
     def refresh(self) -> None:
-        """Show the session as it is now."""
+        """Show the current session."""
         session = self._session
         self._state.content = self._state_html()
         picked, some = session.pick is not None, session.selected is not None
@@ -84,7 +84,7 @@ class Panel:
         self._add.disabled = self._close.disabled = not picked
         self._move.disabled = not (picked and some)
         names = session.keypoints.names
-        if self._shown != (session.keypoints, session.selected):  # else what the user types would be lost
+        if self._shown != (session.keypoints, session.selected):  # else the user's typing would be lost
             self._shown = session.keypoints, session.selected
             self._list.options = names or (NOTHING,)
             self._list.value = session.selected or NOTHING
@@ -150,7 +150,7 @@ class Panel:
         self._session.snap = snap
 
     def _select(self, event: Any) -> None:
-        """Select what a user chose in the list; what the tool itself shows there is selected already."""
+        """Select the user's choice in the list; the tool's own changes there are selected already."""
         name = self._list.value
         if event.client is not None and name in self._session.keypoints.names:
             self._session.do(lambda: self._session.select(name))
@@ -225,7 +225,7 @@ class PicturesPanel:
         panel.set_width(WIDTH_PX)
 
     def refresh(self) -> None:
-        """Draw the keypoints as they are now, and the point that is being picked."""
+        """Draw the current keypoints, and the point that is being picked."""
         session = self._session
         keypoints = session.keypoints
         if session.preview is not None:

@@ -1,4 +1,4 @@
-"""The keypoints in pictures of a dataset: where each is, and whether the target hides it, as records would say."""
+"""The keypoints in pictures of a dataset: their places, and whether the target hides them, as in records."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ MARGIN = 0.15  # of the target's box in the picture, shown around it
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tile:
-    """What is shown of a picture: the part around the target."""
+    """The shown part of a picture, around the target."""
 
     title: str
     region: Region
@@ -74,7 +74,7 @@ class Pictures:
         return Tile(title=f"{picture.frame} ({picture.variant})", region=region, jpeg=image)
 
     def _around(self, picture: Picture) -> Region:
-        """Return the part of the picture that shows the target, with a margin; all of it where that is unknown."""
+        """Return the part of the picture that shows the target, with a margin; all of it if that is unknown."""
         pose, frame = self._pose(picture), picture.camera.frame
         pixels = np.zeros((0, 2)) if pose is None else picture.camera.project(pose.points(self._target.mesh.hull))
         if not len(pixels) or not np.isfinite(pixels).all():
@@ -91,7 +91,7 @@ class Pictures:
         return None
 
     def _scene(self, picture: Picture, pose: Transform, keypoints: Keypoints) -> OneBody:
-        """Return a scene of the target alone, unlit: what the states of its keypoints depend on."""
+        """Return a scene of the target alone, unlit, which determines the states of its keypoints."""
         return OneBody(
             frame=FrameId(index=picture.index, name=picture.frame, time_code=picture.index, variant=picture.variant),
             camera=picture.camera,

@@ -48,7 +48,7 @@ class KeypointsFile:
         self._known: bytes | None = None
 
     def read(self) -> Keypoints | None:
-        """Read the keypoints; None where there is no such file. Raises InputError and StageError for another file."""
+        """Read the keypoints; None if there is no such file. Raises InputError and StageError for another file."""
         self._known = self._bytes()
         if self._known is None:
             return None
@@ -56,8 +56,8 @@ class KeypointsFile:
         return Keypoints(names=read.names, points=np.array(read.points, np.float64).reshape(-1, 3))
 
     def write(self, keypoints: Keypoints) -> None:
-        """Write the keypoints in place of what is there. Raises OutputError, and InputError where another program has
-        written it since it was read, and leaves it then as it was."""
+        """Replace the keypoints in the file. Raises OutputError, and InputError, without writing, if another program
+        has written it since it was read."""
         if self._bytes() not in (None, self._known):
             do = "end this tool and start it again, or move that file elsewhere"
             raise InputError("was changed by another program", where=self.path, do=do)
@@ -69,7 +69,7 @@ class KeypointsFile:
         self._known = text.encode()
 
     def _bytes(self) -> bytes | None:
-        """Return what is in the file; None where there is none."""
+        """Return the file's contents; None if it does not exist."""
         if self._folder.type_of(self.path.name) is None:
             return None
         return self._folder.read(self.path.name, MAX_BYTES)
@@ -77,8 +77,8 @@ class KeypointsFile:
 
 def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) -> Session:
     """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
-    Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved,
-    UnsupportedError without viser."""
+    Raises InputError if the target cannot be shown or the address is not available, OutputError if keypoints cannot be
+    saved, UnsupportedError without viser."""
     if find_spec("viser") is None:
         raise UnsupportedError("the keypoint tool needs viser, which is not installed", do=INSTALL)
     with Executor[None]() as child:
@@ -94,13 +94,11 @@ def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) ->
 
 
 def _save_at_last(session: Session, tell: Callable[[str], None]) -> None:
-    """Save what could not be saved before. Where that fails again, tell the keypoints, and raise why."""
+    """Save unsaved keypoints. If that fails again, print the keypoints, and raise the error."""
     try:
         session.save()
     except SpinError:
-        tell(
-            "the keypoints are not saved; these lines, as a file that ends in .csv, are what author --keypoints reads:"
-        )
+        tell("the keypoints are not saved; put these lines into a .csv file for author --keypoints:")
         for line in table_lines(session.keypoints):
             tell(line)
         raise
@@ -115,7 +113,7 @@ def _serve(request: KeypointsOptions, session: Session, pictures: Pictures | Non
 
 
 def open_session(request: KeypointsOptions, child: Executor[None], tell: Callable[[str], None]) -> Session:
-    """Read the target and the keypoints that there are by the `child`, which also makes what is saved."""
+    """Read the target and existing keypoints through the `child`, which also makes the layer to save."""
     target = _read_target(request, child)
     file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
     saved = file.read()

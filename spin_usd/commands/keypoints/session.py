@@ -1,4 +1,4 @@
-"""What a user does to the keypoints of a target: the state of the tool, which no browser holds."""
+"""Edits of a target's keypoints: the state of the tool, kept outside the browser."""
 
 import threading
 from collections.abc import Callable
@@ -25,23 +25,23 @@ State = TypeVar("State")
 
 @dataclass(frozen=True, kw_only=True)
 class Status:
-    """What the tool last said to the user, and whether it refused something."""
+    """The last message to the user, and whether it is a refusal."""
 
     text: str
     refused: bool = False
 
 
 class Session:
-    """The keypoints with their history, which of them is selected, and the point that is being picked.
+    """The keypoints with their history, the selected one, and the point that is being picked.
 
-    Every change is saved by `save` at once; where that fails, `unsaved` says why, and the next change tries again.
+    Every change is saved by `save` at once; if that fails, `unsaved` is the reason, and the next change tries again.
     Callers on other threads hold `lock`. `on_change` is called after each call that may have changed something.
     """
 
     def __init__(
         self, target: ShownTarget, keypoints: Keypoints, save: Callable[[Keypoints], None], where: str
     ) -> None:
-        """`where`: what `save` saves into, for people."""
+        """`where`: the file of `save`, for people."""
         self.lock = threading.RLock()
         self.target = target
         self.history = History(keypoints)
@@ -57,7 +57,7 @@ class Session:
 
     @property
     def keypoints(self) -> Keypoints:
-        """The keypoints as they are now."""
+        """The current keypoints."""
         return self.history.now
 
     @property
@@ -66,8 +66,8 @@ class Session:
         return self.pick.places[self.snap] if self.pick else None
 
     def do(self, action: Callable[[], str | None]) -> None:
-        """Do `action`, one of the methods below; say what it returns, or what it refuses. An
-        error of ours is said too, and raised."""
+        """Do `action`, one of the methods below; show its result or its refusal as the message. An internal error is
+        shown too, and raised."""
         with self.lock:
             try:
                 self._do(action)
@@ -164,11 +164,11 @@ class Session:
         return self._go(self.history.undo, self.history.can_undo, "undo")
 
     def redo(self) -> str:
-        """Do again what was taken back last."""
+        """Redo the last undone action."""
         return self._go(self.history.redo, self.history.can_redo, "redo")
 
     def save(self) -> None:
-        """Save the keypoints. Raises what the file raises where that fails; `unsaved` says why."""
+        """Save the keypoints. Raises the file's error if that fails; `unsaved` is the reason."""
         self.unsaved = "the last change was not saved"
         try:
             self._save(self.keypoints)
@@ -241,7 +241,7 @@ class History(Generic[State]):
         return self._place + 1 < len(self._states)
 
     def change(self, state: State) -> None:
-        """Let `state` follow the present one; what was undone is gone."""
+        """Add `state` to the history; undone states are dropped."""
         self._states[self._place + 1 :] = [state]
         self._place += 1
 

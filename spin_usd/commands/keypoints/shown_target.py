@@ -45,7 +45,7 @@ class ShownTarget:
     body: Target
     """Its surface, body axes, metres."""
     colors: Float
-    """(F, 3): those of its faces, linear."""
+    """(F, 3): colours of its faces, linear."""
     notes: tuple[str, ...]
     """On how its file was read."""
 
@@ -69,7 +69,7 @@ class ShownTarget:
 
     @cached_property
     def caster(self) -> EmbreeCaster:
-        """What finds the faces that rays meet."""
+        """Finds the faces that rays hit."""
         return EmbreeCaster()
 
     def with_keypoints(self, keypoints: Keypoints) -> Target:
@@ -77,8 +77,8 @@ class ShownTarget:
         return replace(self.body, keypoint_names=keypoints.names, keypoints=keypoints.points)
 
     def pick(self, origin: Float, direction: Float) -> Pick | None:
-        """Return what the ray from `origin` (3,) along `direction` (3,), body axes, metres, meets first; None where it
-        meets nothing. Embree says which face, and where it is met is computed in double precision."""
+        """Return the first hit of the ray from `origin` (3,) along `direction` (3,), body axes, metres; None if there
+        is none. Embree finds the face; the point is computed in double precision."""
         along = unit_vectors(direction)
         face = int(self.caster.first_faces(self.body, origin - self.mesh.centre, along[None])[0])
         if face < 0:
@@ -89,7 +89,7 @@ class ShownTarget:
 
     def seen_share(self, points: Float, directions: Float) -> Float:
         """Return (N,) the share of views, from far away along the unit `directions` (V, 3), in which nothing hides each
-        of the `points` (N, 3), as records say whether a keypoint is visible."""
+        of the `points` (N, 3), by the records' rule of visibility."""
         eyes = self.mesh.centre + FAR * self.mesh.radius * directions
         return np.asarray(np.mean([self._seen(points, eye) for eye in eyes], axis=0))
 
@@ -104,14 +104,15 @@ class ShownTarget:
         return np.asarray(before > distance - skin(self.mesh.size))
 
     def behind(self, origin: Float, pick: Pick | None) -> float:
-        """Return how far from `origin` (3,) a point is hidden by what was picked; infinity where nothing was."""
+        """Return the distance from `origin` (3,) beyond which a point is hidden by the picked face; infinity if none
+        was picked."""
         if pick is None:
             return np.inf
         return float(np.linalg.norm(pick.places[Snap.SURFACE] - origin)) + skin(self.mesh.size)
 
 
 def _plain_mesh(points: Float, faces: NDArray[np.int32]) -> Mesh:
-    """Return a mesh of one part and one material, whose normals nobody asks for."""
+    """Return a mesh of one part and one material, with dummy normals."""
     count = len(faces)
     return Mesh(
         points=points,

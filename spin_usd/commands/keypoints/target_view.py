@@ -1,7 +1,7 @@
 """The 3D view: the target, the keypoints on it, and the point that is being picked.
 
-All is shown around the target's centre in units of its radius, whatever its size is; only what is shown is in single
-precision, and no point is computed from it.
+Everything is shown around the target's centre in units of its radius; only the display is in single precision, and no
+point is computed from it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ POINT, SELECTED, PREVIEW, SUGGESTED = (46, 160, 67), (9, 105, 218), (255, 122, 0
 AXES: tuple[tuple[str, Rgb], ...] = (("x", (214, 48, 49)), ("y", (46, 160, 67)), ("z", (9, 105, 218)))
 BACKDROP = ((96, 106, 122), (52, 58, 69))  # its colours at the top and the bottom
 FOV = np.radians(40.0)  # vertical
-DISTANCE = 3.2  # of the camera from the target's centre, in radii: all of it is in view
+DISTANCE = 3.2  # of the camera from the target's centre, in radii: the whole target is in view
 CLOSE = 0.15  # of the camera from a point that is looked at closely
 MARKER = 0.008  # size of a marker, of the camera's distance
 RESIZED = 1.2  # by so much a marker's size may be off
@@ -42,7 +42,7 @@ DIRECTIONS: Mapping[str, tuple[int, int, int]] = {
 
 
 class TargetView:
-    """What the browser shows of a session's target and points, in a scene of viser's."""
+    """A session's target and points in the browser, as a scene of viser."""
 
     def __init__(self, server: GuardedServer, session: Session) -> None:
         self._server, self._session = server, session
@@ -62,7 +62,7 @@ class TargetView:
         server.on_client_connect(self._on_connect)
 
     def refresh(self) -> None:
-        """Show the points as they are now."""
+        """Show the current points."""
         session = self._session
         marked = list(self._marked())
         self._points.visible = bool(marked)
@@ -165,7 +165,7 @@ class TargetView:
 
 
 def _backdrop() -> NDArray[np.uint8]:
-    """Return what is behind the target: from which white foil and dark panels both stand out."""
+    """Return the background, from which white foil and dark panels both stand out."""
     return np.linspace(*BACKDROP, 64).round().astype(np.uint8)[:, None].repeat(2, axis=1)
 
 
@@ -175,8 +175,8 @@ def _around(pick: Pick, place: Float) -> Float:
 
 
 def _by_color(target: ShownTarget) -> Iterator[tuple[NDArray[np.int32], Rgb]]:
-    """Yield the faces (n, 3) of each colour, as screens have colours: those of the commonest ones apart, the others in
-    their mean."""
+    """Yield the faces (n, 3) of each colour, in screen colours: the most common ones separately, the others in their
+    mean."""
     codes = np.rint(255 * encode(np.clip(target.colors, 0, 1))).astype(np.uint8)
     colors, color_of, counts = np.unique(codes, axis=0, return_inverse=True, return_counts=True)
     own = np.argsort(-counts, kind="stable")[:MAX_COLORS]

@@ -1,4 +1,4 @@
-"""Files that are taken over from other datasets: every byte verified, linked where that can be, else copied."""
+"""Files from other datasets: every byte verified, linked if possible, else copied."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +11,7 @@ from spin_usd.store.atomic import link_atomically
 
 
 def repair_of(root: Path) -> str:
-    """Say how the dataset in the folder `root` is repaired."""
+    """Return the remedy for the dataset in the folder `root`."""
     return f"run spin-usd check --repair {quote(str(root))}"
 
 
@@ -22,8 +22,8 @@ class _Placed(NamedTuple):
 
 @dataclass(kw_only=True)
 class FileTransfer:
-    """Puts files of other datasets into the folder `out`; `work` is for what is not yet whole. Files that share their
-    bytes on disk there, such as the labels of variants, share them in `out` too."""
+    """Puts files of other datasets into the folder `out`; `work` is for unfinished files. Files that share their bytes
+    on disk there, such as the labels of variants, share them in `out` too."""
 
     out: Path
     work: Path
@@ -31,13 +31,13 @@ class FileTransfer:
     _placed: dict[tuple[int, int], _Placed] = field(default_factory=dict)
 
     def put(self, root: Path, name: str, sha256: str) -> None:
-        """Put the file `name` of the dataset in `root` at the same name. Raises InputError where it does not have that
-        sha256, or is no file, and OutputError."""
+        """Put the file `name` of the dataset in `root` at the same name. Raises InputError if it does not have that
+        sha256, or is not a file, and OutputError."""
         folder, out = Folder(root), Folder(self.out)
         inode = folder.inode(name)
         placed = self._placed.get(inode)
         if (placed.sha256 if placed else folder.sha256(name)) != sha256:
-            raise InputError("is not as its record says", where=root / name, do=repair_of(root))
+            raise InputError("does not match its record", where=root / name, do=repair_of(root))
         source = placed.file if placed else FileIn(folder, name)
         link_atomically(out, name, source, work=self.work, copy=self.copy and placed is None)
         if placed is None and folder.has_other_names(name):

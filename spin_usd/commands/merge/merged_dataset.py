@@ -1,4 +1,4 @@
-"""A dataset that is merged with others, and what all of them must have in common."""
+"""A dataset to merge with others, and the conditions on all of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,15 +27,15 @@ COMMON = {
 
 @dataclass(frozen=True, kw_only=True)
 class MergedDataset:
-    """A dataset, and what its dataset.json says."""
+    """A dataset, and its dataset.json."""
 
     store: Store
     description: DatasetDescription
 
 
 def read_dataset(root: Path) -> MergedDataset:
-    """Read the dataset in the folder `root`. Raises InputError where there is none, something in it is a link, or its
-    stage is not as it was."""
+    """Read the dataset in the folder `root`. Raises InputError if there is none, something in it is a link, or its
+    stage was changed."""
     store = Store(root=root.absolute())
     if store.folder.type_of(DESCRIPTION) is None:
         raise InputError(
@@ -59,7 +59,7 @@ def refuse_different(sources: Sequence[MergedDataset]) -> None:
 
 
 def _difference(first: MergedDataset, other: MergedDataset) -> str | None:
-    """Say in what two datasets differ; None where they can be merged."""
+    """Return a difference that prevents merging two datasets; None if they can be merged."""
     a, b = first.description, other.description
     hashes = a.stage.hashes, b.stage.hashes
     alike = all(hashes[0][name] == hashes[1][name] for name in hashes[0].keys() & hashes[1].keys())
@@ -89,7 +89,7 @@ def collect_events(sources: Sequence[MergedDataset]) -> list[tuple[EventRecord, 
 
 
 def merged_description(sources: Sequence[MergedDataset]) -> DatasetDescription:
-    """Return dataset.json of all together: that of the first, with the variants of all."""
+    """Return the common dataset.json: the first's, with the variants of all."""
     first = sources[0].description
     hashes = {name: value for each in sources for name, value in each.description.stage.hashes.items()}
     return replace(first, stage=replace(first.stage, hashes=hashes), variants=list(hashes))

@@ -77,7 +77,7 @@ class MergedPicture:
 
 @dataclass(kw_only=True)
 class _Collected:
-    """What was found so far: pictures by variant and frame, and how each variant's were rendered."""
+    """Findings so far: pictures by variant and frame, and how each variant's were rendered."""
 
     pictures: dict[tuple[str, str], MergedPicture] = field(default_factory=dict)
     settings: dict[str, tuple[Mapping[str, Any], Path]] = field(default_factory=dict)
@@ -108,7 +108,7 @@ def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], Non
 
 @dataclass(frozen=True, kw_only=True)
 class MergeReport:
-    """The report of what a merge did."""
+    """The report of a merge."""
 
     out: str
     """Its folder."""
@@ -119,7 +119,7 @@ class MergeReport:
     kept: int
     """How many of them were there already."""
     missing: Mapping[str, int]
-    """How many pictures are still to come, by shard ("1/3"), where that is known."""
+    """Number of missing pictures, by shard ("1/3"), if known."""
     seconds: float
     """Wall-clock time."""
 
@@ -140,10 +140,10 @@ def merge(options: MergeOptions) -> MergeReport:
 
 
 def merge_datasets(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Progress) -> MergeReport:
-    """Put the pictures of all `shards` into the dataset `out`, which is made where there is none.
+    """Put the pictures of all `shards` into the dataset `out`, which is made if missing.
 
-    Its files are linked, or copied with `copy` and between file systems. Raises InputError where the datasets are not
-    of one stage and rendered alike, a picture is in two and not the same, or a file is damaged; and OutputError.
+    Its files are linked, or copied with `copy` and between file systems. Raises InputError if the datasets are not of
+    one stage and rendered alike, a picture differs between two, or a file is damaged; and OutputError.
     """
     began = time.monotonic()
     _refuse_folders(shards, out)
@@ -178,12 +178,12 @@ def merge_datasets(shards: Sequence[Path], out: Path, *, copy: bool = False, pro
 
 
 def _refuse_folders(shards: Sequence[Path], out: Path) -> None:
-    """Raise InputError where there is no shard, one is given twice, or one and `out` lie in each other."""
+    """Raise InputError if there is no shard, one is given twice, or one and `out` contain each other."""
     if not shards:
         raise InputError("there is nothing to merge", do="give the folders of shards")
     given, b = set[Path](), out.resolve()
     for shard in shards:
-        a, do = shard.resolve(), "choose another folder; what --out holds already stays in it"
+        a, do = shard.resolve(), "choose another folder; existing contents of --out are kept"
         if a == b:
             raise InputError("is the folder to merge into", where=shard, do=do)
         if a.is_relative_to(b) or b.is_relative_to(a):
@@ -194,7 +194,7 @@ def _refuse_folders(shards: Sequence[Path], out: Path) -> None:
 
 
 def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
-    """Write dataset.json of all together, and the stage where there is none."""
+    """Write the common dataset.json, and the stage if missing."""
     write_json(store.folder, DESCRIPTION, to_builtins(merged_description(sources)), work=lease.work)
     if store.folder.type_of(STAGE) is None:
         stage, copied = Folder(sources[0].store.stage), lease.work / STAGE
@@ -207,7 +207,7 @@ def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None
 
 
 def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, progress: Progress) -> None:
-    """Put all files of each picture, and then its record: whoever stops this leaves whole pictures."""
+    """Put all files of each picture, and then its record, so that an interruption leaves complete pictures."""
     for done, picture in enumerate(pictures):
         progress(MERGING, done, len(pictures))
         try:
@@ -227,8 +227,7 @@ def _put_picture(picture: MergedPicture, transfer: FileTransfer) -> None:
 
 
 def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progress: Progress) -> None:
-    """Put what the caches hold and the merged one lacks, so that later runs make nothing again; what is damaged is left
-    out."""
+    """Add cache entries that the merged cache lacks, so that later runs make nothing again, except damaged ones."""
     for done, source in enumerate(sources):
         progress("merging: cache", done, len(sources))
         for entry in entries(source.store):
@@ -240,7 +239,7 @@ def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progres
 
 
 def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) -> None:
-    """Add what the runs of these datasets measured."""
+    """Add the measured costs of these datasets' runs."""
     total = Timings()
     for source in sources:
         measured = read_measured(source.store.folder, MEASURED)

@@ -37,7 +37,7 @@ from spin_usd.store.pictures_left import WantedFiles
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanReport:
-    """The pictures that a render would make, and about what they cost."""
+    """The pictures that a render would make, and their approximate cost."""
 
     cost: VariantTable
     """A row for each variant, and their total."""
@@ -60,9 +60,9 @@ class PlanReport:
     views: Views | None
     """Summary of what the pictures show, if known."""
     notes: tuple[str, ...]
-    """Sentences on what a user should know."""
+    """Notes for the user."""
     skipped: tuple[SkippedCount, ...] | None
-    """The work that no picture needs; None where it was not asked for."""
+    """The work that no picture needs; None if not requested."""
     orphans: tuple[str, ...]
     """Records in the dataset of pictures that the stage does not have."""
     other_stage: tuple[str, ...]
@@ -70,7 +70,7 @@ class PlanReport:
 
     @property
     def document(self) -> "PlanDocument":
-        """What `plan --json` prints."""
+        """Output of `plan --json`."""
         total = self.cost.total
         return PlanDocument(
             pictures=total.pictures,
@@ -99,7 +99,7 @@ class PlanReport:
 
 
 class PlannedVariant(JsonStruct, frozen=True, kw_only=True):
-    """What a render would make of a variant, and about what it costs."""
+    """The work of a render for a variant, and its approximate cost."""
 
     name: Annotated[str, Meta(description="The variant.")]
     pictures: Count
@@ -119,7 +119,7 @@ class PlannedSpeed(JsonStruct, frozen=True, kw_only=True):
     ]
     measured: Annotated[
         tuple[str, ...],
-        Meta(description="Kinds of work that go instead by what earlier runs took, of this dataset or of `measure`."),
+        Meta(description="Kinds of work timed by earlier runs instead, of this dataset or of `measure`."),
     ]
 
 
@@ -130,13 +130,13 @@ class PlannedChoice(EffortChoice, frozen=True, kw_only=True):
 
 
 class PlanDocument(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="plan-report-1"):
-    """What spin-usd plan --json prints."""
+    """Output of spin-usd plan --json."""
 
     pictures: Annotated[Count, Meta(description="How many a render would make.")]
     label_passes: Count
     renders: Count
     exposures: Count
-    bytes: Annotated[Count, Meta(description="About what they take on disk.")]
+    bytes: Annotated[Count, Meta(description="Approximate size on disk.")]
     core_seconds: Annotated[Size, Meta(description="About the seconds of one core.")]
     finished: Annotated[Count, Meta(description="Pictures that the dataset of --out has already.")]
     rows: Annotated[list[PlannedVariant], Meta(description="The same for each variant.")]
@@ -145,13 +145,13 @@ class PlanDocument(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, ta
     speed: PlannedSpeed
     orphans: Annotated[Count, Meta(description="Records in the dataset of pictures that the stage does not have.")]
     other_stage: Annotated[
-        tuple[str, ...], Meta(description="In what the stage of the dataset's pictures differs from this one.")
+        tuple[str, ...], Meta(description="Differences between this stage and the stage of the dataset's pictures.")
     ]
     renderer: str
     device: str
     effort: Annotated[Effort, Meta(description="Settings of the renderer, as in a record.")]
     chosen: Annotated[PlannedChoice | None, Meta(description="Null where they were given, or are the default.")]
-    notes: Annotated[tuple[str, ...], Meta(description="What a user should know.")]
+    notes: Annotated[tuple[str, ...], Meta(description="Notes for the user.")]
     variants: tuple[str, ...]
     hashes: Annotated[dict[str, Sha256], Meta(description="Composed content, by variant, as in a record's provenance.")]
     views: Views | None = None
@@ -174,8 +174,8 @@ def _row(row: VariantRow) -> PlannedVariant:
 
 
 def planned_choice(chosen: Chosen, stages: Mapping[str, StageProvenance]) -> PlannedChoice:
-    """Return the choice as recorded, with what is expected; of a quality only where one of the `stages`, by variant
-    what a record says of it, is that measured."""
+    """Return the choice as recorded, with the expected error; for a quality only if one of the `stages`, by variant, is
+    the measured one."""
     applies = chosen.by == "error" or chosen.is_of(stages)
     expected = chosen.expected if applies and chosen.expected else UNSET
     return PlannedChoice(**asdict(chosen.recorded), expected=expected)
@@ -212,17 +212,17 @@ def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, expla
 
 
 def _of_device(request: RenderRequest, plan: Plan) -> Iterator[str]:
-    """Yield which device renders the light, where that was not said, and what is not known of it."""
+    """Yield notes on the device that renders the light, if not given, and on its unknown cost."""
     device = plan.settings.device
     if request.device == AUTO:
         yield f"--device auto: light is rendered on {device}"
     if device != CPU:
-        yield f"what light costs on {device} was measured on an NVIDIA H200"
+        yield f"the cost of light on {device} was measured on an NVIDIA H200"
 
 
 def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timings, list[str]]:
-    """Return the timings of the measurement that lies beside the stage, none where it is not of this stage on this
-    machine; and notes on what is wrong with it, where it cannot be used."""
+    """Return the timings of the measurement beside the stage, none if it is not of this stage on this machine; and
+    notes on its faults, if it cannot be used."""
     if not (folder_of(stage) / FILE).exists():
         return Timings(), []
     try:
@@ -236,7 +236,7 @@ def measured_beside(stage: Path, plan: Plan, options: CommonWork) -> tuple[Timin
 
 
 def measured_renders(measurement: Measurement, plan: Plan, options: CommonWork) -> Timings:
-    """Return the timings of pictures that were measured, on the CPU, and are planned, rendered as the options say."""
+    """Return the timings of planned pictures that were measured, on the CPU, with the given options."""
     setting, found = Configuration(renderer=options.renderer, effort=options.effort), Timings()
     if options.device != CPU:
         return found

@@ -1,4 +1,4 @@
-"""Plan a render: list what it would make and what that would cost."""
+"""Plan a render: list its work and its cost."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,9 +20,9 @@ from spin_usd.store.dataset_folder import Store
 
 @takes(PlanOptions)
 def plan(options: PlanOptions) -> PlanReport:
-    """Say what a render would make and cost: pictures, label passes, renders and images that each variant adds.
+    """Estimate what a render would make and cost: pictures, label passes, renders and images of each variant.
 
-    Raises as `render` does; writes nothing but how fast this machine is, once, into the user's cache folder.
+    Raises like `render`; writes nothing except the speed of this machine, once, into the user's cache folder.
     """
     request = RenderRequest.of(options)
     dataset = None if options.out is None else Path(options.out).absolute()
@@ -35,7 +35,7 @@ def plan(options: PlanOptions) -> PlanReport:
 
 
 def _event_notes(request: RenderRequest, found: Plan, report: PlanReport, progress: Progress) -> Iterator[str]:
-    """Yield a sentence for each variant on what its events take."""
+    """Yield a sentence for each variant on the cost of its events."""
     asked = CountSteps(stage=str(request.stage), pictures=places_of(found.pictures))
     counts = ask_child(COUNT_STEPS, asked, reads=request.stage, progress=progress)
     total = report.cost.total

@@ -1,4 +1,4 @@
-"""Predictions matched with the pictures of the truth, and what is wrong with them, in sentences that count."""
+"""Predictions matched with the pictures of the truth, and their faults, counted in sentences."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from spin_usd.scoring.pose_errors import angles_between
 
 NORM = 1e-3  # off 1 a norm may be by rounding
 FAR = np.deg2rad(20)  # of the median attitude, above which another order of its numbers is tried
-BETTER = 0.5  # of it: where another order is so much better, that is said
+BETTER = 0.5  # of it: another order that is so much better is reported
 CONVENTION = "q_cam_body is scalar first, and takes the body's axes to the camera's"
 
 
@@ -68,7 +68,7 @@ def matched(predictions: Sequence[Prediction], truth: Truth, *, partial: bool) -
     if faults and not partial:
         raise InputError("; ".join(faults), do="mend the predictions, or score the others with --partial")
     if not poses:
-        raise InputError("; ".join(faults), do="look at the names: they are those of frames, or FRAME-VARIANT")
+        raise InputError("; ".join(faults), do="check the names: they must be frames, or FRAME-VARIANT")
     places = sorted(poses)
     q, t = np.split(np.array([poses[place] for place in places]), [4], axis=1)
     norms = np.linalg.norm(q, axis=1)

@@ -82,7 +82,7 @@ def _plots(errors: PoseErrors) -> str:
 
 
 def _worst(report: ScoreReport, truth: Truth, found: Matched) -> Iterator[str]:
-    """Yield the worst pictures of a dataset, with the target's box as it is (green) and as predicted (red)."""
+    """Yield the worst pictures of a dataset, with the target's true box (green) and predicted box (red)."""
     if truth.dataset is None:
         return
     yield "<h2>The worst pictures</h2><p>The target's box where it is (green) and where it was predicted (red).</p>"

@@ -25,14 +25,14 @@ DO = f"give CSV with {', '.join(('filename', *COLUMNS))}, or a JSON list of pose
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """What a file of predictions says of one picture."""
+    """A prediction for one picture."""
 
     picture: str
     """Its name without the image's ending."""
     variant: str | None
-    """None where the file does not say it."""
+    """None if the file does not state it."""
     pose: Float | None
-    """(7,): quaternion, scalar first, and position, metres, as they stand there; NaN for what is no number."""
+    """(7,): quaternion, scalar first, and position, metres, as in the file; NaN for text that is not a number."""
     keypoints: Float | None
     """(K, 3): x, y in pixels from the image's corner, and a weight, 0 for none."""
     where: str
@@ -127,7 +127,7 @@ def _image_names(annotations: Path | None) -> Mapping[Any, str]:
 
 
 def _values(entry: Mapping[str, Any], keys: Sequence[str], count: int, where: str) -> list[float]:
-    """Return the numbers under the one of the keys that is there, or under several alike."""
+    """Return the numbers under the existing one of the keys, or under several if equal."""
     there = [each for each in keys if each in entry]
     if not there:
         raise InputError(f"has no {keys[0]!r}, {keys[1]!r} or {keys[2]!r}", where=where, do=DO)
@@ -141,7 +141,7 @@ def _values(entry: Mapping[str, Any], keys: Sequence[str], count: int, where: st
 
 
 def _number(value: Any) -> float:
-    """Return the value as a number; NaN, which is counted later, for what is none."""
+    """Return the value as a number; NaN, which is counted later, for any other value."""
     try:
         return nan if isinstance(value, bool) or value is None else float(value)
     except (TypeError, ValueError, OverflowError):

@@ -54,7 +54,7 @@ class ScoredPicture(JsonStruct, frozen=True, kw_only=True):
 
 
 class ScoreReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="score-report-1"):
-    """What spin-usd score --json prints."""
+    """Output of spin-usd score --json."""
 
     predictions: str
     truth: str
@@ -65,4 +65,4 @@ class ScoreReport(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag
         ScoredModel | UnsetType, Meta(description="Absent where the truth is a pose list, which has no model.")
     ] = UNSET
     worst: Annotated[list[ScoredPicture], Meta(description="The pictures of the highest scores, the worst first.")]
-    notes: Annotated[list[str], Meta(description="What a user should know.")]
+    notes: Annotated[list[str], Meta(description="Notes for the user.")]

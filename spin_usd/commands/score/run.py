@@ -88,7 +88,7 @@ def _spread(values: Float) -> dict[str, float]:
 
 
 def _groups(errors: PoseErrors, truth: Truth, places: Sequence[int]) -> Iterator[ScoredGroup]:
-    """Yield the pictures of each group that has some, where there are two groups at least."""
+    """Yield the pictures of each non-empty group, if there are at least two groups."""
     variants = np.array([truth.names[place][1] for place in places])
     kinds: dict[str, list[tuple[str, NDArray[np.bool_]]]] = {
         "variant": [(name, variants == name) for name in dict.fromkeys(variants.tolist())],

@@ -1,4 +1,4 @@
-"""The pictures that are scored, with their true poses and what scores are told apart by."""
+"""The scored pictures, with their true poses and the values that scores are grouped by."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -34,9 +34,9 @@ class Truth:
     t: Float
     """(N, 3), metres."""
     sun: Float
-    """(N,): the angle at the target between the Sun and the camera, degrees; NaN where there is none."""
+    """(N,): the angle at the target between the Sun and the camera, degrees; NaN without a Sun."""
     visible: Float
-    """(N,): the share of the target that is visible; NaN where that is not known."""
+    """(N,): the visible share of the target; NaN if unknown."""
     dataset: Dataset | None = None
     """None for a pose list."""
     target: int | None = None
@@ -71,7 +71,7 @@ def read_truth(path: Path, *, variants: Sequence[str], target: str | None, progr
     if path.is_dir() and Folder(path).type_of(DESCRIPTION) is not None:
         return _of_dataset(Dataset(path), variants, target, progress)
     if variants or target:
-        raise InputError("is no dataset, so it has no variants and targets", where=path, do="leave the option out")
+        raise InputError("is not a dataset, so it has no variants and targets", where=path, do="leave the option out")
     poses = read_pose_list(path)
     unknown = np.full(len(poses.names), NONE)
     names = tuple((name, "") for name in poses.names)

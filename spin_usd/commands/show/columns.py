@@ -1,4 +1,4 @@
-"""Values of all pictures, a column each: what the page filters, sorts and counts by."""
+"""Values of all pictures, one column each, by which the page filters, sorts and counts."""
 
 from array import array
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_COLUMNS = 1000  # records of a dataset have some 200; only a hostile one has more
-MAX_WORDS = 1000  # different texts in a column; what has more, such as a digest, is no use to filter by
+MAX_WORDS = 1000  # different texts in a column; a column with more, such as a digest, is useless as a filter
 MAX_TEXT = 200  # characters of one
 
 
@@ -53,13 +53,13 @@ class Columns:
                 self._texts[name].append(words.setdefault(text, len(words)))
 
     def _has(self, columns: dict[str, Any], name: str, typecode: str, none: float) -> bool:
-        """Return whether there is a column of that name, which is begun where there is room for one more."""
+        """Return whether there is a column of that name, which is added if there is room."""
         if name not in columns and len(self._numbers) + len(self._texts) < MAX_COLUMNS:
             columns[name] = array(typecode, [none]) * self._rows
         return name in columns
 
     def columns(self) -> Iterator[tuple[str, Column]]:
-        """Yield the columns by name, numbers first: but for those of text that has too many different words."""
+        """Yield the columns by name, numbers first, except texts with too many different values."""
         for name, numbers in self._numbers.items():
             yield name, Column(_compact(np.array(numbers)), ())
         for name, texts in self._texts.items():

@@ -1,4 +1,4 @@
-"""The folder of a gallery as it is written."""
+"""The folder of a gallery while it is written."""
 
 import re
 from collections.abc import Collection
@@ -44,7 +44,7 @@ def refuse_other(out: Path) -> None:
 
 
 class GalleryFolder:
-    """Writes into the folder `out`, by way of `work`. Files called after their keys stay as they are."""
+    """Writes into the folder `out`, through `work`. Files named by their keys stay unchanged."""
 
     def __init__(self, out: Path, work: Path) -> None:
         self.out, self.work = Folder(out), work
@@ -52,12 +52,12 @@ class GalleryFolder:
         self._used = set[str]()
 
     def describe(self, dataset: Path) -> None:
-        """Write the file that says whose folder it is."""
+        """Write the file that marks the folder's owner."""
         description = GalleryDescription(dataset=dataset.resolve().name, spin_usd=__version__)
         write_json(self.out, SELF, to_builtins(description), work=self.work)
 
     def add(self, data: DataFile) -> str:
-        """Write a data file called after its key, unless it is there, and return its name."""
+        """Write a data file named by its key, unless it exists, and return its name."""
         name = file_of(DATA, data.key, ".js")
         if name not in self.present | self._used:
             self._write(name, data.script(data.key))

@@ -1,4 +1,4 @@
-"""The child's part of `show`: the files of one picture, for which it decodes those of the dataset."""
+"""The child's part of `show`: the files of one picture, from the dataset's decoded files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
@@ -33,7 +33,7 @@ DENSE_POSE = "dense_pose"
 EVENT_WINDOWS, EVENT_WINDOW_S = 8, 1 / 30  # from a picture on: as long as frames of video
 STEP_M = 1e-5
 """Step to which the page rounds points of the dense pose: a hundredth of a millimetre."""
-MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept as it is
+MAX_STEPS = 2**20  # 10 m: a dense pose that is further off is kept unchanged
 
 
 def write_picture_files(request: ShowPicture) -> dict[str, str]:
@@ -57,7 +57,7 @@ class _PictureWriter:
         self._picture, self._out, self._work = picture, out, work
 
     def faults(self, keys: PictureKeys, images: str) -> Iterator[tuple[str, str]]:
-        """Write all, and yield each key that could not be written, and what is wrong."""
+        """Write all, and yield each key that could not be written, with the fault."""
         shown = self._preview if keys.preview else self._image
         image, labels, events = partial(shown, keys, images), partial(self._labels, keys), partial(self._events, keys)
         for key, write in ((keys.image, image), (keys.labels, labels), (keys.events, events)):
@@ -69,7 +69,7 @@ class _PictureWriter:
                 yield (
                     key,
                     str(fault).replace(f"{self._picture.root}/", ""),
-                )  # whoever is sent the page has no such folder
+                )  # a recipient of the page has no such folder
 
     def _image(self, keys: PictureKeys, images: str) -> None:
         shown = preview.image(self._picture.image)
@@ -109,11 +109,10 @@ class _PictureWriter:
 
 
 def label_file(picture: Picture, labels: Mapping[str, NDArray[Any]]) -> DataFile:
-    """Return the data file of these labels of the picture by their kinds, (H, W) or (H, W, C) each, as the page reads
-    them: cropped to the box outside which all are 0.
+    """Return the data file of these labels of the picture by their kinds, (H, W) or (H, W, C) each, in the format of
+    the page: cropped to the box outside which all are 0.
 
-    Numbers are the files' own to the last bit, but those of the dense pose, where that is near what the depth says:
-    these are rounded to STEP_M.
+    Numbers are exact to the last bit, except the dense pose, which is rounded to STEP_M if it agrees with the depth.
     """
     region = shown_region(labels)
     steps = steps_from_depth(picture, region, labels)
@@ -140,8 +139,8 @@ def event_file(stream: EventStream, start: float) -> DataFile:
 
 
 def region_of_targets(boxes: Sequence[Sequence[float]], tall: int, wide: int) -> Region:
-    """Return the part of a frame of these pixels that holds the boxes with some room, as wide for its height as the
-    frame; all of the frame where there is no box."""
+    """Return the part of a frame of these pixels that contains the boxes with a margin, in the frame's proportions; the
+    whole frame without boxes."""
     if not boxes:
         return Region.full(wide, tall)
     (x0, y0), (x1, y1) = np.min(boxes, 0)[:2], np.max(boxes, 0)[2:]
@@ -170,9 +169,9 @@ def _box(label: NDArray[Any]) -> tuple[int, int, int, int] | None:
 def packed(planes: NDArray[Any]) -> NDArray[np.uint8]:
     """Return the bytes of the `planes` (C, H, W): first the lowest byte of every number, then the next, and so on.
 
-    Numbers of 32 bits are first made small, for zlib: of each stays what its bits differ by, modulo 2^32, from those of
-    the pixels to the left and above, less that between these two, for surfaces are flat nearly everywhere; the sign
-    goes into the lowest bit. To add up along both axes undoes it.
+    Numbers of 32 bits are first made small, for zlib: each is replaced by the difference of its bits, modulo 2^32, from
+    a flat surface through its left, upper and upper left neighbours; the sign goes into the lowest bit. Summing along
+    both axes undoes it.
     """
     numbers = np.ascontiguousarray(planes)
     if numbers.itemsize == 4:

@@ -1,5 +1,5 @@
-"""The keys of a picture's files in a gallery: each is made of the digests in the record, so equal files are made once,
-and those that are there are not made again."""
+"""The keys of a picture's files in a gallery: each is made from the digests in the record, so equal files are made
+once, and existing files are not made again."""
 
 import json
 from collections.abc import Collection
@@ -30,7 +30,7 @@ class PictureKeys(NamedTuple):
     suffix: str = ".jpg"
     """The image's."""
     preview: str = ""
-    """The kind of label from which the thumbnail is made where there is no image; "" else."""
+    """Kind of label for the thumbnail if there is no image; "" otherwise."""
     kinds: tuple[str, ...] = ()
     """The labels in the data."""
     events: str = ""
@@ -38,7 +38,7 @@ class PictureKeys(NamedTuple):
 
     @property
     def names(self) -> dict[str, str]:
-        """The names of the files in the gallery, by what they are."""
+        """Names of the files in the gallery, by kind."""
         found = {}
         if self.image:
             found["thumbnail"] = file_of(THUMBNAILS, self.image, ".jpg")
@@ -82,7 +82,7 @@ SHOW_PICTURE = Call("spin_usd.commands.show.in_child:write_picture_files", ShowP
 
 
 def keys_of(picture: Picture, request: ShowOptions, events: EventRecord | None) -> PictureKeys:
-    """Return the keys of the picture's files; `events`: those of its variant."""
+    """Return the keys of the picture's files; `events`: its variant's events."""
     record = picture.recorded
     digests = {kind: file.sha256 for kind, file in record.files.items()}
     kinds = tuple(kind for kind in request.label_names if kind in digests)
@@ -105,7 +105,7 @@ def _is_in(picture: Picture, events: EventRecord) -> bool:
 
 
 def visible_boxes(record: Record) -> list[list[int]]:
-    """Return the boxes around what is seen of each target, those that show nothing left out."""
+    """Return the boxes around the visible part of each visible target."""
     return [box for target in record.targets if (box := target.box.visible)]
 
 
@@ -114,6 +114,6 @@ def _key(*made_of: Any) -> str:
 
 
 def _geometry(picture: Picture) -> Any:
-    """Return what the label data depend on beside the labels: see `body_points`."""
+    """Return the further input of the label data besides the labels: see `body_points`."""
     record, parts = picture.recorded, sorted((part.id, part.target) for part in picture.parts.values())
     return to_builtins((record.camera, [(target.id, target.pose) for target in record.targets], parts))

@@ -23,7 +23,7 @@ NOT_FILTERED_BY = {"schema", "files", "frame", "variant"}  # the page has the la
 
 @dataclass(frozen=True, kw_only=True)
 class ReadPicture:
-    """What a page says of a picture."""
+    """A picture's entry on the page."""
 
     frame: str
     variant: str
@@ -62,7 +62,7 @@ def read_records(dataset: Dataset, request: ShowOptions, *, what: str, progress:
 
 
 def _events_of(dataset: Dataset, variant: str) -> EventRecord | None:
-    """Return what is said of the variant's events; None where there are none, or their record is damaged."""
+    """Return the entry of the variant's events; None if there are none, or their record is damaged."""
     with suppress(InputError):
         return read_event_record(Folder(dataset.root), variant)
     return None
@@ -71,8 +71,7 @@ def _events_of(dataset: Dataset, variant: str) -> EventRecord | None:
 def _read_picture(
     picture: Picture, frame: str, variant: str, request: ShowOptions, events: EventRecord | None
 ) -> ReadPicture:
-    """Return what is known of the picture that has this frame and variant by its record's name. Raises
-    InputError."""
+    """Return the entry of the picture of that frame and variant, from its record's name. Raises InputError."""
     if (picture.frame, picture.variant) != (frame, variant):
         raise InputError(f"calls itself {picture.frame!r} of {picture.variant!r}")
     if not FRAME_NAME.fullmatch(frame):

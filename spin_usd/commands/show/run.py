@@ -61,11 +61,11 @@ class GalleryReport:
 
 @takes(ShowOptions)
 def show(options: ShowOptions) -> GalleryReport:
-    """Write a page that shows a dataset in a browser, from a folder of its own. Run again, it makes what is missing.
+    """Write a page that shows a dataset in a browser, in its own folder. Another run adds what is missing.
 
-    Pictures that are damaged do not raise, they are in the report's `damaged`.
+    Damaged pictures do not raise errors; they are in the report's `damaged`.
 
-    Raises InputError where there is no dataset, or the folder holds something else, and OutputError.
+    Raises InputError if there is no dataset, or the folder contains something else, and OutputError.
     """
     began, progress = time.monotonic(), options.progress
     dataset = _opened(Path(options.dataset))
@@ -114,7 +114,7 @@ def _tags_of(dataset: Dataset) -> Mapping[str, Sequence[str]]:
 def _read_all(
     dataset: Dataset, request: ShowOptions, folder: GalleryFolder, progress: Progress
 ) -> tuple[list[ReadPicture], Header, Arrays]:
-    """Read all records and write them and their columns; return the pictures, and the index as far as it is known."""
+    """Read all records and write them and their columns; return the pictures, and the index known so far."""
     pictures, columns, shelf, kinds = [], Columns(), RecordFiles(folder), dict[str, None]()
     for picture in read_records(dataset, request, what="reading: record", progress=progress):
         columns.add(picture.values)
@@ -135,8 +135,8 @@ def _read_all(
 def _read_beside(
     dataset: Dataset, own: Sequence[ReadPicture], request: ShowOptions, folder: GalleryFolder, progress: Progress
 ) -> tuple[list[ReadPicture], Header, Arrays]:
-    """Read the records of the dataset beside, and write those of pictures that are called as one of our `own`; return
-    these, what is known of the dataset, its measures, and where among these each of our own has its like, -1 for
+    """Read the records of the dataset to compare with, and write those of pictures with a name in our `own`; return
+    these, the dataset's entry, its measures, and the index among these of the counterpart of each of our own, -1 for
     none."""
     columns, shelf, kinds = Columns(), RecordFiles(folder), dict[str, None]()
     row_of = {(picture.frame, picture.variant): row for row, picture in enumerate(own)}
@@ -170,15 +170,15 @@ class RecordFiles:
             self.finish()
 
     def finish(self) -> None:
-        """Write those that fill no whole file."""
+        """Write the rest, which does not fill a file."""
         if self._held:
             self.files.append(self._folder.add(DataFile({"pictures": self._held})))
             self._held = []
 
 
 def _described(read: ReadPicture, picture: Picture) -> dict[str, Any]:
-    """Return what the page shows of the picture: its record, its files, and up to which radius its lens is one to
-    one; None for an endless one."""
+    """Return the picture's data for the page: its record, its files, and the radius up to which its lens is one to one;
+    None for an endless one."""
     radius = invertible_radius(picture.camera.distortion)
     limit = radius if radius < float("inf") else None
     return {"record": picture.record, "lens_limit": limit, "files": read.keys.names}
@@ -204,9 +204,9 @@ def write_files(
     *,
     progress: Progress,
 ) -> dict[str, str]:
-    """Let children write the `missing` files; return what is wrong, by the keys of files that could not be written.
+    """Let children write the `missing` files; return the faults, by the keys of files that could not be written.
 
-    Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
+    Raises OutputError if the gallery cannot be written, and ChildInternalError for an internal defect.
     """
     requests = [_request(pictures[place], keys, request, work) for place, keys in missing.items()]
     children = request.workers or max(1, min(len(usable_cpus()), len(requests) // PICTURES_PER_CHILD))
@@ -253,8 +253,8 @@ def _places(names: Sequence[str], among: Sequence[str]) -> NDArray[np.uint32]:
 
 
 def measures_of(dataset: Dataset, columns: dict[str, Column], prefix: str = "") -> tuple[list[Header], Arrays]:
-    """Return the measures of a dataset that has these columns: what each is, and its numbers, under names that begin
-    with the `prefix`. What no picture has stays out."""
+    """Return the measures of a dataset with these columns: the description and the numbers of each, under names that
+    begin with the `prefix`. Measures that no picture has are left out."""
     found, arrays = [], {}
     for name, measure, place in described(len(dataset.targets)):
         if name in columns and np.isfinite(columns[name].numbers).any():
@@ -265,8 +265,8 @@ def measures_of(dataset: Dataset, columns: dict[str, Column], prefix: str = "") 
 
 
 def columns_of(columns: dict[str, Column], folder: GalleryFolder) -> Iterator[Header]:
-    """Write the columns into files of their own, and yield what each is; those of one value alone stay
-    out, and digests, which say nothing to people."""
+    """Write the columns into separate files, and yield the description of each, except columns with a single value, and
+    digests, which mean nothing to people."""
     for name, column in sorted(columns.items()):
         digests = bool(column.words) and all(map(DIGEST.fullmatch, column.words))
         if len(np.unique(column.numbers)) > 1 and not digests:
@@ -275,7 +275,7 @@ def columns_of(columns: dict[str, Column], folder: GalleryFolder) -> Iterator[He
 
 
 def described_dataset(dataset: Dataset, kinds: Sequence[str]) -> Header:
-    """Return what all pictures share: targets, parts, and the labels of these kinds."""
+    """Return the data common to all pictures: targets, parts, and the labels of these kinds."""
     return {
         "spin_usd": __version__,
         "dataset": dataset.root.name,

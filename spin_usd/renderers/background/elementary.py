@@ -1,7 +1,7 @@
-"""Exponential, arctangent and a table of cosines of our own, of operations whose every bit IEEE 754 fixes.
+"""Our own exponential, arctangent and table of cosines, from operations whose every bit IEEE 754 defines.
 
-Those of numpy and of C libraries differ in the last bit from one processor to the next; products, sums, quotients and
-square roots do not. Their polynomials were fitted for least error over the interval at which each is used.
+numpy's and C libraries' differ in the last bit between processors; products, sums, quotients and square roots do not.
+Their polynomials were fitted for least error over the interval at which each is used.
 """
 
 from collections.abc import Sequence

@@ -13,7 +13,7 @@ from spin_usd.renderers.background.elementary import Float32, exp, length, rotat
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Image
 
-AIR_HEIGHTS = 10.0  # scale heights above which there is no air to see
+AIR_HEIGHTS = 10.0  # scale heights above which air is invisible
 MIN_SPAN = np.float32(1e-12)
 MIN_TOWARD = np.float32(0.02)
 BEHIND = np.float32(1e3)  # radii: there is no air as high
@@ -83,7 +83,7 @@ class Rays:
         return cls(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
 
     def at(self, places: NDArray[np.intp]) -> "Rays":
-        """Return the rays at `places` among those of a row."""
+        """Return the rays at `places` of a row."""
         x, y, z = (each[places] for each in np.broadcast_arrays(self.x, self.y, self.z))
         return Rays(x=x, y=y, z=z, length=self.length[places], angle=self.angle[places])
 

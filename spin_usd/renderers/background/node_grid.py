@@ -1,4 +1,4 @@
-"""Points of a grid, and what is interpolated between them: each octave of noise at as few of them as its waves need."""
+"""Points of a grid, and interpolation between them: each octave of noise at as few points as its waves need."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ from spin_usd.scene.texture import Image
 LEVELS = 10
 WIDE_LEVEL = 3  # whose texels are so wide that they hold land beyond any coast
 BLUE = (0.02, 0.08)  # by how much of its colour water is bluer than green or red
-DARK = (0.2, 0.4)  # the blue above which it is no water but ice
+DARK = (0.2, 0.4)  # the blue above which it is ice, not water
 Slices = tuple[slice, ...]
 
 
@@ -91,7 +91,7 @@ def night_map(night: Image) -> Map:
 
 @lru_cache(maxsize=4)
 def shores(albedo: Image) -> Map:
-    """Return R, G, B of water less those of land, each as it is nearby: the change of a texel of land that becomes
+    """Return R, G, B of water minus land, both from the neighbourhood: the change of a texel of land that becomes
     water."""
     whole = ground_map(albedo)
     tables = whole.levels[min(WIDE_LEVEL, len(whole.levels) - 1)][:, :-1, :-1]
@@ -107,7 +107,7 @@ def _size(lengths: Float32 | np.float32) -> Float32:
 
 
 def _water(colour: Float32) -> Float32:
-    """Return the share of water (H, W) by the colour (3, H, W): what is blue and dark."""
+    """Return the share of water (H, W) from the colour (3, H, W): blue and dark texels."""
     red, green, blue = colour
     bluer = (blue - np.maximum(red, green)) / np.maximum(red + green + blue, np.float32(1e-4))
     return np.asarray(ramp(bluer, *BLUE) * (1 - ramp(blue, *DARK)), np.float32)

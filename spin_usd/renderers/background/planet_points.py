@@ -1,4 +1,4 @@
-"""Points of a planet as they are seen: where they lie, how they are lit, what weather they have."""
+"""Visible points of a planet: their places, light and weather."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
@@ -27,7 +27,7 @@ class Points:
     suns: tuple[SunAtPoints, ...]
     """Each one's light."""
     weather: Weather | None = None
-    """On a planet that has maps, where detail is asked for."""
+    """On a planet with maps, if detail is requested."""
     faces: tuple[Face, ...] = ()
     """Where the points lie on the noise, stirred, and the ways from there to the Suns; likewise."""
 

@@ -122,7 +122,7 @@ def _night_light(points: Points) -> list[Float32]:
 
 
 def _add_night(radiance: list[Float32], lights: list[Float32], clear: Float32, light: list[Float32]) -> None:
-    """Add what shines by itself, as far as clouds are `clear`."""
+    """Add emission, as far as clouds are `clear`."""
     for c in RGB:
         radiance[c] += lights[c] * clear * light[c]
 
@@ -142,7 +142,7 @@ class Slopes:
         self._totals: dict[int, Float32] = {}
 
     def add(self, found: Octave, values: Float32, plain: Float32, folded: Float32) -> None:
-        """Add an octave of those `values`: `plain` of them as they are, `folded` of their absolute value."""
+        """Add an octave of those `values`: the share `plain` unchanged, the share `folded` as absolute value."""
         finest, step = FINEST_RELIEF * self._height, found.wave / MEAN_WAVE
         if not 2 * found.wave > finest > 0:
             return
@@ -211,7 +211,7 @@ class DetailMaker:
         )
 
     def night(self) -> list[Float32]:
-        """Return R, G, B of what shines by itself, of a map of it."""
+        """Return R, G, B of emission from its map."""
         assert self._planet.night
         return enlarged(night_map(self._planet.night).at(self._places), self._stride)
 
@@ -240,7 +240,7 @@ class DetailMaker:
         return enlarged([total], stride)[0], variance
 
     def _clouds(self, clouds: Image, noise: Float32, variance: Float32) -> Clouds:
-        """Return the clouds, in the amount that their map says."""
+        """Return the clouds, in the amount of their map."""
         (cover,) = cloud_map(clouds).at(self._places)
         (threshold,) = enlarged([threshold_of(cover)], self._stride)
         (firmness,) = self._nodes.enlarged([firmness_of(variance)])

@@ -1,4 +1,4 @@
-"""The light of one Sun at points of a planet: what reaches ground and sea, and what the air itself sends to the eye."""
+"""The light of one Sun at points of a planet: light that reaches ground and sea, and light scattered by the air."""
 
 from dataclasses import dataclass
 
@@ -63,7 +63,7 @@ def sunlight(globe: Globe, sun: DistantLight, rays: Rays, meeting: Meeting, thro
     """Return the light of `sun`: what the ground sends back, less what the air takes on both ways, and what the air
     scatters once itself: of parallel layers E P m / (m + m_sun) (1 - exp(-t (m + m_sun))), with the air masses m.
 
-    Half of what the air takes from the sunlight reaches the ground as skylight.
+    Half of the sunlight removed by the air reaches the ground as skylight.
     """
     air, direction = globe.air, _direction(globe.planet, sun)
     n = meeting.normal

@@ -19,7 +19,7 @@ from spin_usd.renderers.background.planet_radiance import fine_radiance
 from spin_usd.scene.light import DistantLight
 
 Hidden = NDArray[np.bool_] | None
-"""The pixels (H, W) that show nothing behind the target; None where that is not known."""
+"""The pixels (H, W) without visible background; None if unknown."""
 
 WIDE = 0.05  # radians between nodes, above which they are too far apart
 LIMB = 32.0  # pixels from the limb, from which on a point between nodes is off by an eighth of a pixel at most
@@ -41,8 +41,8 @@ class PlanetView:
         self._kinds = CellKinds.of(globe, self._points.meeting)
 
     def add_to(self, frame: Float32, hidden: Hidden) -> bool:
-        """Put the planet before the radiances (H, W, 3) of the frame, except in blocks that are all `hidden`. Return
-        whether any of it is seen."""
+        """Put the planet in front of the radiances (H, W, 3) of the frame, except in blocks that are all `hidden`.
+        Return whether any of it is visible."""
         seen = False
         for block in blocks(self._region, BLOCK):
             if hidden is None or not hidden[(block & self._camera.frame).slices].all():
@@ -73,7 +73,7 @@ class PlanetView:
         rows, columns = own.shape
         there = smooth.all() or smooth.repeat(SPACING, 0).repeat(SPACING, 1)[:rows, :columns]
         for channel, light in enumerate(fine_radiance(self.nodes(block))):
-            # The planet fills these pixels and hides what was there.
+            # The planet fills these pixels and hides their contents.
             np.copyto(frame[own.slices][..., channel], light[:rows, :columns], where=there)
 
     def _smooth(self, block: Region) -> Mask:
@@ -95,14 +95,14 @@ class PlanetView:
 
     def _points_in(self, cells: Cells, *, ground: bool) -> Points:
         xy = np.stack(in_cells(list(self._xy), cells, SPACING))
-        if self._camera.fisheye:  # whose rays between nodes are not those of straight lines
+        if self._camera.fisheye:  # whose rays between nodes do not follow straight lines
             starts, counts = (self._whole.x0, self._whole.y0), self._xy.shape[:0:-1]
             nodes = (start + SPACING * np.arange(n) + 0.5 for start, n in zip(starts, counts, strict=True))
             xy = self._camera.normalised(np.stack(in_cells(np.meshgrid(*nodes), cells, SPACING), -1)).T
         points = Points.of(self._globe, self._suns, Rays.through(self._camera, xy))
         if not ground:
             return points
-        # Slow noise is that of the nodes, also along the limb.
+        # Slow noise comes from the nodes, also along the limb.
         return points.with_weather(self._points.weather and self._points.weather.in_cells(cells, SPACING))
 
 

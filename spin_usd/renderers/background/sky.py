@@ -28,8 +28,7 @@ WIDE = 0.7  # sine of a cone that is not worth bounding
 
 
 def sky(scene: Scene, *, seed: int, hidden: Hidden = None) -> Float32 | None:
-    """Return (H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back
-    plate."""
+    """Return (H, W, 3) W/m2/sr, of the whole frame; None if all is black. `seed` chooses a back plate."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
     rendered = [
         _add_plate(scene, frame, seed) or _add_domes(scene, frame) + _add_stars(scene, frame),
@@ -112,7 +111,7 @@ def _is_small(scene: Scene, globe: Globe) -> bool:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedImage:
-    """An image as it is placed behind one picture: rotated clockwise by `roll`, radians, after it was mirrored."""
+    """An image placed behind one picture: mirrored, then rotated clockwise by `roll`, radians."""
 
     image: Image
     roll: float

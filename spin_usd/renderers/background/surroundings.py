@@ -20,7 +20,7 @@ from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.scene import Scene
 from spin_usd.scene.texture import Color
 
-HEIGHT = 256  # texels of 0.7 degrees: a planet has no finer light to give to what is not a mirror
+HEIGHT = 256  # texels of 0.7 degrees: only a mirror could show finer light of a planet
 MAX_HEIGHT = 2048
 SMALL_TEXELS = 6.0  # radius of a planet whose rays are spread over texels one by one
 NEARBY = 1e-3  # of a planet's distance from its surface: so far the target may be from where it is seen from
@@ -151,8 +151,8 @@ def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantL
 
 
 def _seen_from_target(scene: Scene) -> list[Globe]:
-    """Return the planets that light the first target, as it sees them: from the camera where that is as good, so that
-    not every pose is another."""
+    """Return the planets that light the first target, as seen from it, or from the camera if equivalent, so that poses
+    share them."""
     first = scene.bodies[0]
     target = first.T_cam_body.points(first.target.mesh.centre)
     globes = []

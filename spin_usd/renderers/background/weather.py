@@ -1,4 +1,4 @@
-"""What decides a planet's clouds and ground at each point, wherever it is seen from: of slow noise, at the nodes."""
+"""Inputs of a planet's clouds and ground at each point, independent of the viewpoint: for slow noise, at the nodes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ class Weather:
     """Noise at points of any shape."""
 
     plain: Float32
-    """How much of the finer noise is waves as they are."""
+    """Share of the finer noise with unchanged waves."""
     cells: Float32
     """How much is their absolute value, which makes cells, open ones where it is negative."""
     veil: Float32

@@ -1,4 +1,4 @@
-"""A scene as a .blend: plain Blender opens it, and F12 renders what lies before optics and detector."""
+"""A scene as a .blend: plain Blender opens it, and F12 renders the picture before optics and detector."""
 
 import math
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ class BlendFileWriter:
         renderer.close()
 
     def _settle(self, blender_scene: Any, openable: OpenableScene) -> None:
-        """Set what a person expects of a file: the whole frame, denoised, and shown as bright as the detector does."""
+        """Set the user's defaults: the whole frame, denoised, and displayed with the detector's brightness."""
         render = blender_scene.render
         assign(render, {**WHOLE_FRAME, "filepath": f"//{openable.scene.frame.name}"})
         assign(blender_scene.cycles, own_denoising(openable.effort))
@@ -83,7 +83,7 @@ def _save(file: Path) -> None:
 
 
 def lay_behind(blender_scene: Any, behind: NDArray[np.float32]) -> None:
-    """Let the compositor lay what is rendered over `behind` (H, W, 3), W/m2/sr."""
+    """Let the compositor put the render over `behind` (H, W, 3), W/m2/sr."""
     tree = blender_scene.compositing_node_group = bpy.data.node_groups.new(NAME, "CompositorNodeTree")
     tree.interface.new_socket(name="Image", in_out="OUTPUT", socket_type="NodeSocketColor")
     nodes, link = tree.nodes, tree.links.new
@@ -109,8 +109,8 @@ def _image(behind: NDArray[np.float32]) -> Any:
 
 
 def name_by_prims(blender_scene: Any, scene: Scene, axes: Sequence[Any], camera_path: str) -> None:
-    """Name objects, materials and the world by the prims that they stand for; parts become vertex groups. `axes`: the
-    object of each of `scene.bodies` in which its surface stands."""
+    """Name objects, materials and the world by their prims; parts become vertex groups. `axes`: the object of each of
+    `scene.bodies` that contains its surface."""
     camera = blender_scene.camera
     camera.name = camera.data.name = camera_path
     lights = {light_name(index): light.path for index, light in enumerate(scene.lights)}
@@ -125,7 +125,7 @@ def name_by_prims(blender_scene: Any, scene: Scene, axes: Sequence[Any], camera_
 
 
 def _name_body(blender_scene: Any, body: Body, axes: Any) -> None:
-    """Name what shows a body by its path, its materials by theirs."""
+    """Name the objects of a body by its path, its materials by theirs."""
     path = body.target.path
     surfaces = [shown for shown in blender_scene.objects if shown.parent == axes]
     axes.name, axes.parent.name = f"{path} axes", f"{path} pose"

@@ -13,7 +13,7 @@ from spin_usd.scene.scene import OneBody, Scene
 
 class BodySetup:
     """The bodies of one Blender scene, in the order of Scene.bodies. A body keeps its objects from picture to picture,
-    so that only what changed is prepared anew."""
+    so that only changes are prepared anew."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

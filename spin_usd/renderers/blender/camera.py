@@ -1,4 +1,4 @@
-"""Blender's camera: a plain perspective where that is exact, else the camera shader."""
+"""Blender's camera: a plain perspective if exact, else the camera shader."""
 
 import hashlib
 from functools import lru_cache, partial
@@ -32,8 +32,8 @@ class CameraSetup:
         scene.camera = self._object
 
     def aim(self, view: View, *, plain: bool) -> bool:
-        """Make the scene's camera that of `view`: Blender's own where it is to be `plain` and Blender can. Return
-        whether it is the camera shader."""
+        """Set the scene's camera to `view`: Blender's own if `plain` and possible. Return whether it is the camera
+        shader."""
         render = {"resolution_x": view.camera.width, "resolution_y": view.camera.height}
         assign(self._scene.render, render)
         assign(self._data, {"clip_start": CLIP_START, "clip_end": CLIP_SLACK * view.depth + 2 * CLIP_START})
@@ -104,5 +104,5 @@ def compile_shader(source: str, scratch: Path) -> str:
     text.write_text(source)
     bytecode.unlink(missing_ok=True)
     if not _cycles.osl_compile(str(text), str(bytecode)) or not bytecode.is_file():
-        raise RenderError("Blender cannot compile the camera shader", do="see what Blender printed above")
+        raise RenderError("Blender cannot compile the camera shader", do="see Blender's output above")
     return bytecode.read_text()

@@ -1,6 +1,6 @@
-"""Blender's settings, all of those that decide a pixel: nothing random, nothing clamped, nothing graded.
+"""All of Blender's settings that affect a pixel: nothing random, nothing clamped, nothing graded.
 
-Graphics processors: which Cycles finds, and the one that renders light.
+Graphics processors: those that Cycles finds, and the one that renders light.
 """
 
 from collections.abc import Mapping
@@ -101,7 +101,7 @@ def cycles_scene() -> Any:
 
 
 def cycles_effort(effort: Effort) -> dict[str, Any]:
-    """Cycles' own settings for the effort of a picture, but for those that also depend on what the scene requires."""
+    """Cycles' own settings for the effort of a picture, except those that also depend on the scene's requirements."""
     adaptive = {"adaptive_threshold": effort.adaptive, "adaptive_min_samples": ADAPTIVE_FROM} if effort.adaptive else {}
     return {
         "samples": effort.samples,
@@ -120,13 +120,13 @@ class LightDevice:
 
     Attributes:
         cycles: Cycles' settings that choose it.
-        versions: Its model, where that is not the CPU.
+        versions: Its model, if not the CPU.
         proven: Whether it is known to see the target as the CPU does.
     """
 
     def __init__(self, name: str) -> None:
-        """Choose the device, a name in DEVICES. Raises UnsupportedError where there is none: Cycles would take the CPU
-        without a word."""
+        """Choose the device, a name in DEVICES. Raises UnsupportedError if there is none: Cycles would silently use the
+        CPU."""
         self.name = name
         self.cycles: Mapping[str, Any] = {"device": "CPU" if name == CPU else "GPU"}
         self.versions: Mapping[str, str] = {} if name == CPU else {name: _use(name)}

@@ -38,7 +38,7 @@ COMPOSITOR = {
 
 
 def own_denoising(effort: Effort) -> dict[str, Any]:
-    """Return Cycles' own settings by which it denoises the sum of all light: nearly what Denoiser does."""
+    """Return Cycles' own settings for denoising the sum of all light: almost like Denoiser."""
     if effort.denoiser == "none":
         return {}
     quality, prefilter = _settings(effort.denoiser, effort.samples)
@@ -64,14 +64,14 @@ class Denoiser:
         self._images: list[Any] = []
 
     def denoised(self, noisy: Radiance, guides: Float32, quality: str, *, samples: int) -> Radiance:
-        """Return `noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and
-        where it is 0 there is no light.
+        """Return `noisy` with each group denoised separately, preserving the total light. The coverage stays, and there
+        is no light where it is 0.
 
         Raises RenderError when Blender fails.
 
         Args:
             guides: (2, rows, columns, 3): the passes GUIDES.
-            samples: Those of each of their pixels.
+            samples: Samples of each of their pixels.
         """
         rows, columns = noisy.region.shape
         groups, (albedo, normal) = _large_enough(noisy.groups), _large_enough(guides)
@@ -122,14 +122,14 @@ class Denoiser:
 
 
 def _settings(quality: str, samples: int) -> tuple[str, str]:
-    """Return Blender's names of the network's size, and of what is done about guides of that many samples."""
+    """Return Blender's names of the network's size, and of the treatment of guides with that many samples."""
     network, prefilter = QUALITIES[quality]
     return network, CLEAN if samples >= CLEAN_FROM else prefilter
 
 
 def _as_bright(clean: Float32, noisy: Float32) -> Float32:
-    """`clean` (N, rows, columns, 3), each times what gives it the light of the `noisy` in all. The network takes for
-    noise whatever looks like it, such as a target of one pixel; the sum over the target has little noise."""
+    """`clean` (N, rows, columns, 3), each scaled to the total light of `noisy`. The network removes anything that looks
+    like noise, such as a target of one pixel; the sum over the target has little noise."""
     before, after = (planes.sum((1, 2, 3), dtype=np.float64) for planes in (noisy, clean))
     factor = np.divide(before, after, out=np.ones_like(before), where=after > 0).astype(np.float32)
     return np.where((after > 0)[:, None, None, None], clean * factor[:, None, None, None], noisy)

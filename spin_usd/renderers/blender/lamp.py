@@ -35,7 +35,7 @@ PIECES = 8
 
 
 class LampNodes(Nodes):
-    """The nodes of a Blender light, which multiply what it emits."""
+    """The nodes of a Blender light, which multiply its emission."""
 
     def __init__(self, data: Any) -> None:
         self._tree = data.node_tree
@@ -50,7 +50,8 @@ class LampNodes(Nodes):
 
 
 def shaped(nodes: Nodes, shaping: Shaping | None, axis: Float, color: Value) -> Value:
-    """Return `color` times what a light that shines along `axis` (3,), unit, of Blender's world sends to who sees it.
+    """Return `color` times the emission towards the viewer of a light that shines along `axis` (3,), unit, in Blender's
+    world.
 
     It is exactly as UsdLux.ShapingAPI defines it. Blender's own spots fade differently, so their cone is not used.
     """
@@ -240,7 +241,7 @@ def _size(light: AreaLight) -> dict[str, Any]:
 
 
 class Sun:
-    """One Blender Sun; `parent` is that of all lights."""
+    """One Blender Sun; `parent` is the parent of all lights."""
 
     def __init__(self, parent: Any) -> None:
         self._parent = parent
@@ -373,7 +374,7 @@ def _kind(light: DistantLight | AreaLight) -> str:
 
 
 def refuse_clamped(light: DistantLight | AreaLight) -> None:
-    """Raise UnsupportedError, with the light's path, for a light that cannot be rendered as it is meant."""
+    """Raise UnsupportedError, with the light's path, for a light that cannot be rendered as intended."""
     if isinstance(light, DistantLight):
         _check_color(light.irradiance, "irradiance", light.path)
         _check_distant(light)

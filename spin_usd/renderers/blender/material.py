@@ -35,7 +35,7 @@ Inputs = Mapping[str, Value]
 
 
 class MaterialLibrary:
-    """One Blender material per distinct surface; those that no face uses any more are freed, and their images."""
+    """One Blender material per distinct surface; unused ones are freed, with their images."""
 
     def __init__(self) -> None:
         self._built: dict[str, Any] = {}
@@ -52,14 +52,14 @@ class MaterialLibrary:
         *,
         again: bool,
     ) -> None:
-        """Make the surfaces of `mesh` those of its materials.
+        """Give the surfaces of `mesh` their materials.
 
         Raises UnsupportedError, with the material's path.
 
         Args:
             meshes: Blender's, of `mesh` or of its groups of faces.
-            materials: Those of `mesh`, in the order in which its faces name them.
-            again: Whether the Blender meshes are new, so that nothing is left of the time before.
+            materials: Materials of `mesh`, in the order of its faces' indices.
+            again: Whether the Blender meshes are new, without earlier materials.
         """
         self._check(materials, mesh, EVERY, again=again)
         keys = [material.key for material in materials]
@@ -74,7 +74,7 @@ class MaterialLibrary:
         self._show(meshes, keys, label_material, again=again)
 
     def _check(self, materials: Sequence[Material], mesh: Mesh, inputs: tuple[str, ...], *, again: bool) -> None:
-        """Check what was not checked before with this mesh; for the labels only what cuts it out."""
+        """Check inputs that were not checked before with this mesh; for the labels only cut-outs."""
         if again:
             self._checked.clear()
         checked = self._checked.get(inputs, set())
@@ -174,10 +174,10 @@ def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
 
 
 def faded(nodes: Nodes, opaque: Any, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """Return the shader `opaque` with its material's opacity: what of a surface is not there, or lets light through.
+    """Return the shader `opaque` with its material's opacity: absent or transparent parts of a surface.
 
-    `presence` fades everything, `transparent` what `_clear` leaves out. A cut-out is there or not. Light that passes is
-    not refracted.
+    `presence` fades everything, `transparent` what `_clear` leaves out. A cut-out is binary. Transmitted light is not
+    refracted.
     """
     share = coverage(nodes, material, inputs["opacity"])
     if not varies(share) and share >= 1:
@@ -200,7 +200,7 @@ def absent(nodes: Nodes) -> Any:
 
 
 def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """Return the surface without its body: reflection, emission, and what passes.
+    """Return the surface without its body: reflection, emission, and transmission.
 
     As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its
     diffuse body fades, and what neither clearcoat nor surface reflects passes.
@@ -234,8 +234,8 @@ def _sum(nodes: Nodes, first: Any, second: Any) -> Any:
 
 
 def check_material(material: Material, mesh: Shape, faces: NDArray[np.bool_], inputs: Iterable[str] = LIMITS) -> None:
-    """Raise UnsupportedError, with the material's path, where one of its `inputs` cannot be rendered as it is meant, or
-    reads a primvar that `mesh` lacks; `faces` (F,) says where the mesh shows the material."""
+    """Raise UnsupportedError, with the material's path, if one of its `inputs` cannot be rendered as intended, or reads
+    a primvar that `mesh` lacks; `faces` (F,) marks the faces with the material."""
     for name in inputs:
         value = getattr(material, name)
         if value is not None:

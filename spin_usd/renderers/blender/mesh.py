@@ -34,7 +34,7 @@ class TargetObject:
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self.axes: Any = bpy.data.objects.new("body", None)
-        """What all of it stands in: the body's axes around the target's centre."""
+        """Parent of all of it: the body's axes around the target's centre."""
         self.axes.parent = bpy.data.objects.new("pose", None)
         self._data: list[Any] = []
         self._shown: list[Any] = []
@@ -71,7 +71,7 @@ class TargetObject:
             self._hidden = hidden
 
     def set_materials(self, materials: Sequence[Material]) -> None:
-        """Give it these materials. Raises UnsupportedError; what only labels need stays visible without."""
+        """Give it these materials. Raises UnsupportedError; faces only for labels stay visible without."""
         self._fill(self._materials.set_materials, materials)
 
     def show_face_ids(self, materials: Sequence[Material]) -> None:
@@ -206,7 +206,7 @@ def build_mesh(shape: Shape, centre: Float, chosen: Faces) -> Any:
         attribute.data.foreach_set(holder, values[chosen].ravel())
     data.update(calc_edges=True)
     if data.validate():
-        raise RenderError("Blender repaired the target's mesh, so its faces are no longer those of the labels")
+        raise RenderError("Blender repaired the target's mesh, so its faces no longer match the labels")
     _set_normals(data, shape, chosen)
     return data
 
@@ -216,7 +216,7 @@ def _number_faces(data: Any, numbers: NDArray[np.float32]) -> None:
 
 
 def _set_normals(data: Any, shape: Shape, chosen: Faces) -> None:
-    """Shade as the corner normals say; flat where they are the faces' own."""
+    """Shade by the corner normals; flat where they equal the faces' own."""
     smooth = shape.smooth[chosen]
     data.polygons.foreach_set("use_smooth", smooth)
     if smooth.any():

@@ -1,4 +1,4 @@
-"""Models that Blender reads, FBX, its own, and glTF at a time of its animations, as GLB: what it renders, in metres.
+"""Models that Blender reads, FBX, its own, and glTF at a time of its animations, as GLB, as rendered, in metres.
 
 Scripts of a .blend are not run. Files that a model names are plain files below one folder: other images are left out,
 with a note, and a model that needs anything else from elsewhere is refused, before anything is written.
@@ -65,9 +65,9 @@ def _export(filepath: str) -> None:
         export_morph=False,
         export_cameras=False,
         export_lights=False,
-        export_yup=False,  # the body axes are those that Blender shows
+        export_yup=False,  # the body axes are the axes that Blender shows
         export_current_frame=True,
-        export_rest_position_armature=False,  # what hangs on a bone stands where the pose has it
+        export_rest_position_armature=False,  # objects on a bone follow the pose
         use_renderable=True,
     )
 
@@ -103,8 +103,8 @@ def _converting(source: str, to: str) -> Iterator[None]:
 
 
 def _refuse_outside(source: str, root: Path) -> None:
-    """Raise InputError for a model that takes more than images from elsewhere, or from what is no plain file: linked
-    files, caches of geometry, volumes, fonts, sounds. Where the kernel confines this process, none was opened.
+    """Raise InputError for a model that takes more than images from elsewhere, or from special files: linked files,
+    caches of geometry, volumes, fonts, sounds. If the kernel confines this process, none was opened.
 
     Texts show nothing; nor does a library that a .blend only remembers as the origin of brushes or of what was
     appended."""
@@ -114,7 +114,7 @@ def _refuse_outside(source: str, root: Path) -> None:
     needed = {path for path in named if not path.lower().endswith(".blend")}
     for path in sorted({*needed, *(bpy.path.abspath(each.filepath) for each in bpy.data.libraries)}):
         if path and not path.startswith("<") and (lies := _elsewhere(root, Path(path))):
-            do = "append or pack it in Blender, apply what uses it, or give --root"
+            do = "append or pack it in Blender, apply its users, or give --root"
             raise InputError(f"takes {path}, which {lies}", where=source, do=do)
     for tree in bpy.data.node_groups:
         if node := next((each for each in tree.nodes if each.bl_idname.startswith("GeometryNodeImport")), None):
@@ -123,7 +123,7 @@ def _refuse_outside(source: str, root: Path) -> None:
 
 
 def _without_images_from_elsewhere(folder: Path, root: Path) -> Iterator[str]:
-    """Remove the images that are no plain files below `root`, or are not there; yield a note on each."""
+    """Remove images that are missing or not plain files below `root`; yield a note on each."""
     for image in list(bpy.data.images):
         if image.source in ("GENERATED", "VIEWER") or image.packed_file:
             continue
@@ -138,7 +138,7 @@ def _without_images_from_elsewhere(folder: Path, root: Path) -> Iterator[str]:
 
 
 def _elsewhere(root: Path, path: Path) -> str | None:
-    """Say what forbids to open that path, None where it may be opened or nothing is there."""
+    """Return the reason against opening that path, None if it may be opened or does not exist."""
     if not path.resolve().is_relative_to(root):
         return "lies outside the model's folder"
     return "is no plain file" if os.path.lexists(path) and not path.is_file() else None
@@ -154,13 +154,12 @@ def _at_time(source: str, model_time: float | None) -> Iterator[str]:
         at = min(begins) + model_time * scene.render.fps / scene.render.fps_base
         scene.frame_set(int(at // 1), subframe=at % 1)
     elif begins:
-        stands = f"it has animations, and stands as at frame {scene.frame_current}, at which it was saved"
+        stands = f"it has animations, and is shown at frame {scene.frame_current}, at which it was saved"
         yield f"{stands}; --model-time 0 shows where they begin"
 
 
 def _as_rendered() -> Iterator[str]:
-    """Make the exporter, which sees what the viewport shows, see what would be rendered; yield a note on what it cannot
-    write."""
+    """Make the exporter, which exports the viewport's state, export the rendered state; yield a note on losses."""
     shown = set(bpy.context.view_layer.objects)
     copied = {each.instance_collection for each in shown if each.instance_type == "COLLECTION"}
     for collection in _excluded(bpy.context.view_layer.layer_collection):
@@ -184,7 +183,7 @@ def _excluded(layer: Any) -> Iterator[Any]:
 
 
 def _as_principled() -> list[str]:
-    """Give each material whose surface has no Principled BSDF one, of what can be taken: of others the exporter would
+    """Give each material whose surface has no Principled BSDF one, from usable inputs: otherwise the exporter would
     make white metal. Return a note on each, and on what comes from nodes that no file of others holds."""
     notes = []
     for material in bpy.data.materials:
@@ -205,8 +204,8 @@ def _as_principled() -> list[str]:
 
 
 def _passed_over(socket: Any) -> Iterator[str]:
-    """Yield what a shader's input has that the exporter does not write. A height map, which it would write as a normal
-    map, is cut off."""
+    """Yield features of a shader's input that the exporter does not write. A height map, which it would write as a
+    normal map, is cut off."""
     nodes = list(_behind(socket))
     kinds = {each.bl_idname for each in nodes}
     if kinds and kinds.isdisjoint(IMAGES):
@@ -220,7 +219,7 @@ def _passed_over(socket: Any) -> Iterator[str]:
 
 
 def _unwritten(node: Any, socket: Any) -> str | None:
-    """Name what of a node behind a shader's input the exporter passes over, None for nothing."""
+    """Name the part of a node behind a shader's input that the exporter ignores, None for none."""
     if node.bl_idname == "ShaderNodeTexImage" and node.projection != "FLAT":
         return f"{node.projection.lower()} projection"
     if node.bl_idname == "ShaderNodeTexCoord":

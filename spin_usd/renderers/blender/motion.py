@@ -24,7 +24,7 @@ CHANNELS = (("location", 3), ("rotation_quaternion", 4))
 
 
 class MotionSetup:
-    """Moves one body's axes in the Blender scene, whose own pose is that of the shutter's middle."""
+    """Moves one body's axes in the Blender scene, whose own pose is the pose at the shutter's middle."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

@@ -1,4 +1,4 @@
-"""Shader nodes written as formulas: constants are worked out here, only what varies over a surface becomes a node."""
+"""Shader nodes written as formulas: constants are computed here, only varying values become nodes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -32,7 +32,7 @@ FLOAT32 = 2.0**-23  # relative rounding of a matrix that Blender stores
 
 
 class Nodes:
-    """The nodes of one material. `values` holds what was made already, by whatever names it, so it is made once."""
+    """The nodes of one material. `values` contains existing nodes by their names, so each is made once."""
 
     def __init__(self, name: str) -> None:
         self.material = bpy.data.materials.new(name)

@@ -1,4 +1,4 @@
-"""Hold Blender to one thread, for what several do not make the same twice.
+"""Limit Blender to one thread, for work that several threads do not reproduce.
 
 Embree builds a mesh's tree of boxes by as many threads as there are, and by two or more it is now and then another: in
 5 of 60 builds of Tango by two. A ray that meets the edge of two triangles then finds the other one, and the last bits

@@ -56,7 +56,7 @@ class Readback:
 
 
 def render(scene: Any, file: Path, *, write_still: bool) -> None:
-    """Let Blender make `file` of the `scene`: its still picture, or what its compositor writes."""
+    """Let Blender make `file` from the `scene`: its still picture, or its compositor's output."""
     file.unlink(missing_ok=True)
     try:
         outcome = bpy.ops.render.render(write_still=write_still, scene=scene.name)

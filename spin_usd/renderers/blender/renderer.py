@@ -141,7 +141,7 @@ class BlenderRenderer:
         self._device.prove(*seen)
 
     def _prepare(self, scene: Scene, required: Requirements, effort: Effort, device: Mapping[str, Any]) -> None:
-        """Make Blender's scene what is required, but for the seed and the passes."""
+        """Set up Blender's scene as required, except the seed and the passes."""
         bodies, settings = self._bodies, {**cycles_effort(effort), **_settings(required), **device}
         view = View.blurred(scene)
         bodies.show(scene, view, split=needs_groups(scene.lights))

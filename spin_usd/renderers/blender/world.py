@@ -35,8 +35,8 @@ class WorldSetup:
         self._turned = np.zeros((3, 3))
 
     def set_light(self, surroundings: Surroundings | None) -> None:
-        """Show these surroundings, or no world where there are none. Rays look for where it is bright unless it is as
-        bright everywhere."""
+        """Show these surroundings, or no world if there are none. Rays are sent to bright regions unless it is
+        uniform."""
         self.image = surroundings.key if surroundings and surroundings.uniform is None else ""
         if surroundings is None:
             self._show(None)

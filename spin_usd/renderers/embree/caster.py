@@ -112,7 +112,7 @@ def _layers(pairs: Pairs, count: int) -> NDArray[np.int32]:
 
 
 class EmbreeCaster:
-    """Casts rays at targets, and keeps what Embree made of each mesh for as long as the mesh is there."""
+    """Casts rays at targets, and keeps Embree's data for each mesh as long as the mesh exists."""
 
     name = "embree"
 
@@ -177,7 +177,7 @@ class EmbreeCaster:
         return np.asarray(hit != -1)
 
     def close(self) -> None:
-        """Release what was made of the meshes."""
+        """Release the data of the meshes."""
         self._opened.clear()
         self._overlapping.clear()
 

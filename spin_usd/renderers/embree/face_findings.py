@@ -1,7 +1,7 @@
-"""Rule on a target's shape: faces that lie in one another where that is seen.
+"""Rule on a target's shape: visible coincident faces.
 
-Of two, labels show the one with the lower number alone, and Cycles leaves light out: a sphere whose every face is there
-twice keeps half of it, a plate nothing. Faces within a solid, where its parts touch, are not seen.
+Of two, labels only show the one with the lower number, and Cycles loses light: a sphere with every face twice keeps
+half of it, a plate nothing. Faces within a solid, where its parts touch, are not seen.
 """
 
 from collections import Counter

@@ -70,7 +70,7 @@ class RaycastRenderer:
         return {"embreex": version("embreex")}
 
     def close(self) -> None:
-        """Release what the caster made of the meshes."""
+        """Release the caster's data of the meshes."""
         self._caster.close()
 
 

@@ -1,6 +1,6 @@
-"""Faces of a mesh that lie in one another as far as renderers can tell: pictures of them have the wrong light.
+"""Faces of a mesh that coincide within a renderer's resolution: pictures of them have wrong light.
 
-The middles of some faces are looked at. The caster finds every pair that lies in one plane.
+The middles of some faces are tested. The caster finds every pair that lies in one plane.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from spin_usd.scene.mesh import Mesh
 GAP = 2.0**-20
 MAX_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
 CHUNK = 4096  # faces whose neighbourhoods are looked at together
-MAX_NEIGHBOURS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
+MAX_NEIGHBOURS = 30_000_000  # in all: some seconds; further pairs of a mesh of huge crossing faces are not tested
 WITHIN = np.array([0.362, 0.335, 0.303])  # near the middle, and on no diagonal of a doubled quadrilateral
 INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
 
@@ -30,10 +30,10 @@ def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
 
 
 def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return (K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or as near
-    to it as no renderer can resolve.
+    """Return (K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or too
+    close to it for a renderer to resolve.
 
-    Both orders of a pair are there where the two are alike.
+    Both orders of a pair are included if the faces are alike.
     """
     middles = np.einsum("nci,c->ni", corners_of(mesh, chosen) - mesh.centre, WITHIN)
     found = [np.zeros((0, 2), np.intp)]
@@ -79,7 +79,7 @@ def _lies_in(
     """Return places (K,) in `point` (n,), indices of `points`, and `which` (n,), indices of triangles (F, 3, 3), where
     that point lies within that triangle, at most `gap` off its plane.
 
-    Few are near the plane, and only those are asked whether they lie within.
+    Few are near the plane, and only those are tested.
     """
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = cross(u, v)

@@ -1,7 +1,7 @@
-"""Three keys per picture: content digests of at least all that labels, render and image depend on.
+"""Three keys per picture: content digests of at least all inputs of labels, render and image.
 
-Equal keys mean equal results, so the work is done once. Equal results may have other keys: that of the radiance also
-holds content that a render of this scene does not depend on: materials on no face, and inputs that change nothing.
+Equal keys mean equal results, so the work is done once. Equal results may have different keys: the radiance key also
+contains unused inputs of a render: materials on no face, and inputs without effect.
 """
 
 from collections import defaultdict
@@ -21,7 +21,7 @@ from spin_usd.scene.light import AreaLight
 from spin_usd.scene.scene import Scene, augmentation_and_camera
 from spin_usd.scene.target import Target
 
-VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise
+VISIBILITY = "embree 3"  # determines the face of a pixel; the number grows when results may change
 LIGHT = {"blender": "blender 2"}
 """Versions of renderers that once made other numbers of the same content; a version grows when that may happen
 again."""
@@ -31,7 +31,7 @@ KEYS = ("geometry", "radiance", "exposure")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderSettings:
-    """The choices of a user about a render; `seed` is the dataset's, `device` what renders the light."""
+    """The user's choices for a render; `seed` is the dataset's, `device` renders the light."""
 
     renderer: str
     effort: Effort
@@ -41,24 +41,24 @@ class RenderSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Keys:
-    """The three keys of a picture, and the key of what its record says of the targets."""
+    """The three keys of a picture, and the key of its record's data on the targets."""
 
     geometry: str
     """As `geometry_key`."""
     radiance: str
-    """Decides the target's radiance in unit light: geometry, renderer, shading, materials, where light comes from,
-    depth of field, shutter, effort, seed and device; not how strong or of what colour the lights are."""
+    """Inputs of the target's radiance in unit light: geometry, renderer, shading, materials, directions of light, depth
+    of field, shutter, effort, seed and device; not strengths and colours of lights."""
     exposure: str
-    """Decides the image's numbers: radiance, lights as they are, the background, optics, sensor and seed."""
+    """Inputs of the image's numbers: radiance, actual lights, background, optics, sensor and seed."""
     targets: str
     """Poses, motions, meshes and keypoints of all targets, also where no picture shows them."""
 
 
 class KeyMaker:
-    """Makes the keys of picture after picture: what is the same object as in the picture before is digested once.
+    """Makes the keys of picture after picture: an object that is identical to the previous picture's is digested once.
 
-    With `keep_poses` so are poses that are the same objects as in any picture before, such as another variant's. The
-    seed of pictures that follow may be another: set `seed`.
+    With `keep_poses` this includes poses identical to any earlier picture's, such as another variant's. Later pictures
+    may have another seed: set `seed`.
     """
 
     def __init__(self, settings: RenderSettings, *, keep_poses: bool = False) -> None:
@@ -75,7 +75,7 @@ class KeyMaker:
         motion = scene.shutter and [scene.shutter, first.poses]
         blur = content([scene.thin_lens, motion]) if scene.blurred else None
         shading = [first.target.mesh.shading_key, self._materials(first.target), self._unit_light(scene), blur]
-        if scene.several:  # those that do not show are seen in reflections, and cast shadows
+        if scene.several:  # invisible ones are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
         fine = [f"magnified {by}"] if (by := magnification(scene)) > 1 else []
@@ -99,7 +99,7 @@ class KeyMaker:
         return self._posed[of]
 
     def _shading(self, body: Body) -> list[Any]:
-        """Return what decides how light leaves a body, and its motion."""
+        """Return the inputs of light from a body, and its motion."""
         return [body.target.mesh.shading_key, self._materials(body.target), content(body.poses)]
 
     def _materials(self, target: Target) -> str:
@@ -110,7 +110,7 @@ class KeyMaker:
         return self._last[f"keypoints of {target.path}"].of((target,), lambda: digest(target.keypoints))
 
     def _targets(self, scene: Scene) -> str:
-        """Return the key of what the record says of the targets, but their names, as far as no pixel decides it."""
+        """Return the key of the record's data on the targets, except their names and data from pixels."""
         shown = [
             [body.id, *_pose(body.T_cam_body), body.target.mesh.key, self._keypoints(body.target)]
             for body in scene.targets
@@ -122,7 +122,7 @@ class KeyMaker:
         return digest(scene.camera.key, shown, *more)
 
     def _unit_light(self, scene: Scene) -> str:
-        """Return the key of the lights as they are rendered, and of the planets, which light the target too."""
+        """Return the key of the lights as rendered, and of the planets, which light the target too."""
         planets = scene.environment.planets
         of: tuple[object, ...] = (scene.lights, planets, *(body.target for body in scene.bodies))
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
@@ -133,8 +133,8 @@ class KeyMaker:
 
 
 def geometry_key(scene: Scene) -> str:
-    """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and what finds the faces, which is the same
-    for all renderers. Of several bodies those count that lie in the frame."""
+    """Digest the inputs of labels: mesh, parts, cut-outs, pose, camera, and the ray caster, which is the same for all
+    renderers. Of several bodies only those in the frame count."""
     if not scene.several:
         target, pose = scene.bodies[0].target, scene.bodies[0].T_cam_body
         return digest(
@@ -146,7 +146,7 @@ def geometry_key(scene: Scene) -> str:
 
 
 def placed(body: Body) -> list[Any]:
-    """Return what decides where a body is seen, and as which target."""
+    """Return the inputs of a body's place in the picture, and its target id."""
     target = body.target
     return [body.id, target.mesh.key, target.cut_out_key, *_pose(body.T_cam_body)]
 
@@ -167,7 +167,7 @@ def picture_seed(scene: Scene, settings: RenderSettings) -> int:
 
 
 def background_seed(scene: Scene, settings: RenderSettings) -> int:
-    """Return a 31-bit seed of what is sampled for the background, such as which back plate: all cameras see the
+    """Return a 31-bit seed of the samples for the background, such as the choice of a back plate: all cameras see the
     same."""
     return _seed(settings.seed, scene.frame.name, augmentation_and_camera(scene.frame.variant)[0])
 

@@ -1,8 +1,8 @@
-"""What the beams of a scene's LiDAR or laser range finder meet: the first triangle on each, and the exact range to it
-in double precision.
+"""Hits of the beams of a scene's LiDAR or laser range finder: the first triangle on each, and the exact range to it in
+double precision.
 
-As for the labels of pixels, a ray caster only decides *which* triangle a beam meets; this file decides *where*. All is
-computed in body axes around the body's centre, in which only the LiDAR's own position carries the range's rounding.
+As for pixel labels, a ray caster only finds *which* triangle a beam hits; this file computes *where*. Everything is
+computed in body axes around the body's centre, where only the LiDAR's own position carries the range's rounding.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ MARGIN = 1.001  # of the bounding sphere's radius: beams that pass further from 
 
 FirstFaces = Callable[[Target, Float, Float], NDArray[np.int32]]
 """Of a target, the place (3,) where rays start, in body axes around its mesh's centre, metres, and their unit
-directions (N, 3): the first face (N,) that is there on each; -1 for none."""
+directions (N, 3): the first opaque face (N,) on each; -1 for none."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,7 +38,7 @@ class Echoes:
     range: Float
     """(N,) exact, metres."""
     cosine: Float
-    """(N,): that of the angle to the surface's normal."""
+    """(N,): cosine of the angle to the surface's normal."""
     part: NDArray[np.uint16]
     """(N,) ids."""
     target: NDArray[np.uint16]
@@ -46,7 +46,7 @@ class Echoes:
 
 
 def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
-    """Return what the beams of the scene's LiDAR meet first, however far. Raises GeometryError where it has none."""
+    """Return the first hits of the beams of the scene's LiDAR, at any range. Raises GeometryError without a LiDAR."""
     if scene.lidar is None:
         raise GeometryError("the scene has no LiDAR")
     return _first_echoes(scene, scene.lidar.T_cam_lidar, scene.lidar.directions, first_faces)
@@ -54,14 +54,14 @@ def echoes(scene: Scene, first_faces: FirstFaces) -> Echoes:
 
 @dataclass(frozen=True, kw_only=True)
 class LaserRange:
-    """What a laser range finder meets."""
+    """Hit of a laser range finder."""
 
     boresight: float | None
     """The range along its axis, metres; None where nothing is."""
     target: int
-    """The id of what is there, 0 for no target."""
+    """Id of the target hit, 0 for none."""
     nearest: float | None
-    """The least range of all that its cone lights, metres; None where that is nothing."""
+    """Least range within its cone, metres; None without a hit."""
     mean: float | None
     """The mean range, likewise."""
     share: float
@@ -69,7 +69,7 @@ class LaserRange:
 
 
 def laser_range(scene: Scene, first_faces: FirstFaces) -> LaserRange:
-    """Return what the scene's laser range finder meets. Raises GeometryError where it has none."""
+    """Return the hit of the scene's laser range finder. Raises GeometryError without one."""
     if scene.range_finder is None:
         raise GeometryError("the scene has no laser range finder")
     directions = scene.range_finder.directions
@@ -85,7 +85,7 @@ def laser_range(scene: Scene, first_faces: FirstFaces) -> LaserRange:
 
 
 def _first_echoes(scene: Scene, T_cam_beams: Transform, directions: Float, first_faces: FirstFaces) -> Echoes:
-    """Return what beams along the `directions` (B, 3), in axes that stand so in the camera's, meet first."""
+    """Return the first hits of beams along the `directions` (B, 3), in axes at that pose in the camera's."""
     each = zip(scene.bodies, scene.part_offsets, strict=True)
     found = [_echoes(T_cam_beams, directions, body, before, first_faces) for body, before in each]
     every = {name: np.concatenate([getattr(each, name) for each in found]) for name in Echoes.__annotations__}
@@ -96,7 +96,7 @@ def _first_echoes(scene: Scene, T_cam_beams: Transform, directions: Float, first
 
 
 def _echoes(T_cam_beams: Transform, directions: Float, body: Body, part_offset: int, first_faces: FirstFaces) -> Echoes:
-    """Return what the beams meet of the body alone; its part ids are higher than its mesh's by that offset."""
+    """Return the beams' hits on the body alone; its part ids are its mesh's plus that offset."""
     mesh = body.target.mesh
     T_body_beams = body.T_cam_body.inverse() @ T_cam_beams
     origin = T_body_beams.translation - mesh.centre

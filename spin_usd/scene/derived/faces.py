@@ -1,8 +1,7 @@
-"""Attributes of a mesh's faces by their numbers: of its own faces, and of its instances', which are computed when asked
-for.
+"""Attributes of a mesh's faces by their numbers: of its own faces, and of its instances', which are computed on demand.
 
-Faces numbered through all bodies of a scene, one body after the other, are taken apart again. To `take` many rows needs
-a third of the time of an index in brackets.
+Faces numbered through all bodies of a scene, one body after the other, are separated again. `take` needs a third of the
+time of an index in brackets for many rows.
 """
 
 from collections.abc import Callable, Iterator
@@ -49,7 +48,7 @@ def normals_of(mesh: Mesh, face: Numbers) -> NDArray[np.float32]:
 
 
 def primvar_of(mesh: Mesh, name: str, face: Numbers) -> NDArray[np.float32]:
-    """Return (N, 3, C) values at the corners of the primvar `name`, which some shape has; 0 on those that lack it."""
+    """Return (N, 3, C) values at the corners of the primvar `name` of some shape; 0 on shapes without it."""
     channels = next(shape.primvars[name].shape[2] for shape in mesh.shapes if name in shape.primvars)
     nothing = np.zeros((1, 3, channels), np.float32)
 
@@ -86,7 +85,7 @@ def _looked_up(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyFaces:
-    """Those of some faces that are one body's."""
+    """The faces of one body among some faces."""
 
     place: int
     """Of the body in Scene.bodies."""

@@ -1,4 +1,4 @@
-"""Targets kept from scene to scene: what renderers made of a target serves every scene that shows an equal one."""
+"""Targets kept from scene to scene: a renderer's data for a target serve every scene with an equal one."""
 
 from dataclasses import replace
 

@@ -1,9 +1,9 @@
-"""One render for every strength and colour of the lights: light is additive, and so is what a path tracer makes of it.
+"""One render for every strength and colour of the lights: light is additive, and so is a path tracer's result.
 
-A scene is rendered in unit light, each light in a group of its own; what the picture needs of it is the sum of the
-groups, each times its light's own red, green and blue. So strengths and colours decide nothing about a render but how
-rays are shared out among the lights, and for that the power of CLASS nearest to each light's share is near enough: to
-choose among lights as if all were equally strong would be noisy where one outshines the others.
+A scene is rendered in unit light, each light in a group of its own; the picture is the sum of the groups, each times
+its light's own red, green and blue. So strengths and colours only affect how a render shares out rays among the lights,
+and for that the power of CLASS nearest to each light's share is close enough: equal shares would be noisy if one light
+outshines the others.
 """
 
 import math
@@ -30,7 +30,7 @@ class UnitLight:
     """A scene in unit light."""
 
     scene: Scene
-    """As it is rendered, its lights of unit strength and white."""
+    """The scene as rendered, its lights white and of unit strength."""
     gains: tuple[Color, ...]
     """Factors for red, green and blue of each group of that render, for the picture."""
 
@@ -49,7 +49,7 @@ class LightGroups:
     @classmethod
     @lru_cache(maxsize=1)
     def of(cls, scene: Scene) -> "LightGroups":
-        """Find those of `scene`, once for all that ask in turn."""
+        """Find the groups of `scene`, once for all callers."""
         placed = tuple(i for i, light in enumerate(scene.lights) if _is_placed(light))
         return cls(placed=placed, surroundings=bool(_around(scene)), emission=_shines(scene))
 
@@ -64,7 +64,7 @@ def in_unit_light(scene: Scene) -> UnitLight:
     strengths = [_irradiance(light, scene) * _mean(_emission(light)) for light in scene.lights]
     tied = around if scene.environment.illuminating else []  # planets are lit by them all in proportion
     most = max((strengths[i] for i in tied or range(len(strengths))), default=0.0)
-    base = _class(most) if groups.emission else 1.0  # what shines itself has no other measure than its own
+    base = _class(most) if groups.emission else 1.0  # emission has no other reference than itself
     reference, scale = _around_reference(scene), 1.0
     shares = {i: _rounded(_divided(_emission(scene.lights[i]), reference)) for i in around}
     if around:
@@ -90,8 +90,8 @@ def in_unit_light(scene: Scene) -> UnitLight:
 
 
 def gains_in(unit: UnitLight, scene: Scene) -> tuple[Color, ...] | None:
-    """Return what each group of a render in that `unit` light is to be multiplied by for a picture of `scene`, whose
-    lights differ from its own in strength and colour alone; None where they differ in more, or one was dark then."""
+    """Return the factors for each group of a render in that `unit` light for a picture of `scene`, whose lights differ
+    from its own only in strength and colour; None if they differ in more, or one was dark then."""
     groups, around = LightGroups.of(unit.scene), _around(unit.scene)
     by_path = {light.path: light for light in scene.lights}  # USD orders children by who has opinions on them
     if by_path.keys() != {light.path for light in unit.scene.lights}:
@@ -120,7 +120,7 @@ def _is_placed(light: Light) -> bool:
 
 
 def _around(scene: Scene) -> list[int]:
-    """Indices of the lights that make up what shines on the target from all around: domes, and what lights planets."""
+    """Indices of the lights from all around the target: domes, and lights of planets."""
     planets = bool(scene.environment.illuminating)
     return [
         i
@@ -134,8 +134,8 @@ def _lights_planets(light: Light) -> bool:
 
 
 def _around_reference(scene: Scene) -> Color:
-    """Return the colour that all light from around is proportional to: in red, green and blue each that of the first
-    light that has any, else 0."""
+    """Return the colour that all light from around is proportional to: for red, green and blue each the first non-zero
+    light's, else 0."""
     colours = [_emission(scene.lights[i]) for i in _around(scene)]
     r, g, b = (next((colour[c] for colour in colours if colour[c]), 0.0) for c in range(3))
     return r, g, b
@@ -147,7 +147,7 @@ def _shines(scene: Scene) -> bool:
 
 @lru_cache(maxsize=16)
 def emits(target: Target) -> bool:
-    """Return whether a material of the target emits: asked once for all of its pictures."""
+    """Return whether a material of the target emits, found once for all of its pictures."""
     return any(material.emissive_color != (0.0, 0.0, 0.0) for material in target.materials)
 
 
@@ -211,6 +211,6 @@ def _rounded(colour: Color) -> Color:
 
 
 def _divided(colour: Color, by: Color) -> Color:
-    """Return the ratio of two colours, channel by channel; 0 where there is no light of that colour in either."""
+    """Return the ratio of two colours, channel by channel; 0 if neither has light of that colour."""
     r, g, b = (value / divisor if divisor else 0.0 for value, divisor in zip(colour, by, strict=True))
     return r, g, b

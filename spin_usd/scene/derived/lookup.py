@@ -29,7 +29,7 @@ def material_values(target: Target, name: str, face: NDArray[np.int32], weights:
 
 
 def is_there(target: Target, face: NDArray[np.int32], weights: Float) -> NDArray[np.bool_]:
-    """Return (N,) whether the surface is there: False where its opacity is below its material's threshold."""
+    """Return (N,) whether the surface exists: False where its opacity is below its material's threshold."""
     threshold = np.array([m.opacity_threshold for m in target.materials])[materials_of(target.mesh, face)]
     there = np.ones(len(face), bool)
     cut = np.flatnonzero(threshold > 0)
@@ -90,7 +90,7 @@ def _tile_texels(tiles: Tiles, st: Float, channels: slice) -> Float:
 
 
 def _texels(image: Image, wrap: tuple[str, str], st: Float, channels: slice) -> Float:
-    """Return (N, C) of one image at `st` (N, 2). A single channel is all that is decoded where it is asked for."""
+    """Return (N, C) of one image at `st` (N, 2). For a single channel only that is decoded."""
     height, width = image.size
     single = channels.stop - channels.start == 1
     pixels = (image.channel(channels.start) if single else image.pixels).reshape(height * width, -1)

@@ -1,7 +1,6 @@
-"""The nearest of several bodies: on each ray the face that is seen, of those that each body would show alone.
+"""The nearest of several bodies: on each ray the visible face among the faces that each body would show alone.
 
-Which is nearer is decided by their exact depths, in double precision: so it is the same for all renderers and at any
-range.
+Exact depths in double precision decide which is nearer: the same for all renderers and at any range.
 """
 
 from collections.abc import Sequence
@@ -31,7 +30,7 @@ def nearest_faces(scene: Scene, alone: Sequence[NDArray[np.int32]], xy: Float) -
 
 
 def nearest(scene: Scene, alone: Sequence[Visibility]) -> Visibility:
-    """Return what is seen of all bodies, of what is seen of each of `scene.one_body_scenes`."""
+    """Return the visibility of all bodies, from the visibility of each of `scene.one_body_scenes`."""
     if len(alone) == 1:
         return alone[0]
     region = scene.region

@@ -14,8 +14,8 @@ def class_ids(names: Iterable[str]) -> dict[str, int]:
 
 
 def class_of_parts(scene: Scene) -> NDArray[np.uint16]:
-    """Return (P + 1,) the class id of each part, by the part's id in labels; 0 is nothing. The classes are those of the
-    whole stage, also of bodies that are hidden here, as far as the scene knows them."""
+    """Return (P + 1,) the class id of each part, by the part's id in labels; 0 is nothing. The classes cover the whole
+    stage, also bodies hidden here, as far as the scene knows them."""
     each = zip(scene.bodies, scene.part_offsets, strict=True)
     shown = {before + part.id: part.class_name for body, before in each for part in body.target.parts}
     names = dict(enumerate(scene.classes, 1)) or shown

@@ -1,4 +1,4 @@
-"""What a surface is made of, to go by the names of its material and of its parts, else by its colour."""
+"""Recognition of a surface's material from the names of its material and parts, else from its colour."""
 
 import re
 import unicodedata
@@ -14,8 +14,8 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^\W\d_]+")
 """A word of a name, such as Bus and Panel of "BusPanel_2"."""
 PAINT = "white_paint"
 BARE = "aluminium"
-"""The materials of what has another colour than those below, and of what has neither a known name nor a colour, or a
-grey that says nothing."""
+"""Materials for surfaces of a colour not listed below, and for surfaces without a known name and colour, or with an
+unspecific grey."""
 GREY = 0.1  # the most saturation of a grey
 BLACK = 0.06  # linear
 GREY_WORD, BLACK_WORD = "grey", "black"
@@ -53,7 +53,7 @@ or kapton, 35 of 41 black and 76 of 80 white."""
 @dataclass(frozen=True, kw_only=True)
 class Vocabulary:
     """Materials by entries: words, all of which must be in a name; one that begins or ends in * goes on there. Of
-    several words GREY_WORD and BLACK_WORD may be said by the colour instead."""
+    several words GREY_WORD and BLACK_WORD may come from the colour instead."""
 
     substances: Mapping[str, str]
     """Names of materials and their colours."""
@@ -86,8 +86,8 @@ def recognised(
     """Return a rule without a pattern for a surface of these `names`, from the outermost group to its own, and of these
     names of its material.
 
-    The name of a material counts before that of a part, and that before those of the groups that hold it; in a name
-    the entry of most words, then the longest.
+    A material's name takes precedence over the part's, and that over its groups'; in a name the entry of most words,
+    then the longest.
     """
     said = None if color is None else BLACK_WORD if max(color) < BLACK else GREY_WORD if is_grey(color) else None
     own_first = (*materials, *reversed([each for each in names if "/" not in each]))
@@ -103,7 +103,7 @@ def recognised(
 
 def _of_color(color: Color | None) -> MaterialRule:
     if color is None:
-        return MaterialRule(pattern="", material=BARE, note="neither its name nor a colour says more")
+        return MaterialRule(pattern="", material=BARE, note="neither its name nor its colour tells more")
     for rule in COLORS:
         if rule.holds(color):
             return MaterialRule(pattern="", material=rule.material, note="its colour")
@@ -112,8 +112,8 @@ def _of_color(color: Color | None) -> MaterialRule:
 
 @lru_cache(maxsize=2**14)  # thousands of parts have the same few words
 def _told(words: tuple[str, ...], color: str | None, entries: tuple[str, ...]) -> str | None:
-    """Return that of the entries which says most of those that the words of a name hold, and the word of its colour;
-    None for none."""
+    """Return the most specific of the entries that the words of a name, and the word of its colour, contain; None for
+    none."""
     held: dict[str, tuple[int, bool, int, str]] = {}
     for entry in entries:
         lacking = [of for of in entry.split() if not any(_is(word, of) for word in words)]
@@ -123,7 +123,7 @@ def _told(words: tuple[str, ...], color: str | None, entries: tuple[str, ...]) -
 
 
 def _is(word: str, of: str) -> bool:
-    """Return whether a word is that of an entry, in the plural too, or goes on where that has a *."""
+    """Return whether a word equals an entry's, also in the plural, or continues it where the entry has a *."""
     stem = of.strip("*")
     begins, ends = word.startswith(stem), word.removesuffix("s").endswith(stem.removesuffix("s"))
     return word in (stem, f"{stem}s") or (of.endswith("*") and begins) or (of.startswith("*") and ends)

@@ -1,4 +1,4 @@
-"""Shadows: what stands between points of a body's surface and some place."""
+"""Shadows: obstacles between points of a body's surface and a place."""
 
 from typing import Protocol
 
@@ -15,7 +15,7 @@ LIFT = 1e-5  # of the target's radius: rays from the surface start this far abov
 
 
 class RayCaster(Protocol):
-    """What casts rays at targets; renderers/raycast has one."""
+    """A caster of rays at targets; renderers/raycast has one."""
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""

@@ -1,4 +1,4 @@
-"""What the faces of a target show of its materials: whether all reflects diffusely, some lets rays through, or shines.
+"""Properties of the materials on a target's faces: whether all reflect diffusely, some let rays through, or shine.
 
 A texture or primvar that is the same on all faces counts as the number that it is.
 """
@@ -18,12 +18,12 @@ from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture
 
 Faces = Sequence[tuple[Shape, NDArray[np.bool_]]]
-"""Shapes, with those of their faces (F,) that show a material: of each shape some."""
+"""Shapes, with their faces (F,) that show a material: some of each shape."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShownMaterials:
-    """What the materials of all bodies do with light."""
+    """Optical properties of the materials of all bodies."""
 
     diffuse: bool
     """Whether all reflects by Lambert's law and nothing else."""
@@ -35,7 +35,7 @@ class ShownMaterials:
 
 @lru_cache(maxsize=16)
 def shown_materials(target: Target) -> ShownMaterials:
-    """Return what `target` shows of its materials, found once for all of its pictures."""
+    """Return the properties of the materials on `target`, found once for all of its pictures."""
     shown = [(material, _faces(target, index)) for index, material in enumerate(target.materials)]
     seen = [(material, faces) for material, faces in shown if faces]
     return ShownMaterials(

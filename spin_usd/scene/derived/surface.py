@@ -90,9 +90,9 @@ class Surface:
         *,
         targets_alone: bool = False,
     ) -> NDArray[Any]:
-        """Return (H, W, *channels), of that type: what `values` returns of a few points (M,) at once, given the scene
-        of their body alone and which they are, in their pixels of the whole frame; 0 in all others. `targets_alone`:
-        without occluders."""
+        """Return (H, W, *channels), of that type: the results of `values`, called with the scene of one body alone and
+        a few of its points (M,) at once, in the pixels of the whole frame; 0 elsewhere. `targets_alone`: without
+        occluders."""
         found = np.zeros((*self.scene.camera.frame.shape, *channels), dtype)
         for one, rows in self._pieces(targets_alone=targets_alone):
             found[self.rows[rows], self.columns[rows]] = values(one, rows)
@@ -204,7 +204,7 @@ def surface_points(scene: OneBody, face: NDArray[np.int32], xy: Float) -> tuple[
 
 def shading_normals(scene: OneBody, face: NDArray[np.int32], body: Float, weights: Float) -> Float:
     """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), whose `weights` (N, 3)
-    are those of `weights_at`, facing the camera."""
+    come from `weights_at`, facing the camera."""
     corners = normals_of(scene.target.mesh, face)
     along = weights[:, :1] * corners[:, 0]
     along += weights[:, 1:2] * corners[:, 1]

@@ -1,7 +1,7 @@
 """The box around the projection of a target's surface: tight and exact, in the frame or not.
 
-A lens is one to one where it can be inverted, so the outermost points of what it makes of a surface lie on edges of its
-triangles, or on the rim of what the lens sees.
+A lens is one to one where it can be inverted, so the outermost points of a projected surface lie on edges of its
+triangles, or on the rim of the lens's view.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from spin_usd.geometry.lens import invertible_radius
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.scene import OneBody
 
-BEYOND_PX = MAX_PIXELS_PER_SIDE  # a box ends so far outside the frame: what is beside the camera lies at infinity
+BEYOND_PX = MAX_PIXELS_PER_SIDE  # a box ends this far outside the frame: points beside the camera lie at infinity
 RIM_STEPS = 1 << 16  # on SPEED+ the box may be 1e-3 px short between two
 
 Meets = Callable[[Float], NDArray[np.bool_]]
@@ -33,10 +33,10 @@ NOTHING = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
 
 
 def surface_box(scene: OneBody, meets: Meets) -> Float | None:
-    """Return the box (2, 2), least and greatest u and v in pixels, of all that the lens sees of the target, as if
-    nothing else were there; None where it sees nothing.
+    """Return the box (2, 2), least and greatest u and v in pixels, of the target's part in the lens's view, without
+    occlusion; None if there is none.
 
-    The lens sees what is before the camera and within its invertible radius. Where a material cuts holes, its whole
+    The lens's view is in front of the camera and within its invertible radius. For materials that cut holes, whole
     faces count. No side lies further than BEYOND_PX outside the frame.
     """
     camera, mesh = scene.camera, scene.target.mesh
@@ -62,7 +62,7 @@ def cut_off(scene: OneBody, box: Float | None) -> bool:
 
 
 def _pieces(mesh: Mesh) -> Iterator[tuple[Float, NDArray[np.integer]]]:
-    """Yield points (P, 3), body axes, and edges (E, 2) of them: the mesh's own and those of each place."""
+    """Yield points (P, 3), body axes, and edges (E, 2) of them: the mesh's own and each instance's."""
     if len(mesh.faces):
         yield mesh.points, mesh.edges
     for each in mesh.instances:
@@ -92,9 +92,9 @@ def box_of_points(camera: Camera, points_cam: Float) -> Float:
 
 
 def box_of_edges(camera: Camera, points_cam: Float, edges: NDArray[np.integer]) -> Float:
-    """Return the box (2, 2), least and greatest u and v in pixels, of what the lens sees of the straight `edges` (E, 2)
-    between points (P, 3), camera frame; NOTHING where it sees none. It is exact under lens distortion, beyond the frame
-    too."""
+    """Return the box (2, 2), least and greatest u and v in pixels, of the straight `edges` (E, 2) between points (P,
+    3), camera frame, in the lens's view; NOTHING if none is. It is exact under lens distortion, also beyond the
+    frame."""
     box = NOTHING
     for start in range(0, len(edges), CHUNK):
         first, last = points_cam[edges[start : start + CHUNK].T]
@@ -111,7 +111,7 @@ def hold(box: Float, other: Float) -> Float:
 
 
 def rim_of_lens(camera: Camera, steps: int) -> Float:
-    """Normalised coordinates (steps, 2) around the rim of what the lens sees; none of them where it has no rim."""
+    """Normalised coordinates (steps, 2) around the rim of the lens's view; none without a rim."""
     limit = invertible_radius(camera.distortion)
     if not np.isfinite(limit):
         return np.zeros((0, 2))
@@ -130,10 +130,10 @@ def _box(pixels: Float) -> Float:
 
 
 def _with_bows(camera: Camera, first: Float, last: Float, box: Float) -> Float:
-    """Return the `box` of the ends of segments (N, 3) and (N, 3), grown to hold what bows out of it between them.
+    """Return the `box` of the ends of segments (N, 3) and (N, 3), grown to contain the bows between them.
 
-    Straight edges bow under distortion: the furthest point of one may lie between its ends. It is looked for where the
-    bow could reach beyond what is found already.
+    Straight edges bow under distortion: the furthest point of one may lie between its ends. It is sought where the bow
+    could reach beyond the box so far.
     """
     if not len(first):
         return box
@@ -188,8 +188,8 @@ def _furthest(camera: Camera, first: Float, last: Float, axis: int, sign: int) -
 
 
 def _seen_part(camera: Camera, first: Float, last: Float) -> tuple[Float, Float]:
-    """Return the ends (M, 3) and (M, 3) of what the lens sees of the segments between `first` and `last` (N, 3): one
-    piece of each at most, for it sees a convex cone."""
+    """Return the ends (M, 3) and (M, 3) of the parts in the lens's view of the segments between `first` and `last` (N,
+    3): at most one part of each, since the view is a convex cone."""
     whole = seen_by_lens(camera, first) & seen_by_lens(camera, last)
     if whole.all():
         return first, last

@@ -13,10 +13,10 @@ FEW_NAMES = 3  # of pictures in a sentence
 
 @dataclass(frozen=True, kw_only=True)
 class ViewMessage:
-    """What to say of pictures of a kind."""
+    """Message on pictures of a kind."""
 
     found: str
-    """The end of a sentence that says what a picture of the kind shows."""
+    """End of a sentence on the content of such a picture."""
     do: str
     """Consequence, or remedy."""
 
@@ -24,7 +24,7 @@ class ViewMessage:
 MESSAGES: Mapping[ViewKind, ViewMessage] = {
     ViewKind.CAMERA_INSIDE: ViewMessage(
         found="the camera is inside the target's bounding box",
-        do="check the unit of the model, and that of the poses",
+        do="check the units of the model and of the poses",
     ),
     ViewKind.BEHIND: ViewMessage(
         found="the target is behind the camera",
@@ -53,7 +53,7 @@ MESSAGES: Mapping[ViewKind, ViewMessage] = {
 }
 MOSTLY_SMALL = ViewMessage(
     found="the target is less than a tenth of the frame across",
-    do="check the unit of the model, and that of the poses",
+    do="check the units of the model and of the poses",
 )
 """The message where most pictures are of the kind SMALL: a few from afar are meant."""
 

@@ -28,11 +28,11 @@ CHUNK = 4096  # pictures looked at together
 
 Span = tuple[float, float]
 """The least and the most."""
-UNLIT_SHARE = 0.1  # of what the camera sees: where less than that faces the Sun a renderer finds 0 to 17 % of it lit
+UNLIT_SHARE = 0.1  # of the visible surface: if less than that faces the Sun, a renderer finds 0 to 17 % of it lit
 
 Suns = tuple[tuple[float, float, float], ...] | None
-"""Unit directions, camera frame, to the distant lights that reach a target, which no other light does; none of them in
-the dark. None where others light it too: lamps, domes, what shines itself."""
+"""Unit directions, camera frame, to the only lights of a target, distant ones; empty in the dark. None if other lights
+reach it too: lamps, domes, emission."""
 
 
 class ViewKind(StrEnum):
@@ -64,7 +64,7 @@ class PicturesOfKind:
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """What the pictures show of the target."""
+    """The target's views in the pictures."""
 
     pictures: Count
     size: Annotated[
@@ -167,7 +167,7 @@ class ViewCollector:
         self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns))
 
     def views(self) -> Views | None:
-        """Return the views of all pictures so far; None before the first."""
+        """Return the views of all pictures so far; None before the first one."""
         self._collect()
         return merged(self._parts)
 
@@ -197,8 +197,8 @@ def _joined(parts: Sequence[Views], kind: ViewKind) -> PicturesOfKind:
 
 
 def suns_of(scene: Scene) -> Suns:
-    """Return the suns of one picture. The light of planets does not count: it reaches what the Sun lights, and less
-    brightly."""
+    """Return the suns of one picture. The light of planets does not count: it reaches sunlit surfaces, and is
+    weaker."""
     groups = LightGroups.of(scene)
     lights = [scene.lights[i] for i in groups.placed]
     suns = [light for light in lights if isinstance(light, DistantLight)]
@@ -209,8 +209,8 @@ def suns_of(scene: Scene) -> Suns:
 
 
 def lit_shares(axes: Float, centres: Float, rotations: Float, suns: Sequence[Suns]) -> Float:
-    """Return (M,) the share of what each picture shows of a surface that faces a Sun, 1 where other lights reach it: of
-    the surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, rotated by
+    """Return (M,) the share of the visible surface in each picture that faces a Sun, 1 if other lights reach it: of the
+    surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, rotated by
     `rotations` (M, 3, 3) from body to camera."""
     shares = np.array([float(each is None) for each in suns])
     picture = [i for i, each in enumerate(suns) for _ in each or ()]

@@ -76,8 +76,8 @@ def test_all_of_them_reach_the_dataset(inputs: dict[str, Any], tmp_path: Path, s
         "--sun-direction=-1,0,-1",
     ]
     said = spin_usd("author", *files, *own).stderr
-    assert "note: 2 keypoints are those of keypoints.json, metres in the target's body axes" in said
-    assert "parts made: bus (1 surface), panel (2 surfaces); 1 other surface stays as it is" in said
+    assert "note: 2 keypoints are from keypoints.json, metres in the target's body axes" in said
+    assert "parts made: bus (1 surface), panel (2 surfaces); 1 other surface stays unchanged" in said
     assert spin_usd("check", inputs["out"]).stdout.endswith("0 errors, 0 warnings\n")
     spin_usd(
         "render", inputs["out"], "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1, "--frames", ":1"

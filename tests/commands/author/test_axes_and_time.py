@@ -118,7 +118,7 @@ def test_body_axes_are_the_files_own_whatever_its_format(crafts: Path, tmp_path:
     box, up, parts = FILES[name]
     np.testing.assert_allclose(target.mesh.box, box, atol=1e-5)
     assert not parts or sorted(part.name for part in target.parts) == parts
-    said = f", of which it calls {up} up" if up else ", and it does not say which is up"
+    said = f", of which it calls {up} up" if up else ", and it does not state an up axis"
     assert f"body axes are the file's own x, y and z{said}: poses are meant in these" in notes
 
 
@@ -129,7 +129,7 @@ def test_a_model_stands_as_it_is_stored_or_at_the_time_that_is_chosen(crafts, tm
     for time in (None, 0.0, 0.5, 1.0):
         target, notes = authored(crafts, f"moving.{ending}", tmp_path / str(time), model_time=time)
         tall[time] = float(np.ptp(target.mesh.box, axis=0).max())
-        assert (time is None) == any("it has animations, and stands as" in note for note in notes)
+        assert (time is None) == any("it has animations, and is shown" in note for note in notes)
     assert [tall[time] for time in (None, 0.0, 1.0)] == pytest.approx([8.5, 4.5, 8.5], abs=1e-4)
     assert 4.6 < tall[0.5] < 8.4
 

@@ -127,7 +127,7 @@ def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
 
 def test_the_axes_of_each_model_are_said(inputs, tmp_path) -> None:
     """Once each, and not of what travels with spin_usd."""
-    own = "axes are the file's own x, y and z, and it does not say which is up"
+    own = "axes are the file's own x, y and z, and it does not state an up axis"
     arm, beside = tmp_path / "arm.stl", tmp_path / "other.stl"
     beside.write_bytes(arm.read_bytes())
     placed = f"{arm}:{pose_list(tmp_path, 'arm', [(Q[0], (0, 0, 2))])}"
@@ -135,7 +135,7 @@ def test_the_axes_of_each_model_are_said(inputs, tmp_path) -> None:
     notes = author_stage(**inputs, also=also, occluder=[str(arm), placed]).notes
     assert [note for note in notes if "axes are" in note] == [
         f"body {own}: poses are meant in these",
-        f"other.stl: its {own}: they are those of the first target, with which it moves",
+        f"other.stl: its {own}: they are the first target's, with which it moves",
         f"other.stl: its {own}: its poses are meant in these",
         f"arm.stl: its {own}: they are the camera's, x right, y down, z forward",
         f"arm.stl: its {own}: its poses are meant in these",

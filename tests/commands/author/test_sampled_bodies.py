@@ -110,7 +110,7 @@ def test_bodies_are_sampled_about_the_poses_of_a_list_too(given, tmp_path) -> No
         first, second = scene.targets
         between = second.T_cam_body.translation - first.T_cam_body.translation
         assert np.linalg.norm(between) == pytest.approx(2, abs=READ_BACK)
-    with pytest.raises(InputError, match=r"attitude=uniform: says not how far a body is; add distance=1"):
+    with pytest.raises(InputError, match=r"attitude=uniform: has no distance of the body; add distance=1"):
         author_stage(**given, out=tmp_path / "far", also=["cubesat:attitude=uniform"])
 
 

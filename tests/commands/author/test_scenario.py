@@ -15,7 +15,7 @@ from spin_usd import Dataset, SpinError, author, render
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError, MissingPackageError
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.orbits.moments import Moments
+from spin_usd.orbits.epochs import Epochs
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.orbits.test_orbits import ISS, checksum
@@ -110,7 +110,7 @@ def test_the_shadow_of_the_earth_begins_when_another_library_has_it(tmp_path: Pa
     lines = [checksum(f"{line:<69}") for line in ISS.splitlines()[1:]]
     craft = EarthSatellite(*lines, ts=timescale)
     fine = np.arange(0, 5500, 0.5)
-    tt = Moments("2024-05-01T12:00:00Z", fine).time.tt
+    tt = Epochs("2024-05-01T12:00:00Z", fine).time.tt
     sunlit = craft.at(timescale.tt_jd(tt.jd1, tt.jd2)).is_sunlit(de421)
     # One of ten times, and every one where light changes: 1,100 pictures take four seconds to author and read.
     seconds = np.arange(0, 5500 + 1, 5)
@@ -164,7 +164,7 @@ def test_land_and_light_of_the_earth_are_where_they_must_be(tmp_path: Path, time
     reader = StageReader(root)
     scene = reader.scene(reader.frames[0])
     image = Dataset(tmp_path / "set")[0].image.astype(np.float64)
-    R_cam_gcrf = scene.environment.planets[0].T_cam_planet.rotation @ Moments(epoch, np.zeros(1)).R_gcrf_itrf[0].T
+    R_cam_gcrf = scene.environment.planets[0].T_cam_planet.rotation @ Epochs(epoch, np.zeros(1)).R_gcrf_itrf[0].T
     lit = patch @ towards_sun / np.linalg.norm(patch)
     assert lit > 0.2
     (u, v) = scene.camera.project(np.array([R_cam_gcrf @ (patch - place)]))[0]

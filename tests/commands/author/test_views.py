@@ -127,7 +127,7 @@ def test_a_size_that_no_craft_has_is_refused_with_the_likely_unit(craft: Path, u
 
 def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:
     trimesh.creation.box(BOX_CM).export(tmp_path / "craft.glb")
-    with pytest.raises(InputError, match=r"in the unit that its format or the file says, the target is 110 x 80 x 30 m.*did you mean --units-per-metre 100 "):  # noqa: E501  # fmt: skip
+    with pytest.raises(InputError, match=r"in the unit of its format or file, the target is 110 x 80 x 30 m.*did you mean --units-per-metre 100 "):  # noqa: E501  # fmt: skip
         author(tmp_path / "craft.glb", (0, 0, 5), units=None)
     usd = tmp_path / "craft.usda"
     usd.write_text('#usda 1.0\n(\n defaultPrim = "C"\n metersPerUnit = 1\n)\ndef Cube "C" {\n double size = 300\n}\n')
@@ -147,7 +147,7 @@ def test_metal_under_the_sun_alone_is_noted(tmp_path: Path, environment: str | N
 
 
 def test_where_no_unit_would_fit_the_poses_are_named(tmp_path: Path, craft: Path) -> None:
-    with pytest.raises(InputError, match="check the unit of the model and that of the poses, which are in metres"):
+    with pytest.raises(InputError, match="check the units of the model and of the poses, which are in metres"):
         author(craft, (0, 0, 0.005))
 
 
@@ -195,11 +195,11 @@ def test_what_a_camera_file_lacks_is_told(tmp_path: Path) -> None:
         "camera.json has no 'distCoeffs': its lens is taken for one without distortion",
         "camera.json has its principal point (960, 600) outside its picture of 640 x 480 pixels: check that this is "
         "the size of the calibration",
-        "camera.json says nothing of colour: pictures are grey; --channels rgb has colour",
+        "camera.json does not state colour: pictures are grey; --channels rgb makes them coloured",
     ):
         assert said in report.notes
     assert "lens-aside" in {finding.code for finding in check_stage(report.root)}
     more = {"camera": tmp_path / "camera.json", "channels": "rgb", "out": tmp_path / "rgb"}
     listed = poses(tmp_path, (0, 0, 5))
     coloured = author_stage(poses=listed, target=tmp_path / "craft.ply", units_per_metre=1, **more)
-    assert not [note for note in coloured.notes if "nothing of colour" in note]
+    assert not [note for note in coloured.notes if "state colour" in note]

@@ -101,7 +101,9 @@ def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(da
     sums = dataset / "stage" / "SHA256SUMS"
     sums.unlink()
     (unsure,) = list(repair(dataset, progress=no_progress).unrepaired or ())
-    said = "stage/SHA256SUMS: cannot be written again: no record says that stage/layers/variant_sets/plain.usda is as"
+    said = (
+        "stage/SHA256SUMS: cannot be written again: no record confirms that stage/layers/variant_sets/plain.usda is as"
+    )
     assert unsure.startswith(said)
     assert not sums.exists()
     request = request_for(small_stage, renderer="raycast", frames="0:1", effort=Effort(samples=2), labels=("depth",))

@@ -226,7 +226,7 @@ def test_links_in_an_export_are_not_followed(rendered, tmp_path, spin_usd, name,
         outside.mkdir()
     (out / name).symlink_to(outside)
     done = spin_usd("export", dataset, "--to", "croissant", "--out", out, code=2)
-    assert f"{out / name}: is a link, and those are not followed; put what it stands for in its place" in done.stderr
+    assert f"{out / name}: is a link, which is not followed; replace it by its target" in done.stderr
     assert not (any(outside.iterdir()) if folder else outside.exists())
 
 

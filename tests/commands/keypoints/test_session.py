@@ -233,5 +233,5 @@ def test_a_target_with_textures_has_its_colours(tmp_path) -> None:
 def test_the_axes_of_an_own_model_are_said(shared, tmp_path) -> None:
     decal = str(shared / "data" / "strangers" / "decal.obj")
     read = save_target(SaveTarget(target=decal, folder=str(tmp_path), units_per_metre=1.0))
-    own = "body axes are the file's own x, y and z, and it does not say which is up: keypoints are meant in these"
+    own = "body axes are the file's own x, y and z, and it does not state an up axis: keypoints are meant in these"
     assert own in read.notes

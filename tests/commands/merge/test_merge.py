@@ -221,7 +221,7 @@ def test_a_damaged_file_is_refused(shards, tmp_path, kind) -> None:
     files = sorted((shards[1] / kind).rglob("*.*"))
     files[0].write_bytes(files[0].read_bytes()[:-1] + b"?")
     rest = r"run spin-usd check --repair \S*/apart/1, and merge again: [4-7] of 12 pictures are merged and stay"
-    with pytest.raises(InputError, match=f"is not as its record says; {rest}"):
+    with pytest.raises(InputError, match=f"does not match its record; {rest}"):
         merge_datasets(shards, tmp_path / "merged", progress=quiet)
     assert 4 <= len(list(Store(root=tmp_path / "merged").records())) <= 7
 

@@ -187,10 +187,10 @@ def test_an_augmentation_of_the_exposure_is_that_of_all_cameras(stage, tmp_path,
 @pytest.mark.parametrize(
     ("cameras", "said"),
     [
-        (("speedplus", "speedplus"), "is a further camera, and does not say where it stands"),
+        (("speedplus", "speedplus"), "is a further camera without a pose"),
         (("speedplus", "speedplus:"), "the pose after ':' is empty"),
         (("speedplus", "speedplus:1,0"), "'1,0' is neither a pose nor a file"),
-        (("speedplus", "speedplus:1,0,x"), "holds what is no number"),
+        (("speedplus", "speedplus:1,0,x"), "contains text that is not a number"),
         (("speedplus", "speedplus:2,0,0,0,1,0,0"), "its quaternion has norm 2"),
         (("speedplus", "speedplus:nan,0,0"), "nan"),
         (("speedplus", "a=speedplus:1,0,0", "a=speedplus:2,0,0"), "two cameras are called 'a'"),

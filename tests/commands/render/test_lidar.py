@@ -71,7 +71,7 @@ def test_check_finds_nothing_and_a_changed_record(dataset, spin_usd) -> None:
     record = json.loads(text)
     record["lidar"]["t_cam_lidar"] = [0.0, 0.0, 0.0]
     path.write_text(json.dumps(record))
-    assert "of the points of lidar lie beside what depth shows" in spin_usd("check", dataset, code=1).stdout
+    assert "of the points of lidar disagree with depth" in spin_usd("check", dataset, code=1).stdout
     path.write_text(text)
 
 

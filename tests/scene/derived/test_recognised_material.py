@@ -52,7 +52,7 @@ def test_a_name_tells_the_material(name: str) -> None:
 @pytest.mark.parametrize("name", NOTHING)
 def test_a_name_that_says_nothing_tells_nothing(name: str) -> None:
     found = recognised([name], [], None, vocabulary())
-    assert (found.material, found.note) == ("aluminium", "neither its name nor a colour says more")
+    assert (found.material, found.note) == ("aluminium", "neither its name nor its colour tells more")
 
 
 def test_a_material_counts_before_a_part_and_a_part_before_its_group() -> None:

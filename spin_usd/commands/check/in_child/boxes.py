@@ -1,4 +1,4 @@
-"""Rule: the boxes of each target are around what mask, pose and dense pose show."""
+"""Rule: the boxes of each target agree with mask, pose and dense pose."""
 
 from collections.abc import Iterator
 
@@ -11,14 +11,14 @@ from spin_usd.commands.check.in_child.checked_target import CheckedTarget, targe
 from spin_usd.picture.target_facts import corners_of_box
 from spin_usd.scene.finding import Finding
 
-CENTRE_PX = 0.5  # a pixel shows what its centre does
+CENTRE_PX = 0.5  # a pixel shows the surface at its centre
 ROUNDING_PX = 1e-3
 ROUNDING = 1e-6  # of a target's size: dense pose is float32
 AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's quaternion is rounded
 
 
 def box_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """Yield errors for boxes that are not around what mask, pose and dense pose show."""
+    """Yield errors for boxes that disagree with mask, pose and dense pose."""
     for target in targets_of(picture):
         for fault in (*_visible(target), *_truncated(target), *_box_3d(target)):
             yield target.finding("box", f"{fault}; {MAKE_AGAIN}")
@@ -34,10 +34,10 @@ def box_of_mask(target: CheckedTarget) -> list[int] | None:
 
 
 def _visible(target: CheckedTarget) -> Iterator[str]:
-    """The visible box is that of the mask, and lies in the amodal one."""
+    """The visible box equals the mask's, and lies in the amodal one."""
     box = target.recorded.box
     if target.mask is not None and box_of_mask(target) != box.visible:
-        yield f"its visible box is {box.visible}, and that of its pixels {box_of_mask(target)}"
+        yield f"its visible box is {box.visible}, and the box of its pixels {box_of_mask(target)}"
     if box.visible and not box.amodal:
         yield "it has a visible box, and no amodal one"
     elif box.visible and box.amodal:
@@ -51,18 +51,18 @@ def _truncated(target: CheckedTarget) -> Iterator[str]:
     amodal, truncated = target.recorded.box.amodal, target.recorded.box.truncated
     if amodal is None:
         if not truncated:
-            yield "nothing of it is in the picture, and it is said not to be truncated"
+            yield "nothing of it is in the picture, but it is recorded as not truncated"
         return
     size = (target.camera.width, target.camera.height)
     leaves = max(-min(amodal[:2]), *np.subtract(amodal[2:], size).tolist())
     if leaves > ROUNDING_PX and not truncated:
-        yield f"its amodal box leaves the frame by {leaves:.3g} px, and it is said not to be truncated"
+        yield f"its amodal box leaves the frame by {leaves:.3g} px, but it is recorded as not truncated"
     if leaves < -ROUNDING_PX and truncated and None not in target.recorded.box_3d.corners:
-        yield "all of it is in the frame, and it is said to be truncated"
+        yield "all of it is in the frame, but it is recorded as truncated"
 
 
 def _box_3d(target: CheckedTarget) -> Iterator[str]:
-    """The corners are those of the box in metres, which holds the dense pose."""
+    """The corners match the box in metres, which contains the dense pose."""
     low, high = np.array(target.recorded.box_3d.box)
     expected = target.camera.project(target.T_cam_body.points(corners_of_box(low, high)))
     recorded = np.array([corner or (np.nan, np.nan) for corner in target.recorded.box_3d.corners])

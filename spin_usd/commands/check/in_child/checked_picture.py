@@ -20,5 +20,5 @@ class CheckedPicture:
     description: DatasetDescription
     """The dataset's."""
     arrays: Mapping[str, NDArray[Any]]
-    """The numbers of each of its files by kind: (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR. There are none
-    unless all files are whole."""
+    """The numbers of each of its files by kind: (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR. Empty unless all
+    files are intact."""

@@ -32,7 +32,7 @@ class CheckedTarget:
     T_cam_body: Transform
     """Pose of the record."""
     mask: NDArray[np.bool_] | None
-    """(H, W): the pixels that show it; None where no label says so."""
+    """(H, W): the pixels that show it; None without such a label."""
 
     def finding(self, code: str, message: str) -> Finding:
         """Return an error on this target."""
@@ -42,7 +42,7 @@ class CheckedTarget:
 
     @property
     def rigid(self) -> bool:
-        """Return whether it has the shape that dataset.json says, so that the keypoints there are its own."""
+        """Return whether its shape matches dataset.json, so that the keypoints there apply."""
         return bool(np.array_equal(self.recorded.box_3d.box, self.described.box))
 
     @property

@@ -1,9 +1,9 @@
-"""The child's part of `check --cross`: a picture's labels cast again by Cycles, and what differs.
+"""The child's part of `check --cross`: a picture's labels cast again by Cycles, and their differences.
 
 Both passes cast a ray through each pixel's centre. Cycles' misses it by 1e-3 px at most, by float32 (the first ray of
-its own camera by 0.0007 px, the lens's inverse by 1e-4 px). So where an edge passes as near to a pixel's centre either
-answer is right: that is so of 2 in 1,000 pixels at edges. Elsewhere the point on the surface moves by as much, and by
-more where the surface is seen at a flat angle: by ten times as much where its slope is ten.
+its own camera by 0.0007 px, the lens's inverse by 1e-4 px). So where an edge passes this close to a pixel's centre,
+either answer is right: this holds for 2 in 1,000 pixels at edges. Elsewhere the point on the surface moves by as much,
+and by more where the surface is seen at a shallow angle: by ten times as much where its slope is ten.
 """
 
 from collections.abc import Iterator, Mapping
@@ -41,7 +41,7 @@ RAY_PX = 1e-3  # that the passes' rays are apart at most
 STEEP = 10.0  # slope above which a surface counts as an edge
 ROUNDINGS = 4 * 2.0**-24  # of float32 in the files, relative
 EDGE_SHARE = 0.01  # of the pixels at an edge: five times as many as may be expected
-FEW = 3  # pixels that may differ besides, and elsewhere: a sliver that only one pass meets is no edge to the other
+FEW = 3  # further pixels that may differ elsewhere: a sliver that only one pass hits is no edge to the other
 
 Mask = NDArray[np.bool_]
 Labels = Mapping[str, NDArray[Any]]
@@ -73,13 +73,13 @@ def cross_findings(request: CheckPicture) -> CrossAnswer:
 
 
 def _findings(where: str, scene: Scene, ours: Labels) -> Iterator[Finding]:
-    """Yield where our labels of the scene's picture differ from those of Cycles in more pixels than may."""
+    """Yield where our labels of the scene's picture differ from Cycles' in more pixels than allowed."""
     theirs = {kind: array for kind, array, _ in make_labels(scene, _check_pass(), COMPARED, Stopwatch())}
     coincident = _coincident(scene, ours, theirs)
     for each in disagreements(ours, theirs, scene.camera, coincident=coincident):
         worst = f", by {each.worst} at the worst" if each.worst else ""
         message = (
-            f"the {each.quantity} differs from what Cycles sees in {each.pixels} pixels {each.place}{worst}, "
+            f"the {each.quantity} differs from Cycles' result in {each.pixels} pixels {each.place}{worst}, "
             f"and may in {each.allowed}; {MAKE_AGAIN}"
         )
         yield Finding(code="cross", where=where, message=message)
@@ -120,8 +120,8 @@ def _coincident(scene: Scene, ours: Labels, theirs: Labels) -> Mask:
 
 
 def _lies_there(scene: Scene, part: int, xy: Float, depth: Float) -> Mask:
-    """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, of the rays
-    (x, y, 1) of `xy` (N, 2), or so near to it that no renderer can tell."""
+    """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, of the rays (x,
+    y, 1) of `xy` (N, 2), or so close to it that no renderer can distinguish."""
     place = int(np.searchsorted(scene.part_offsets, part)) - 1
     one, own = scene.one_body_scenes[place], part - scene.part_offsets[place]
     mesh = one.target.mesh
@@ -159,10 +159,10 @@ class Disagreement:
 
 
 def disagreements(ours: Labels, theirs: Labels, camera: Camera, *, coincident: Mask) -> Iterator[Disagreement]:
-    """Yield what differs in more pixels than may. `coincident` (H, W): where surfaces of several parts lie in one
-    another, so that either part may be seen."""
+    """Yield labels that differ in more pixels than allowed. `coincident` (H, W): where surfaces of several parts
+    coincide, so that either part may be visible."""
     seen, other = _seen(ours), _seen(theirs)
-    edges = _edges(theirs, camera)  # of the pass that is trusted here: what is wrong in ours may look like an edge
+    edges = _edges(theirs, camera)  # of the pass that is trusted here: faults of ours may look like an edge
     both = seen & other
     yield from _counted("silhouette", seen != other, edges)
     if "segmentation" in ours:

@@ -1,4 +1,4 @@
-"""The child's part of `check` of a dataset: what is wrong with the events of one variant, read in pieces."""
+"""The child's part of `check` of a dataset: faults of the events of one variant, read in pieces."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -20,7 +20,7 @@ from spin_usd.store.names import event_record_of, events_of
 from spin_usd.store.read_documents import read_dataset_json, read_event_record
 
 DEVIATIONS = 10  # of jitter, by which an event may be late
-MOST_RATE = 1e9  # events a second of all pixels: what no interface of a camera carries
+MOST_RATE = 1e9  # events a second of all pixels: beyond any camera's interface
 HOT_RATE, HOT_EVENTS = 1000, 100  # events a second of a pixel, and events, that a hot one has more of
 HOT_SHARE, HOT_QUANTILE = 50, 0.999  # times as many as so large a share of all pixels has
 HOT_ALONE, HOT_AROUND, HOT_PIXELS = 10, 2, 4  # times the fewest of the busiest 4, itself among them, of 5 x 5 pixels
@@ -88,8 +88,8 @@ def _findings(
 
 
 def rate_findings(where: str, counts: NDArray[np.int64], duration: float) -> Iterator[Finding]:
-    """Yield a warning where there is no event, or more than a camera tells, and one on pixels that are hot, by how many
-    events each pixel (H, W) has in `duration` seconds."""
+    """Yield a warning for no events, or more than a camera can send, and one on hot pixels, from the number of events
+    of each pixel (H, W) in `duration` seconds."""
     total = int(counts.sum())
     if not total or total > MOST_RATE * duration:
         found = f"has {total} events in {duration:g} s; change thresholds, noise or light, if that is not meant"
@@ -104,9 +104,9 @@ def rate_findings(where: str, counts: NDArray[np.int64], duration: float) -> Ite
 def hot_pixels(counts: NDArray[np.int64], duration: float) -> list[tuple[int, int]]:
     """Return column and row of hot pixels.
 
-    One has more than HOT_RATE events a second and HOT_EVENTS at all; more than HOT_SHARE times what HOT_QUANTILE of all
-    pixels have at most, so that leak and noise, which all pixels have, explain none; and it is alone: a small bright
-    target has many events too, but so has what lies around its pixels.
+    One has more than HOT_RATE events a second and HOT_EVENTS at all; more than HOT_SHARE times the HOT_QUANTILE of all
+    pixels, so that leak and noise, which all pixels have, do not explain it; and it is alone: a small bright target has
+    many events too, but so have the pixels around.
     """
     usual = HOT_SHARE * np.quantile(counts, HOT_QUANTILE)
     rows, columns = np.nonzero(counts > max(HOT_RATE * duration, HOT_EVENTS, usual))
@@ -120,7 +120,7 @@ def hot_pixels(counts: NDArray[np.int64], duration: float) -> list[tuple[int, in
 
 
 def _targets_of_parts(description: DatasetDescription) -> NDArray[np.int32]:
-    """Return the target's id by that of a part; -1 for parts that are none."""
+    """Return the target's id by a part's id; -1 for ids that are not parts."""
     targets = np.full(IDS, -1, np.int32)
     targets[0] = 0
     for number, part in description.parts.items():

@@ -1,4 +1,4 @@
-"""Rule: a target's keypoints are where its pose puts them, and the depth around them agrees with what hides them."""
+"""Rule: a target's keypoints are where its pose puts them, and the depth around them agrees with their visibility."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from spin_usd.scene.keypoints import KeypointState
 AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's quaternion is rounded
 BORDER_PX = 1e-6  # within which either side of the frame's edge is right
 AROUND = 1  # pixels around a keypoint's own, whose depth is looked at
-MIN_HIDDEN = 3  # keypoints: what hides fewer may be rods too thin for pixels to show
+MIN_HIDDEN = 3  # keypoints: fewer may be hidden by rods too thin for pixels to show
 UNSEEN = (KeypointState.OUTSIDE, KeypointState.BEHIND)
 
 
@@ -38,7 +38,7 @@ class DepthAround:
 
     @property
     def slope(self) -> float:
-        """What the depth may change further within a pixel."""
+        """Further change of the depth within a pixel."""
         return self.far - self.near + self.skin
 
     @property
@@ -90,8 +90,8 @@ def depths_around(target: CheckedTarget) -> Iterator[tuple[int, DepthAround]]:
 
 
 def _misplaced(target: CheckedTarget) -> Iterator[tuple[int, str]]:
-    """Yield keypoints that are not where their pose puts them, or are not behind the camera or outside the frame as
-    their states say, and what is wrong with them."""
+    """Yield the faults of keypoints that are not where their pose puts them, or whose states "behind" and "outside" are
+    wrong."""
     points = target.T_cam_body.points(target.keypoints)
     expected, size = target.camera.project(points), np.array([target.camera.width, target.camera.height])
     for i, (u, v, state) in enumerate(target.recorded.keypoints):
@@ -107,7 +107,7 @@ def _misplaced(target: CheckedTarget) -> Iterator[tuple[int, str]]:
         )
         behind = abs(points[i, 2] - NEAR) > NEAR and (points[i, 2] <= NEAR) != (state == KeypointState.BEHIND)
         if inside or behind:
-            yield i, f"is said to be {state}, which its pose does not put it"
+            yield i, f"is recorded as {state}, which its pose contradicts"
 
 
 def _inside(uv: Float, size: Float, margin: float) -> bool:
@@ -123,6 +123,6 @@ def _contradicted(target: CheckedTarget) -> Iterator[tuple[int, str]]:
     bare = [i for i in hidden if around[i].uncovered]
     for i, depth in around.items():
         if states[i] == KeypointState.VISIBLE and depth.covered:
-            yield i, f"is said to be visible, and lies {depth.z - depth.far:.3g} m behind what the depth shows there"
+            yield i, f"is recorded as visible, but lies {depth.z - depth.far:.3g} m behind the depth there"
     if len(bare) >= MIN_HIDDEN and 2 * len(bare) > len(hidden):
-        yield bare[0], f"and {len(bare) - 1} others are said to be hidden, and the depth shows nothing before them"
+        yield bare[0], f"and {len(bare) - 1} others are recorded as hidden, but the depth shows nothing before them"

@@ -1,4 +1,4 @@
-"""Rule: each label is of the picture's size, and agrees with the others as its own file in `labels` says."""
+"""Rule: each label has the picture's size, and agrees with the others by the checks in its own file in `labels`."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -86,11 +86,11 @@ def _counts(target: CheckedTarget) -> Iterator[str]:
         yield f"its record counts {visible} visible pixels of {amodal}"
     alone = all(part.target == target.recorded.id for part in target.picture.description.parts.values())
     if alone and visible < amodal:
-        yield f"its record counts {visible} visible pixels of {amodal}, and nothing else is there to hide it"
+        yield f"its record counts {visible} visible pixels of {amodal}, and there is nothing else to hide it"
 
 
 def _fraction(target: CheckedTarget) -> Iterator[str]:
-    """The fraction is that of the pixels in the frame, or less where some of the target lies outside it."""
+    """The fraction equals the share of pixels in the frame, or less if some of the target lies outside it."""
     visible, amodal = target.recorded.pixels.visible, target.recorded.pixels.amodal
     fraction, truncated = target.recorded.visible_fraction, target.recorded.box.truncated
     if fraction is None:

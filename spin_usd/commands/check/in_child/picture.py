@@ -1,4 +1,4 @@
-"""The child's part of `check` of a dataset: what is wrong with one picture, and what its record lists, as JSON."""
+"""The child's part of `check` of a dataset: faults of one picture, and the contents of its record, as JSON."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -89,15 +89,15 @@ def _finding(code: str, where: str, error: SpinError) -> Finding:
 
 @cache
 def _description(root: str) -> DatasetDescription | None:
-    """Return dataset.json; None where that cannot be used, which has a finding of its own."""
+    """Return dataset.json; None if it is unusable, which is a separate finding."""
     with suppress(InputError):
         return read_dataset_json(Folder(Path(root)))
     return None
 
 
 def target_id_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """Yield an error where the ids of the record's targets, or their names, are not those of dataset.json: the
-    picture's labels then mean other targets than the dataset says."""
+    """Yield an error if the ids or names of the record's targets differ from dataset.json: the picture's labels then
+    mean other targets."""
     there, here = (_names(each.targets) for each in (picture.description, picture.record))
     if there != here:
         found = f"its targets are {_in_words(here)}, but dataset.json has {_in_words(there)}"

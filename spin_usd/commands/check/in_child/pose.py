@@ -1,4 +1,4 @@
-"""Rule: the pose of each target is that which its dense pose gives."""
+"""Rule: the pose of each target agrees with its dense pose."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from spin_usd.scene.finding import Finding
 
 SAMPLES = 2000  # pixels of a target
 MIN_PIXELS = 20  # fewer may lie on a line
-NOISE_PX = 1e-3  # what a pixel's point may lie beside its pixel: float32 rounds to less
+NOISE_PX = 1e-3  # tolerance of a pixel's point from its pixel: float32 rounds to less
 MIN_DEGREES, MIN_METRES = 1e-5, 1e-7  # where many pixels leave less than rounding in OpenCV
-MAX_DEGREES = 1.0  # where so much is allowed, the target is too small for the rule to say anything
+MAX_DEGREES = 1.0  # with a larger tolerance, the target is too small for the rule
 LENGTH = 1e-12  # of a range: orders of addition differ
 REFINED = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-15)
 
@@ -32,10 +32,10 @@ class PoseError:
 
 
 def pose_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """Yield an error for each target whose pose differs by more than rounding makes of it, or whose range is not the
-    length of its translation, and one where the picture's own pose is not that of its first target."""
+    """Yield an error for each target whose pose differs by more than rounding, or whose range is not the length of its
+    translation, and one if the picture's own pose is not its first target's."""
     if picture.record.pose != picture.record.targets[0].pose:
-        message = f"the picture's pose is not that of its first target; {MAKE_AGAIN}"
+        message = f"the picture's pose is not its first target's; {MAKE_AGAIN}"
         yield Finding(code="pose", where=picture.where, message=message)
     for target in targets_of(picture):
         length = float(np.linalg.norm(target.T_cam_body.translation))

@@ -1,4 +1,4 @@
-"""The child's part of `check`: findings on a stage and what its pictures show."""
+"""The child's part of `check`: findings on a stage, and a summary of what its pictures show."""
 
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.calls import CheckStage, StageAnswer

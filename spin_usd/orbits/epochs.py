@@ -46,7 +46,7 @@ def frame_named(name: str, where: object) -> str:
     return known
 
 
-class Moments:
+class Epochs:
     """N times, in seconds after an epoch."""
 
     def __init__(self, epoch: str, seconds: Float) -> None:
@@ -57,9 +57,9 @@ class Moments:
             do = f"choose a year from {YEARS[0]} to {YEARS[1] - 1}"
             raise InputError(f"is {epoch}, for which the Earth's orientation is not known", where="epoch", do=do)
 
-    def after(self, seconds: float) -> "Moments":
+    def after(self, seconds: float) -> "Epochs":
         """Return the times shifted by `seconds`."""
-        return Moments(self.epoch, self.seconds + seconds)
+        return Epochs(self.epoch, self.seconds + seconds)
 
     @cached_property
     def time(self) -> Any:
