@@ -2,6 +2,7 @@
 
 import ast
 import graphlib
+import re
 import subprocess
 import sys
 import tomllib
@@ -327,6 +328,14 @@ def test_the_table_allows_nothing_that_no_file_needs() -> None:
 
 def test_no_cycle_of_files() -> None:
     assert cycle({str(module): {str(used) for used in own_imports(module)} - {str(module)} for module in MODULES}) == []
+
+
+def test_the_map_names_every_room() -> None:
+    """ARCHITECTURE.md has a row with each folder at the top of the package, and no other."""
+    table = (REPOSITORY / "ARCHITECTURE.md").read_text().partition("## The rooms")[2].partition("\n## ")[0]
+    cells = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    named = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
+    assert sorted(named) == sorted({module.parts[0] for module in MODULES if len(module.parts) > 1})
 
 
 def test_no_cycle_of_rooms() -> None:
