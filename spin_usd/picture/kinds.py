@@ -21,7 +21,7 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
     RADIANCE: (RADIANCE_CHANNELS.holds,),
     **{name: (label.channels.holds,) for name, label in LABELS.items()},
 }
-"""What the channels of each kind of file can be."""
+"""Channels that each kind of file can have."""
 IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
 RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels are of no renderer."""

@@ -24,9 +24,9 @@ class PixelCounts:
     """Counts of pixel centres."""
 
     visible: int
-    """Those that show the target."""
+    """Pixels that show the target."""
     amodal: int
-    """Those within the frame, as if nothing else were there."""
+    """Pixels within the frame that would show it if nothing else were there."""
     beyond: float
     """The same, outside the frame."""
 

@@ -54,7 +54,7 @@ class Chosen:
     by: str
     """"quality" or "error"."""
     asked: str
-    """What was asked, in the user's words."""
+    """Choice in the user's words."""
     reason: str
     """A sentence."""
     basis: Basis | None = None

@@ -30,7 +30,7 @@ class Trial(Struct, frozen=True, kw_only=True):
 
     trial_s: Annotated[float, Meta(gt=TRIAL_S / LIKELY, lt=TRIAL_S * LIKELY)]
     made_by: dict[str, str]
-    """What must be the same for the trial to say anything."""
+    """Facts that must be the same for the trial to hold."""
 
 
 def kept_trial() -> float | None:

@@ -41,29 +41,29 @@ class Plan:
     """The stage's root layer, or its copy's."""
     settings: RenderSettings
     variants: tuple[str, ...]
-    """Those wanted, in their order."""
+    """Wanted variants, in their order."""
     known_variants: tuple[str, ...]
-    """All of the stage's."""
+    """All variants of the stage."""
     names: tuple[str, ...]
-    """Those of all of the stage's frames."""
+    """Names of all frames of the stage."""
     frames: tuple[str, ...]
     """Names of those wanted, in all shards."""
     stages: Mapping[str, StageProvenance]
     """Provenance of the stage by variant, relative to its own folder."""
     origin: StageOrigin
-    """What the stage was made from."""
+    """Inputs and options that the stage was made from."""
     content: StageContent
-    """What all pictures share."""
+    """Content that all pictures share."""
     pictures: tuple[PlannedPicture, ...]
-    """Those to make, by variant, then in the stage's order."""
+    """Pictures to make, by variant, then in the stage's order."""
     skipped: tuple[SkippedCount, ...] = ()
-    """What of their work they do not need, where that was asked."""
+    """Work that they do not need, if it was counted."""
     notes: tuple[str, ...] = ()
-    """Sentences on what is rendered otherwise than the stage says."""
+    """Sentences on what is rendered differently from what the stage authors."""
     views: Views | None = None
-    """What the pictures show."""
+    """Summary of what the pictures show."""
     trial_s: float | None = None
-    """Seconds of a trial of this machine; None where nobody asked."""
+    """Seconds of a trial of this machine; None without one."""
 
 
 def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> Plan:

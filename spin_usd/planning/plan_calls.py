@@ -57,20 +57,20 @@ class OpenedStage(Struct, frozen=True, kw_only=True):
     """Its root layer's path, or its copy's."""
     seed: int
     variants: list[str]
-    """Those wanted, in their order."""
+    """Wanted variants, in their order."""
     device: str
-    """The first of the devices offered that can render all of its pictures."""
+    """First of the offered devices that can render all of its pictures."""
     known_variants: list[str]
-    """All that it has."""
+    """All variants."""
     names: list[str]
-    """Of all of its frames."""
+    """Names of all frames."""
     chosen: list[int]
-    """Places of those wanted."""
+    """Places of the wanted frames."""
     origin: StageOrigin
-    """What it was made from."""
+    """Inputs and options that it was made from."""
     content: StageContent
     trial_s: float | None
-    """Seconds of a trial of this machine, where that was asked."""
+    """Seconds of a trial of this machine, if one was requested."""
 
 
 class PlanPart(Struct, frozen=True, kw_only=True):

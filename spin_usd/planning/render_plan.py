@@ -22,7 +22,7 @@ LACKING = {
     "lidar": ("LiDAR", "author it with --lidar, for example --lidar flash, or leave that label out"),
     "paired": ("second camera", "author it with --camera twice, or leave that label out"),
 }
-"""What a stage lacks, by what labels need, and what to do about it."""
+"""Names and remedies of things that a stage lacks, by the need of a label."""
 
 
 def plan(

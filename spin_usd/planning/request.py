@@ -1,4 +1,4 @@
-"""What is asked of a run: the options of a user, with the effort that they come to."""
+"""The request of a run: a user's options, with the effort that results from them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,9 +27,9 @@ class RenderRequest:
 
     options: PictureOptions
     effort: Effort
-    """What the options come to."""
+    """Effort that results from the options."""
     chosen: Chosen | None = None
-    """Why it is that effort, where it was not given."""
+    """Reason for the effort, if it was not given."""
 
     def __post_init__(self) -> None:
         for label in self.labels:
@@ -135,18 +135,18 @@ class RenderRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """The question that a plan answers."""
+    """The request for a plan."""
 
     request: RenderRequest
     devices: tuple[str, ...] = (CPU,)
-    """Those that may render the light; the first that can is taken."""
+    """Devices that may render the light; the first able one is taken."""
     labels: tuple[str, ...] = ()
-    """Those whose keys are asked for."""
+    """Labels whose keys are wanted."""
     copy_to: Path | None = None
     """A folder to copy the stage to first."""
     explain: bool = False
-    """Whether to say what of the work the scenes do not need."""
+    """Whether to count the work that the scenes do not need."""
     shard: Shard | None = None
-    """The one whose pictures alone are planned; None for all."""
+    """Shard whose pictures alone are planned; None for all."""
     trial: bool = False
-    """Whether to try how fast this machine is."""
+    """Whether to measure how fast this machine is."""

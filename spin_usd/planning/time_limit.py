@@ -19,7 +19,7 @@ class TimeLimits:
     """The time limits of a run's pictures: TIMES as long as each is expected to take."""
 
     options: CommonWork
-    """Those of the run."""
+    """Options of the run."""
     workers: int
     """How many share the work."""
     cores: int

@@ -50,7 +50,7 @@ class VariantTable:
     finished: int
     """Pictures that the dataset has already."""
     works: tuple[Work, ...]
-    """Those of each picture to make, in their order."""
+    """Work of each picture to make, in their order."""
     slower: float
     """How many times as long this machine takes as that of the constants."""
     measured: tuple[str, ...]

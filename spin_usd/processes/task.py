@@ -24,11 +24,11 @@ class Task(Generic[Answer]):
     progress: Callable[..., None] | None = None
     """Called with the progress that the worker reports."""
     failure: SpinError | ChildInternalError | None = None
-    """Why it has failed."""
+    """Reason of its failure."""
     begun: bool = False
-    """Whether a worker ever got it."""
+    """True once a worker got it."""
     ended: bool = False
-    """Whether it is done or has failed."""
+    """True once it is done or has failed."""
 
     def __post_init__(self) -> None:
         self.retries = Retries(self.tries)
@@ -60,11 +60,11 @@ class Worker(Generic[T]):
     number: int
     """Its place among the workers, from 0; one that replaces another has the same."""
     opened: bool
-    """Whether it is ready for tasks."""
+    """True once it is ready for tasks."""
     task: T | None = None
     """The task that it is at."""
     holds: object = None
-    """What the source of the tasks notes that it has ready for others, such as an open variant."""
+    """Note of the tasks' source on what the worker has ready, such as an open variant."""
 
 
 class Tasks(Protocol[T]):

@@ -21,11 +21,11 @@ Matrix = list[list[float]]
 
 
 class DrawnFrom(Struct, frozen=True, kw_only=True):
-    """What a picture of a stream is drawn from."""
+    """The source of a picture of a stream."""
 
     seed: int
     number: int
-    """The picture's, in the stream."""
+    """Number of the picture in the stream."""
     poses: str | None = None
     """A sampling specification: its text, file or name; None where the request has the pose."""
     spec: str | None = None
@@ -33,7 +33,7 @@ class DrawnFrom(Struct, frozen=True, kw_only=True):
 
 
 class PictureRequest(Struct, frozen=True, kw_only=True):
-    """A picture that is asked for: a frame of the stage, and what is to be otherwise than there."""
+    """A request for a picture: a frame of the stage, and changes of it."""
 
     frame: str | None = None
     """The frame's name, or its place as text; the first where None."""
@@ -42,21 +42,21 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
     time: float | None = None
     """Seconds of the stage, instead of a frame's."""
     name: str | None = None
-    """What the picture is called, which decides its noise; made of its poses where None."""
+    """Name of the picture, which decides its noise; made from its poses if None."""
     seed: int | None = None
-    """That of all that is random; None for the simulator's own."""
+    """Seed of all that is random; None for the simulator's own."""
     poses: dict[str, Matrix] = {}
     """T_cam_body by target; "" is the first."""
     parts: dict[str, Matrix] = {}
-    """By part of the first target, where it is moved to: in the target's axes, metres."""
+    """Places to which parts of the first target are moved, by part: target's axes, metres."""
     lights: dict[str, float] = {}
-    """Factors by light."""
+    """Factors on strengths by light."""
     values: dict[str, Any] = {}
-    """Those of parameters, by name, each in its own unit; of "background" the file of a photograph."""
+    """Values of parameters by name, each in its own unit; of "background" the file of a photograph."""
     selections: dict[str, str] = {}
     """Variants of the stage's other sets, by set."""
     drawn: DrawnFrom | None = None
-    """What the rest is drawn from, before the picture is made."""
+    """Source from which the rest is drawn before the picture is made."""
 
     @property
     def called(self) -> str | None:

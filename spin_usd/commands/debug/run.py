@@ -29,9 +29,9 @@ class DebugFile:
     path: Path
     """Where it lies."""
     frame: str
-    """That of the picture that it shows."""
+    """Frame of the picture that it shows."""
     variant: str
-    """That of the picture that it shows."""
+    """Variant of that picture."""
     notes: tuple[str, ...]
     """Sentences on what is rendered otherwise than the stage authors it."""
 

@@ -43,7 +43,7 @@ class Reproduction(Struct, frozen=True, kw_only=True):
     """The libraries that are another version now, by name, with the recorded version and today's, "" where there is
     none."""
     devices: tuple[str, str]
-    """What rendered the light, as recorded and now."""
+    """Devices that rendered the light: the recorded one and today's."""
 
     @property
     def same(self) -> bool:

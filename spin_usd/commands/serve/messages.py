@@ -1,4 +1,4 @@
-"""What clients of `serve` send and get, as msgpack: maps with these keys."""
+"""Messages between `serve` and its clients, as msgpack: maps with these keys."""
 
 from typing import Any
 
@@ -15,9 +15,9 @@ class Asked(Struct, forbid_unknown_fields=True, kw_only=True):
 
     ask: str = "picture"
     arrays: tuple[str, ...] = ("image",)
-    """Which of its files, by what they are."""
+    """Kinds of array that are sent."""
     record: bool = False
-    """Whether its record is sent too."""
+    """Whether the record is sent too."""
     frame: str | int | None = None
     pose: Any = None
     sun: list[float] | None = None

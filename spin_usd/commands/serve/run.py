@@ -38,7 +38,7 @@ from spin_usd.simulator.simulator import Simulator
 
 KEYS = "a map with the keys of docs/how-to/simulator.md"
 ASKED = tuple(each for each in Asked.__struct_fields__ if each not in ("ask", "arrays", "record"))
-"""What a message says of the picture, as `Simulator.request` takes it."""
+"""Fields of a message that `Simulator.request` takes."""
 MAX_WAITING = 16  # requests of one client that may wait: more are refused
 ADDRESS = re.compile(r"tcp://(?:\[[^\]]+\]|[^\[\]:/\s]+):(?:(\d{1,5})|\*)|ipc://.+")
 MAX_PORT = 65535

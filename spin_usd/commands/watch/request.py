@@ -51,9 +51,9 @@ class WatchRequest:
     """The root layer."""
     options: WatchOptions
     renderer: str
-    """That of the picture after the preview."""
+    """Renderer of the picture after the preview."""
     effort: Effort
-    """That of the same picture."""
+    """Effort of that picture."""
 
     @property
     def choice(self) -> WatchedPicture:
@@ -88,7 +88,7 @@ class StageView(Struct, frozen=True, kw_only=True):
     """What a viewer answers: a picture, or a fault."""
 
     files: FileStates = {}
-    """Those that the stage is made of, as they were before they were read."""
+    """States of the stage's files before they were read."""
     seen: SeenPicture | None = None
     fault: str = ""
     """A sentence."""

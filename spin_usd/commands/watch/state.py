@@ -31,7 +31,7 @@ class State:
     variants: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     light: str = ""
-    """What made the image, a renderer's name."""
+    """Name of the renderer that made the image."""
     rendering: bool = False
     """Whether another renderer is at work on it."""
     pictures: tuple[tuple[str, int], ...] = ()

@@ -29,7 +29,7 @@ LARGEST_SHARE = 0.9  # of the machine's memory, for all workers together
 MIN_MEMORY = 2 << 30  # bytes that a worker may always hold
 
 Message = Mapping[str, Any]
-"""What a worker says, as it said it; {"died": {"found": ..., "cause": ...}} where it has ended, {"usage": {...}} for
+"""Message of a worker, unchanged; {"died": {"found": ..., "cause": ...}} where it has ended, {"usage": {...}} for
 what it did with the processors."""
 
 
@@ -43,7 +43,7 @@ class WorkerOpening:
     request: Mapping[str, Any]
     """Its request as JSON has it, without folders and processors."""
     versions: Mapping[str, str]
-    """Those of the supervisor's software."""
+    """Versions of the supervisor's software."""
     number: int
     """Its place among the workers that share the machine."""
     of: int | None = None

@@ -35,16 +35,16 @@ PART, RESET = "xformOp:transform", "!resetXformStack!"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edits:
-    """What a picture shows otherwise than the stage has it."""
+    """Changes of a stage for one picture."""
 
     poses: Mapping[str, Float] = field(default_factory=dict)
     """T_cam_body (4, 4) by the names of targets."""
     parts: Mapping[str, Float] = field(default_factory=dict)
-    """By the names of the first target's parts, where they are moved to: (4, 4) in the target's axes, metres."""
+    """Places to which parts of the first target are moved, by name: (4, 4) in the target's axes, metres."""
     lights: Mapping[str, float] = field(default_factory=dict)
     """Factors on the strengths of lights, by their names or paths."""
     values: Mapping[str, Any] = field(default_factory=dict)
-    """Those of parameters, by name, each in its own unit."""
+    """Values of parameters by name, each in its own unit."""
     selections: Mapping[str, str] = field(default_factory=dict)
     """Variants of the default prim's other sets, by set."""
 
