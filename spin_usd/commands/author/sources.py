@@ -123,7 +123,7 @@ def open_sources(options: AuthorOptions, pictures: Mapping[str, Path]) -> Source
         lens=lens_of(cameras.layer),
         camera_file=cameras.files["camera"],
         camera_notes=cameras.notes,
-        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
+        map_notes=tuple(f"the Earth's {kind} is from {file.name}" for kind, file in maps.items()),
     )
 
 
@@ -218,7 +218,7 @@ def images_in(path: Path, what: str) -> list[Path]:
             raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
     elif path.exists() and path.suffix.lower() not in PICTURES:
         do = f"give a folder, or one of {', '.join(PICTURES)}"
-        raise InputError(f"is no {what} that is read", where=path, do=do)
+        raise InputError(f"is not a supported {what}", where=path, do=do)
     for file in files:
         open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or a file that fills the memory
     return files
