@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from spin_usd.errors import InputError, MissingPackageError, OutputError, SpinError
 
 PARSERS: Mapping[str, str] = {
-    "builtins.UnicodeError": "holds text that is not UTF-8",
+    "builtins.UnicodeError": "contains text that is not UTF-8",
     "builtins.RecursionError": "is nested too deeply",
     "builtins.MemoryError": "needs more memory than a process that reads it may take",
     "builtins.OverflowError": "holds a number that is too large",
@@ -107,7 +107,7 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
         return fault
     if isinstance(fault, OSError) and fault.errno is not None and fault.errno in SYSTEM:
         reason, at = os.strerror(fault.errno), fault.filename if fault.filename is not None else where
-        return OutputError(reason if at is None else f"the system says: {reason}", where=at, do=SYSTEM[fault.errno])
+        return OutputError(reason if at is None else f"the system reports: {reason}", where=at, do=SYSTEM[fault.errno])
     if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
         missing = f"{package} is not installed, as reading a dataset does not need it"
         return MissingPackageError(missing, do=to_install(package))

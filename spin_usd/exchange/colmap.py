@@ -203,7 +203,7 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
         try:
             numbers = [float(word) for word in words[1:8]]
         except ValueError:
-            raise InputError("holds something else than numbers before the image's name", where=where) from None
+            raise InputError("contains text that is not a number before the image's name", where=where) from None
         pose = finite_numbers(numbers, 7, "the pose", where)
         yield PoseEntry(filename=words[9].strip(), q_cam_body=pose[:4], t_cam_body=pose[4:])
 
@@ -242,9 +242,9 @@ def read_camera(path: Path) -> Calibration:
     try:
         width, height, *numbers = [float(word) for word in words[2:]]
     except ValueError:
-        raise InputError("holds something else than numbers after the camera's model", where=path) from None
+        raise InputError("contains text that is not a number after the camera's model", where=path) from None
     cx, cy, *k = finite_numbers(numbers, len(numbers), "the camera", str(path))[focal:]
-    note = (f"holds {len(lines)} cameras, and {words[0]} is taken: leave another alone there to take that",)
+    note = (f"holds {len(lines)} cameras, of which {words[0]} is used: keep only another one to use that",)
     return Calibration(
         size=whole([width, height], path),
         projection=(numbers[0], numbers[focal - 1], cx, cy),

@@ -88,7 +88,7 @@ def _shared(dataset: ExportedDataset) -> Iterator[ExportFile]:
     for variant in dict.fromkeys(augmentation_and_camera(each)[0] for each in dataset.variants):
         pair = [each for each in dataset.variants if augmentation_and_camera(each)[0] == variant]
         if variant not in pair:
-            found = "is of a further camera, and KITTI's places are those in the first one's axes"
+            found = "is of a further camera, but KITTI's positions are in the first one's axes"
             raise UnsupportedError(found, where=pair[0], do=f"export {variant} too")
         if len(pair) > 2:
             do = f"choose two with --variants, such as {variant},{next(each for each in pair if each != variant)}"

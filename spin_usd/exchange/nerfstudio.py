@@ -51,7 +51,7 @@ CONVENTIONS = (
     "transform_matrix takes the camera's axes, which are OpenGL's (x right, y up, looking along -z), to the body axes "
     "of the target's model, which are the world's here; metres. Numbers have all their digits.",
     "cx and cy are in pixels with (0, 0) at the corner of the image, as in the dataset; k1, k2, k3, p1, p2 are "
-    "OpenCV's. They stand once for all pictures, or in each frame where cameras differ.",
+    "OpenCV's. They are given once for all pictures, or in each frame if cameras differ.",
     "A mask is 255 where the target is visible and to be used, else 0.",
     f"{CLOUD} has up to {POINTS} points of the target's surface, of the label dense_pose, with normals and the colours "
     "of the images.",
@@ -59,7 +59,7 @@ CONVENTIONS = (
     "body's axes and metres. orientation_override = none keeps them from being turned.",
     "Where there are several splits, train_filenames, val_filenames and test_filenames list them; nerfstudio needs "
     "all three, so a missing one of the latter two repeats the other.",
-    "The target stands still, and the Sun and the background move around it as it turned: the brightness of a point "
+    "The target does not move, and the Sun and the background move around it instead: the brightness of a point "
     "may differ from picture to picture.",
 )
 IN_MILLIMETRES = "Depth is planar z in whole millimetres, 16-bit PNG, 0 for nothing."
@@ -208,7 +208,7 @@ def read_camera(path: Path) -> Calibration:
     frames = said.get(FRAMES, []) if isinstance(said, dict) else None
     if not isinstance(frames, list) or "distortion_params" in said:
         do = "give one JSON object, with k1, k2, p1 and p2 beside fl_x, and a list of frames"
-        raise InputError("holds no camera in names that are read", where=path, do=do)
+        raise InputError("has no camera under the supported names", where=path, do=do)
     if any({*LENS, "w", "h", "k1", "camera_model"} & set(frame) for frame in frames if isinstance(frame, dict)):
         do = "write the camera of one of them, as COLMAP's cameras.txt or as OpenCV does"
         raise InputError("has cameras of its own in its frames", where=path, do=do)

@@ -51,7 +51,7 @@ def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float
     if not isinstance(values, list) or len(values) != count:
         raise InputError(f"{name} is not a list of {count} numbers", where=where)
     if not all(type(v) in (float, int) for v in values):
-        raise InputError(f"{name} holds something else than numbers: {values!r}", where=where)
+        raise InputError(f"{name} contains a value that is not a number: {values!r}", where=where)
     try:
         numbers = [float(v) for v in values]
     except OverflowError:

@@ -60,7 +60,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         try:
             values = [float(word) for word in words[timed : count + timed]]
         except ValueError:
-            raise InputError("holds something else than numbers", where=where) from None
+            raise InputError("contains text that is not a number", where=where) from None
         q, t, off = pose(finite_numbers(values, count, "the pose", where), where)
         norm = float(np.linalg.norm(q))
         if not abs(norm - 1) <= QUATERNION_NORM_ROUNDED:

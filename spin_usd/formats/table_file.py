@@ -183,7 +183,7 @@ def read_materials_file(path: str | Path, table: Table = MATERIALS) -> tuple[Mat
         idle = [column for column in FINISH[1:] if column in row.values]
         if idle and row.values.get("material", KEEP) == KEEP:
             do = "name a material of the library, or leave it out"
-            raise InputError(f"has a {idle[0]}, and no material that it could be of", where=row.where, do=do)
+            raise InputError(f"has a {idle[0]}, but no material to apply it to", where=row.where, do=do)
     return tuple(_material(row) for row in rows if "material" in row.values)
 
 

@@ -213,7 +213,7 @@ class Dataset(Sequence[Picture]):
         """
         numbers = all(isinstance(share, Real) and isfinite(share) and share > 0 for share in shares)
         if not shares or not numbers or sum(shares) > 1 + 1e-9:
-            raise InputError(f"the shares {shares} are none", do="give numbers above 0 that sum up to 1, as 0.8, 0.2")
+            raise InputError(f"the shares {shares} are invalid", do="give numbers above 0 that sum to 1, as 0.8, 0.2")
         if by not in ("pose", "picture"):
             raise InputError(f"pictures cannot be split by {by!r}", do="choose among pose, picture")
         named = {str(number): share for number, share in enumerate(shares)}
@@ -228,7 +228,7 @@ class Dataset(Sequence[Picture]):
         )
         for share, part in zip(shares, parts, strict=True):
             if not part:
-                found = f"{share:g} of {pluralise(len(set(group.values())), by)} is none"
+                found = f"{share:g} of {pluralise(len(set(group.values())), by)} is less than one"
                 raise InputError(found, where=self.root, do="give larger shares, or split more pictures")
         return parts
 

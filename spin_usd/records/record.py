@@ -167,8 +167,8 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
     visible_fraction: Annotated[
         Share | None,
         Meta(
-            description="Visible pixels over all that it covers, those outside the frame too, as if nothing else were "
-            "there; null where it covers no pixel's centre."
+            description="Visible pixels over all that it covers without occlusion, also outside the frame; null if it "
+            "covers no pixel's centre."
         ),
     ]
     box: RecordedBox
@@ -227,7 +227,7 @@ class RecordedRig(JsonStruct, frozen=True, kw_only=True):
     q_first_cam: Annotated[
         Quaternion,
         Meta(
-            description="How it stands in the axes of the first camera: p_first = R(q_first_cam) p_cam + t_first_cam: "
+            description="Its pose in the axes of the first camera: p_first = R(q_first_cam) p_cam + t_first_cam: "
             "scalar-first unit quaternion, metres, OpenCV camera axes of both."
         ),
     ]
@@ -308,7 +308,7 @@ class RecordedLidar(JsonStruct, frozen=True, kw_only=True):
 class RecordedRangeFinder(JsonStruct, frozen=True, kw_only=True):
     """Exact measurements of the laser range finder: distances from its position, metres."""
 
-    origin: Annotated[Vector, Meta(description="Where it stands in the camera's axes, metres.")]
+    origin: Annotated[Vector, Meta(description="Its position in the camera's axes, metres.")]
     direction: Annotated[Vector, Meta(description="Its boresight in the camera's axes, a unit vector.")]
     divergence_deg: Annotated[float, Meta(ge=0, description="Full angle of the cone that it lights, degrees.")]
     range: Annotated[Size | None, Meta(description="Along the boresight; null where nothing is.")]
@@ -366,7 +366,7 @@ class StageProvenance(JsonStruct, frozen=True, kw_only=True):
     """The stage that the picture shows."""
 
     root: Annotated[FileName, Meta(description="The root layer, relative to the dataset.")]
-    hash: Annotated[Sha256, Meta(description="Of the composed content, wherever it lies.")]
+    hash: Annotated[Sha256, Meta(description="Hash of the composed content, independent of its folder.")]
     files: Annotated[
         dict[FileName, Sha256],
         Meta(description="Layers and assets used, relative to the root layer's folder."),
@@ -447,8 +447,7 @@ class Provenance(JsonStruct, frozen=True, kw_only=True):
     options: Annotated[
         dict[Name, str | int | float | bool] | UnsetType,
         Meta(
-            description="Options of the command that decide pictures and stand nowhere else here, by name, where they "
-            "were not as usual.",
+            description="Other options of the command that change pictures, by name, if not the default.",
             extra_json_schema={"minProperties": 1},
         ),
     ] = UNSET

@@ -126,7 +126,7 @@ class Choice(Distribution, frozen=True, kw_only=True, tag="choice"):
             found = f"{len(self.weights)} weights are given for {len(self.values)} values"
             raise InputError(found, do="give one for each")
         if self.weights and not (min(self.weights) >= 0 and 0 < sum(self.weights) < math.inf):
-            raise InputError(f"weights {list(self.weights)} leave nothing to choose", do="make some positive")
+            raise InputError(f"weights {list(self.weights)} are negative, infinite or all 0", do="make some positive")
 
     def sample(self, rng: np.random.Generator) -> Value:
         shares = np.cumsum(self.weights or [1.0] * len(self.values))

@@ -39,7 +39,7 @@ def _listed(words: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
 
 def images_in(path: Path, what: str) -> list[Path]:
     """Return the images in the folder `path`, in order, or the image that it is. Raises InputError, which calls them
-    `what`, for a folder without any, and for what is none, or cannot be opened."""
+    `what`, for a folder without any, and for a file that is not an image, or cannot be opened."""
     files = [path]
     if path.is_dir():
         listed = (file for file in path.iterdir() if not file.name.startswith("."))  # of macOS: ._a.jpg, no picture
@@ -48,7 +48,7 @@ def images_in(path: Path, what: str) -> list[Path]:
             raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
     elif path.exists() and path.suffix.lower() not in PICTURES:
         do = f"give a folder, or one of {', '.join(PICTURES)}"
-        raise InputError(f"is no {what} that is read", where=path, do=do)
+        raise InputError(f"is not a supported {what}", where=path, do=do)
     for file in files:
         open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
     return files

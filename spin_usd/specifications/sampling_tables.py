@@ -254,11 +254,11 @@ class SamplingTables(SpecTable, frozen=True, kw_only=True):
     title: Annotated[str, Meta(description="Description for people; for a published data set its name.")] = ""
     camera: Annotated[
         str | None,
-        Meta(description="A built-in camera's name; --camera stands instead, and is needed where this is absent."),
+        Meta(description="A built-in camera's name; --camera replaces it, and is needed if this is absent."),
     ] = None
     target: Annotated[
         str | None,
-        Meta(description="A built-in target's name; --target stands instead, and is needed where this is absent."),
+        Meta(description="A built-in target's name; --target replaces it, and is needed if this is absent."),
     ] = None
     preset: Annotated[
         str | None,

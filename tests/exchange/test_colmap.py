@@ -131,7 +131,7 @@ def test_each_camera_has_a_line_and_a_picture_of_nothing_an_empty_one(rendered, 
     ("text", "words"),
     [
         ("1 1 0 0 0 0 0 5 1\n\n", r"images\.txt, line 1: has 9 words, which is not an image; give IMAGE_ID"),
-        ("# a\n\n1 1 0 0 0 0 0 x 1 a.png\n\n", r"line 3: holds something else than numbers before the image's name"),
+        ("# a\n\n1 1 0 0 0 0 0 x 1 a.png\n\n", r"line 3: contains text that is not a number before the image's name"),
         ("1 1 0 0 0 0 0 nan 1 a.png\n\n", "the pose holds NaN or infinity"),
         ("1 1 1 0 0 0 0 5 1 a.png\n\n", r"norm 1\.41421356, expected 1; give a unit quaternion, scalar first"),
         ("# nothing\n", "holds no poses"),

@@ -96,8 +96,11 @@ WRONG = {
     "a name for a place": (lambda d: d["img000001"], r"there is no picture 'img000001'; give its place, from 0, or"),
     "names for a slice": (lambda d: d["a":"b"], "there is no picture slice"),
     "a number for a condition": (lambda d: d.where(3), '3 is not a condition; write it like "range < 8'),
-    "a text for a share": (lambda d: d.split(0.5, "a"), r"the shares \(0.5, 'a'\) are none; give numbers"),
-    "a share of nothing": (lambda d: d.split(0.9, 0.1), "0.1 of 3 poses is none; give larger shares, or split more"),
+    "a text for a share": (lambda d: d.split(0.5, "a"), r"the shares \(0.5, 'a'\) are invalid; give numbers"),
+    "a share of nothing": (
+        lambda d: d.split(0.9, 0.1),
+        "0.1 of 3 poses is less than one; give larger",
+    ),
     "a batch of nothing": (lambda d: d.collate([]), "there is no picture to make a batch of; give one or more"),
     "no such target": (lambda d: d.crop("nosuch"), "no target is named 'nosuch'; choose among 1 'tango'"),
     "no such id": (lambda d: d.crop(2), "there is no target 2; choose among 1 'tango'"),

@@ -94,7 +94,7 @@ def test_seed_augmentation_parameter_picture_and_try_all_count() -> None:
         ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 3.1}, "fewer than 0.001 of all values about 0"),
         ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 2, "high": 2}, "no number lies between"),
         ({"distribution": "choice", "values": []}, "nothing to choose"),
-        ({"distribution": "choice", "values": [1, 2], "weights": [0, 0]}, "nothing to choose"),
+        ({"distribution": "choice", "values": [1, 2], "weights": [0, 0]}, "all 0"),
         ({"distribution": "directions", "least": 50, "most": 40}, "no direction"),
         ({"distribution": "fixed", "value": 1, "low": 0}, "has no 'low'"),
     ],

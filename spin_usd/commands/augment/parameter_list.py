@@ -7,7 +7,7 @@ from spin_usd.stage.augment.parameter import ATTITUDE, DIRECTION, NUMBER, UNITS,
 from spin_usd.stage.augment.parameters import FIELDS, NUMBERED, PARAMETERS, parameter_named
 
 TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
-BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."
+BACKGROUND_IS = "The environment, by its name, that replaces the stage's own."
 INPUT_IS = (
     "An input of the material NAME; of all materials alike where NAME is *, of each for itself where it is each. Its "
     "factor is NAME.{}.factor."

@@ -122,7 +122,7 @@ def open_sources(options: AuthorOptions, pictures: Mapping[str, Path]) -> Source
         lens=lens_of(cameras.layer),
         camera_file=cameras.files["camera"],
         camera_notes=cameras.notes,
-        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
+        map_notes=tuple(f"the Earth's {kind} is from {file.name}" for kind, file in maps.items()),
     )
 
 

@@ -190,7 +190,7 @@ def _foreign(name: str) -> str | None:
         return None
     if name.startswith(f"{CACHE}/{EVENTS}/"):
         return "is of events that are not whole; run spin-usd render again with --events, or remove it"
-    return f"is not of the cache; it holds {', '.join(CACHED)}"
+    return f"is not part of the cache, which contains {', '.join(CACHED)}"
 
 
 def answered_findings(task: Task[PictureAnswer], inventory: Inventory) -> Iterator[Finding]:

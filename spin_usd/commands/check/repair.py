@@ -39,7 +39,7 @@ def repair(root: Path, *, progress: Progress, note: Note = no_note) -> CheckRepo
     """
     store = Store(root=root.absolute())
     if not store.is_dataset():
-        raise InputError("is not a dataset, and --repair is for those", where=root, do="give a dataset's folder")
+        raise InputError("is not a dataset, which --repair needs", where=root, do="give a dataset's folder")
     with store.locked():
         pass  # remains of a killed run are gone now
     repairing = _Repair(store, progress, note)

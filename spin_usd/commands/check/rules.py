@@ -6,7 +6,7 @@ A finding's own message gives its place and exact fault. Findings with other cod
 from dataclasses import dataclass
 
 _AGAIN = "Run `check --repair`, or `render` with the same stage and options."
-_SENSE = "Nothing, if it is meant; else change pose, camera or light."
+_SENSE = "None if intended; else change pose, camera or light."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,8 +198,8 @@ DATASET = {
     "missing": Rule(meaning="A file that a record lists is not there."),
     "sha256": Rule(meaning="A file differs from its record."),
     "stray": Rule(meaning="A file of pictures or events is in no record.", remedy="Move it elsewhere, or remove it."),
-    "link": Rule(meaning="A link stands in the place of a file; none is followed.", remedy="Put the file there."),
-    "special": Rule(meaning="Neither a file nor a folder stands there, such as a pipe.", remedy="Remove it."),
+    "link": Rule(meaning="A link is in the place of a file; links are not followed.", remedy="Put the file there."),
+    "special": Rule(meaning="An entry is neither a file nor a folder, such as a pipe.", remedy="Remove it."),
     "outdated": Rule(
         meaning="A picture, or events, were made from another state of the stage.", remedy="Run `render` again."
     ),
@@ -209,7 +209,7 @@ DATASET = {
     ),
     "shards": Rule(meaning="Shards are missing.", remedy="Make them, then `merge`; or `render`."),
     "record": Rule(meaning="A record cannot be used, or is not of its schema."),
-    "numbers": Rule(meaning="A record or a file holds numbers that cannot be used."),
+    "numbers": Rule(meaning="A record or a file contains unusable numbers."),
     "size": Rule(meaning="A file has another size in pixels than the camera."),
     "depth": Rule(meaning="Depth is not the z of the dense pose."),
     "support": Rule(meaning="Labels cover different pixels."),
@@ -246,7 +246,7 @@ DATASET = {
     "event-rate": Rule(meaning="There are no events, or more than 1e9 a second.", remedy=_SENSE),
     "hot-pixels": Rule(
         meaning="Pixels have over 1,000 events a second, 50 times 99.9 % of pixels, and 10 times their neighbours.",
-        remedy="Nothing, if it is meant; else raise thresholds or lower their spread.",
+        remedy="None if intended; else raise thresholds or lower their spread.",
     ),
 }
 """Rules on datasets."""

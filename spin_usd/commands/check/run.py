@@ -87,7 +87,7 @@ def refuse_cross(path: Path, count: int | None) -> None:
     """Raise InputError where `path` is not a dataset, or `count`, of pictures, is below 1; UnsupportedError without
     Blender."""
     if not Store(root=path.absolute()).is_dataset():
-        raise InputError("is not a dataset, and --cross is for those", where=path, do="give a dataset's folder")
+        raise InputError("is not a dataset, which --cross needs", where=path, do="give a dataset's folder")
     if count is not None and count < 1:
         raise InputError(f"--cross-pictures is {count}", do="give 1 or more, or leave it out for all")
     require_renderer(CHECKING, instead="leave --cross out")

@@ -143,7 +143,7 @@ def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, fil
     """Return a line on the target and the keypoints that the tool begins with."""
     size = " x ".join(f"{edge:.4g}" for edge in np.ptp(target.mesh.hull, axis=0))
     if saved is not None:
-        begins = f"goes on with {pluralise(len(saved.names), 'keypoint')} of {file.path}"
+        begins = f"continues with {pluralise(len(saved.names), 'keypoint')} of {file.path}"
     else:
         begins = (
             f"begins with {pluralise(len(own.names), 'keypoint')} of the model" if own.names else "begins with none"

@@ -214,7 +214,7 @@ def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, pro
             _put_picture(picture, transfer)
         except (InputError, OutputError) as e:
             do = repair_of(picture.source.store.root) if isinstance(e, InputError) else e.do
-            rest = f"{done} of {len(pictures)} pictures are merged and stay, and it goes on with the others"
+            rest = f"{done} of {len(pictures)} pictures are merged and stay; another run merges the others"
             raise type(e)(e.found, where=e.where, do=f"{do}, and merge again: {rest}") from e
     progress(MERGING, len(pictures), len(pictures))
 

@@ -42,7 +42,7 @@ def _read(path: Path, *, chain: bool) -> Calibration:
     if chain and (cameras := [key for key, value in said.items() if key.startswith("cam") and isinstance(value, dict)]):
         said = said[cameras[0]]
         if len(cameras) > 1:
-            notes = (f"holds {len(cameras)} cameras, and {cameras[0]} is taken: leave another alone to take that",)
+            notes = (f"holds {len(cameras)} cameras, of which {cameras[0]} is used: keep only another one to use that",)
     sides = [said_once(said, names, path) for names in (WIDTH, HEIGHT)]
     sizes = {"size": said_once(said, SIZE, path)} if named(said, SIZE) else {}
     sizes |= {"image_size": sides} if sides != [None, None] else {}

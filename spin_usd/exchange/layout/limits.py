@@ -27,7 +27,7 @@ def no_fisheye(survey: Survey) -> None:
     readers of it would take the four for those."""
     for camera, picture in survey.cameras.items():
         if camera.fisheye:
-            found = f"has a fisheye lens, and {survey.format} holds k1, k2, p1, p2, k3 of OpenCV's other one alone"
+            found = f"has a fisheye lens, and {survey.format} holds only k1, k2, p1, p2, k3 of OpenCV's other lens"
             raise UnsupportedError(found, where=picture, do="export to colmap or nerfstudio, which hold it")
 
 

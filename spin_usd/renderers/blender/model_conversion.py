@@ -141,7 +141,7 @@ def _elsewhere(root: Path, path: Path) -> str | None:
     """Return the reason against opening that path, None if it may be opened or does not exist."""
     if not path.resolve().is_relative_to(root):
         return "lies outside the model's folder"
-    return "is no plain file" if os.path.lexists(path) and not path.is_file() else None
+    return "is not a plain file" if os.path.lexists(path) and not path.is_file() else None
 
 
 def _at_time(source: str, model_time: float | None) -> Iterator[str]:

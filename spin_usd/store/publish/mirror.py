@@ -153,7 +153,7 @@ def _refuse_other(url: DatasetUrl, own: Marker) -> None:
     on = psutil.pid_exists(found.process) if found.host == own.host else time.time() - found.time < OVER_S
     if found.token != own.token and on:
         said = f"is being written by another run (process {found.process} on {found.host})"
-        do = f"wait for its end; {OVER_S:.0f} s after it was killed this goes on where it stopped"
+        do = f"wait for its end; {OVER_S:.0f} s after it was killed this run can resume"
         raise InputError(said, where=url.shown, do=do)
 
 

@@ -237,7 +237,7 @@ LEFT_OUT = {
     "tiled inside": "",
     "tiled outside": "'t.<UDIM>.png' lies outside the model's folder, and was left out",
     "image link": "'link.png' lies outside the model's folder, and was left out",
-    "image pipe": "'pipe.png' is no plain file, and was left out",
+    "image pipe": "'pipe.png' is not a plain file, and was left out",
     "image device": "'zero' lies outside the model's folder, and was left out",
     "library inside": "",
     "appended outside": "",
@@ -246,7 +246,7 @@ LEFT_OUT = {
 REFUSED = {
     "cache outside": "takes .*/outside/c.mdd, which lies outside the model's folder",
     "library outside": "takes .*/outside/other.blend, which lies outside the model's folder",
-    "library pipe": "takes .*/in/late.blend, which is no plain file",
+    "library pipe": "takes .*/in/late.blend, which is not a plain file",
     "import": "imports files by geometry nodes",
 }
 

@@ -153,7 +153,7 @@ def test_a_table_of_materials_beats_those_of_the_parts(craft: Path, tmp_path: Pa
         ("Bus,gold_foil,,0", "scale = '0'; give a factor"),
         ("Buss,gold_foil,,", "'Buss' matches nothing; the materials are"),
         ("Bus,,,", "no 'material'"),
-        ("Bus,keep,#ff0000,", "has a color, and no material"),
+        ("Bus,keep,#ff0000,", "has a color, but no material"),
     ],
 )
 def test_a_wrong_row_is_told_and_nothing_is_left(craft: Path, tmp_path: Path, row: str, says: str) -> None:

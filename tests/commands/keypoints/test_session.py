@@ -149,7 +149,7 @@ def test_it_goes_on_with_what_was_saved(session, request_of_box, child) -> None:
     again = open_session(request_of_box, child, told.append)
     assert again.keypoints.names == ("kept",)
     assert (again.keypoints.points == session.keypoints.points).all()
-    assert "goes on with 1 keypoint of" in told[-1]
+    assert "continues with 1 keypoint of" in told[-1]
 
 
 def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box) -> None:

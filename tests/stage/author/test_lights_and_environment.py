@@ -245,7 +245,7 @@ def test_many_large_backgrounds_are_no_more_than_one(tmp_path, monkeypatch) -> N
 @pytest.mark.parametrize(
     ("name", "environment", "found"),
     [
-        ("photo.txt", None, "is no picture that is read"),
+        ("photo.txt", None, "is not a supported picture"),
         (".", None, "holds no picture"),
         ("photo.png", "earth", "0 back"),
     ],

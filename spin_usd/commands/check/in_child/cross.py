@@ -62,7 +62,7 @@ def cross_findings(request: CheckPicture) -> CrossAnswer:
     if len(ours) < len(arrays):
         return CrossAnswer(findings=[], compared=False)
     if not ours:
-        message = f"holds none of {', '.join(COMPARED)}, so there is nothing to compare"
+        message = f"holds none of {', '.join(COMPARED)}, so nothing can be compared"
         finding = Finding(code="cross", where=record, message=message, severity=WARNING)
         return CrossAnswer(findings=[finding], compared=False)
     scene = _scene(root, content)

@@ -92,7 +92,7 @@ def rate_findings(where: str, counts: NDArray[np.int64], duration: float) -> Ite
     of each pixel (H, W) in `duration` seconds."""
     total = int(counts.sum())
     if not total or total > MOST_RATE * duration:
-        found = f"has {total} events in {duration:g} s; change thresholds, noise or light, if that is not meant"
+        found = f"has {total} events in {duration:g} s; change thresholds, noise or light, if that is not intended"
         yield Finding(code="event-rate", where=where, message=found, severity=WARNING)
     if hot := hot_pixels(counts, duration):
         x, y = hot[0]

@@ -146,5 +146,5 @@ def test_without_blender_nothing_is_advised_that_check_does_not_have(described, 
 
 
 def test_a_stage_is_not_crossed(small_stage) -> None:
-    with pytest.raises(InputError, match="--cross is for those"):
+    with pytest.raises(InputError, match="which --cross needs"):
         package.check(small_stage, cross=True)
