@@ -1,11 +1,10 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
 The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
-`export`, `score` and `show`. They take what the commands take, by the same names, return what was done, and raise a
-`SpinError` where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time;
-`FreshDataset` gives each of them a new appearance whenever it is read, and `Simulator` makes pictures on request, in
-memory.
-Stages are opened and pictures rendered in child processes: neither USD nor Blender is ever loaded into the caller's.
+`export`, `score` and `show`. They have the same options as the commands, return a report, and raise a `SpinError` where
+a command would end with an error message. `Dataset` reads a dataset, a `Picture` at a time; `FreshDataset` gives each
+picture a new appearance on each access, and `Simulator` makes pictures on request, in memory. Stages are opened and
+pictures rendered in child processes: neither USD nor Blender is loaded into the caller's.
 """
 
 from importlib import import_module
