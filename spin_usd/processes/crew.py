@@ -152,7 +152,7 @@ class Crew(Generic[T]):
         worker = event.key
         match event:
             case pool.Reported(message=message):
-                yield WorkerReport(worker=worker, message=message)
+                yield WorkerReport(worker=worker, task=worker.task, message=message)
             case pool.Answered(result=result) if not worker.opened:
                 assert self._opening
                 worker.opened = True

@@ -158,7 +158,7 @@ class Executor(Generic[Content]):
                     self._opened(answer)
                 case Done(worker=worker, task=task):
                     self._done(worker, task)
-                case WorkerReport(worker=Worker(task=Task(progress=progress)), message=message) if progress:
+                case WorkerReport(task=Task(progress=progress), message=message) if progress:
                     progress(*message)
                 case GivenUp(task=None, reason=reason):
                     self._refuse(reason)

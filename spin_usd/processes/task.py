@@ -90,10 +90,12 @@ class Opened(Generic[T]):
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerReport(Generic[T]):
-    """A worker reports progress: the arguments of a callback."""
+    """A worker reports progress on a task, or while it opens."""
 
     worker: Worker[T]
+    task: T | None
     message: Sequence[Any]
+    """Arguments of a callback."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,7 @@ from contextlib import suppress
 
 import pytest
 
+from spin_usd.commands.check.calls import CHECK_STAGE, CheckStage
 from spin_usd.errors import SpinError
 from spin_usd.files.sha256 import sha256_of
 from tests.hostile.conftest import CAMERA, RECORD, slow
@@ -86,7 +87,7 @@ def test_a_binary_layer_that_is_damaged_where_it_is_read_late_is_told(child, pla
         at = rng.randrange(len(whole) - 16)
         layer.write_bytes(whole[:at] + b"\xff" * 16 + whole[at + 16 :])
         with suppress(SpinError):  # a defect is none
-            child.call("check_stage", stage=str(place.stage / "dataset.usda"), progress=lambda *_: None)
+            child.call(CHECK_STAGE, CheckStage(stage=str(place.stage / "dataset.usda")), progress=lambda *_: None)
 
 
 @pytest.mark.parametrize("k1", [1e300, slow(1e-320), slow(float("inf"))])

@@ -89,6 +89,7 @@ def test_pictures_records_and_locks_elsewhere_are_not_written(place, spin_usd, n
 @pytest.mark.parametrize("path", ELSEWHERE)
 @pytest.mark.parametrize("kind", TARGETS)
 def test_a_target_takes_no_file_from_outside_its_folder(place, child, kind, path) -> None:
+    from spin_usd.commands.author.reports import AUTHOR
     from spin_usd.errors import SpinError
 
     path = path.replace("{users}", str(place.users))
@@ -96,17 +97,17 @@ def test_a_target_takes_no_file_from_outside_its_folder(place, child, kind, path
         path = path.replace("secret.usda", "img9.png")
     text = HEAD.replace("(\n", f"(\n    subLayers = [@{path}@]\n", 1) if kind == "sublayer" else HEAD + TARGETS[kind]
     (place.folder / "t.usda").write_text(text.replace("PATH", path))
+    request = {
+        "poses": str(place.folder / "poses.json"),
+        "camera": str(place.folder / "camera.json"),
+        "target": str(place.folder / "t.usda"),
+        "out": str(place.folder / "out"),
+        "root": str(place.folder),  # else the folder around it is the model's too
+        "units_per_metre": 1.0,
+        "any_size": True,
+    }
     with pytest.raises(SpinError) as refused:
-        child.call(
-            "author",
-            poses=str(place.folder / "poses.json"),
-            camera=str(place.folder / "camera.json"),
-            target=str(place.folder / "t.usda"),
-            out=str(place.folder / "out"),
-            root=str(place.folder),  # else the folder around it is the model's too
-            units_per_metre=1.0,
-            any_size=True,
-        )
+        child.call(AUTHOR, request)
     assert refused.value.exit_code == 2
     assert not (place.folder / "out").exists()
 

@@ -91,7 +91,7 @@ ROWS = {  # the scene · part and target of the labels · the image's colour · 
     "opaque": (two(FRONT), (1, 1), RED, RED),
     "seen from its back": (two(FRONT, turned=True), (1, 1), RED, RED),
     "half transparent": (two(HALF), (1, 1), (RED + GREEN) / 2, RED),
-    "glass that shines": (two(GLASS), (1, 1), RED + GREEN, RED),
+    "emissive glass": (two(GLASS), (1, 1), RED + GREEN, RED),
     "transparent by an image": (two(textured(0.0)), (1, 1), GREEN, RED),
     "cut out": (two(textured(0.5)), (2, 1), GREEN, GREEN),
     "a part within another": (nested(FRONT), (1, 1), RED, RED),

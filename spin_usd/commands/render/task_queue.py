@@ -86,11 +86,10 @@ class TaskQueue:
         if not self.closed:
             self._tasks.appendleft(task)
 
-    def opened(self, worker: Worker[RenderTask]) -> float:
-        """Note that the worker has opened the stage of its picture; return the seconds that this may take now."""
-        assert worker.task
-        worker.holds, worker.task.within_s = worker.task.picture.variant, self._limit_s(worker.task)
-        return worker.task.within_s
+    def opened(self, worker: Worker[RenderTask], task: RenderTask) -> float:
+        """Note that the worker has opened the stage of the task; return the seconds that this may take now."""
+        worker.holds, task.within_s = task.picture.variant, self._limit_s(task)
+        return task.within_s
 
     def _prepared(self, task: RenderTask, worker: Worker[RenderTask]) -> RenderTask:
         picture = task.picture

@@ -180,8 +180,10 @@ def _handle(
     match event:
         case Opened():
             listener.ready()
-        case WorkerReport(worker=worker) if worker.task:  # its stage is open
-            crew.give(worker, queue.opened(worker))
+        case WorkerReport(worker=worker, task=task) if task:  # its stage is open
+            limit_s = queue.opened(worker, task)
+            if worker.task is task:  # it is still being made
+                crew.give(worker, limit_s)
         case Done(worker=worker, task=task):
             queue.finish(task)
             listener.done(task.picture, task.result)
