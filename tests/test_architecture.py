@@ -338,6 +338,26 @@ def test_the_map_names_every_room() -> None:
     assert sorted(named) == sorted({module.parts[0] for module in MODULES if len(module.parts) > 1})
 
 
+ONE_PLACE = {
+    "may_try_again": {"processes/crew.py"},  # whether a task is tried again after a death
+    "Pool": {"processes/crew.py"},  # the loop that feeds workers
+    "PassMaker": {"studio/studio.py"},  # ray caster, renderer and their maker put together
+}
+"""What only one module calls, so that there is one way to have pictures made."""
+
+
+@pytest.mark.parametrize("name", ONE_PLACE)
+def test_one_module_alone_calls(name) -> None:
+    calling = set()
+    for module in MODULES:
+        for node in ast.walk(tree(module)):
+            called = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Subscript) else None
+            called = called or (node.func if isinstance(node, ast.Call) else None)
+            if called is not None and (dotted(called) or "").rpartition(".")[2] == name:
+                calling.add(module.as_posix())
+    assert calling == ONE_PLACE[name]
+
+
 def test_no_cycle_of_rooms() -> None:
     """A room is a folder at the top with all below it; each command has one of its own."""
     graph: dict[str, set[str]] = defaultdict(set)

@@ -1,8 +1,8 @@
 """`spin-usd augment`: adds the augmentations of a specification to a stage, or lists the parameters."""
 
 import json
-from collections.abc import Iterator
-from typing import Annotated, Any
+from collections.abc import Iterator, Sequence
+from typing import Annotated
 
 import typer
 from msgspec import to_builtins
@@ -10,6 +10,7 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.augment.options import AugmentOptions
+from spin_usd.commands.author.reports import ParameterRow
 from spin_usd.errors import InputError
 from spin_usd.options import run_with
 from spin_usd.terminal.lines import NAME, Line, Painted, print_out
@@ -33,7 +34,7 @@ def augment(
         from spin_usd.commands.augment.run import parameters
 
         rows = parameters()
-        print_out(*([json.dumps(rows)] if as_json else _in_lines(rows)))
+        print_out(*([json.dumps(to_builtins(rows))] if as_json else _in_lines(rows)))
         return
     if options is None:
         raise InputError(
@@ -49,12 +50,12 @@ def augment(
     print_out(f"{report.root}   ({pluralise(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
-def _in_lines(rows: list[dict[str, Any]]) -> Iterator[Line]:
+def _in_lines(rows: Sequence[ParameterRow]) -> Iterator[Line]:
     """Yield two lines for each parameter: its name, values and units; then its description."""
     for row in rows:
-        unit, *others = row["units"] or [""]
+        unit, *others = row.units or ("",)
         also = f" (or in {', '.join(others)})" if others else ""
-        takes = f"{row['takes']} {unit}{also}".rstrip()
-        once = "" if row["per_frame"] else ", one value for all pictures"
-        yield Painted(row["name"], NAME), f": {takes}{once}"
-        yield f"    {row['description']}"
+        takes = f"{row.takes} {unit}{also}".rstrip()
+        once = "" if row.per_frame else ", one value for all pictures"
+        yield Painted(row.name, NAME), f": {takes}{once}"
+        yield f"    {row.description}"

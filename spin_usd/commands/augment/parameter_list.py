@@ -1,7 +1,6 @@
 """The parameters that a specification of augmentations can sample, as a table for people and programs."""
 
-from typing import Any
-
+from spin_usd.commands.author.reports import ParameterRow
 from spin_usd.scene.environment import BACKGROUND
 from spin_usd.stage.augment.parameter import ATTITUDE, DIRECTION, NUMBER, UNITS, Parameter
 from spin_usd.stage.augment.parameters import FIELDS, NUMBERED, PARAMETERS, parameter_named
@@ -15,23 +14,23 @@ INPUT_IS = (
 ATTRIBUTE_IS = "Any attribute of the stage, by its path, with the attribute's own values."
 
 
-def parameter_list() -> list[dict[str, Any]]:
-    """Return an entry for each parameter: its name, its units (none for plain numbers), its range in the first of them,
-    whether it can differ between pictures, and its description."""
+def parameter_list() -> list[ParameterRow]:
+    """Return a row for each parameter."""
     materials = (parameter_named(f"material.NAME.{field}") for field in FIELDS)
+    path = "/PRIM/PATH.ATTRIBUTE"
     return [
-        *(_entry(parameter, parameter.description) for parameter in (*PARAMETERS.values(), *NUMBERED.values())),
-        *(_entry(each, INPUT_IS.format(each.name.rpartition(".")[2])) for each in materials),
-        _row(BACKGROUND, "a name", BACKGROUND_IS, per_frame=False),
-        _row("/PRIM/PATH.ATTRIBUTE", "any", ATTRIBUTE_IS),
+        *(_row(parameter, parameter.description) for parameter in (*PARAMETERS.values(), *NUMBERED.values())),
+        *(_row(each, INPUT_IS.format(each.name.rpartition(".")[2])) for each in materials),
+        ParameterRow(name=BACKGROUND, takes="a name", description=BACKGROUND_IS, per_frame=False),
+        ParameterRow(name=path, takes="any", description=ATTRIBUTE_IS, per_frame=True),
     ]
 
 
-def _entry(parameter: Parameter, description: str) -> dict[str, Any]:
-    takes = str(parameter.limits) if parameter.kind == NUMBER else TAKES.get(parameter.kind, "true or false")
-    row = _row(parameter.name, takes, description, per_frame=parameter.changes)
-    return row | {"units": list(UNITS.get(parameter.unit, ()))}
-
-
-def _row(name: str, takes: str, description: str, *, per_frame: bool = True) -> dict[str, Any]:
-    return {"name": name, "units": [], "takes": takes, "per_frame": per_frame, "description": description}
+def _row(parameter: Parameter, description: str) -> ParameterRow:
+    return ParameterRow(
+        name=parameter.name,
+        units=tuple(UNITS.get(parameter.unit, ())),
+        takes=str(parameter.limits) if parameter.kind == NUMBER else TAKES.get(parameter.kind, "true or false"),
+        per_frame=parameter.changes,
+        description=description,
+    )

@@ -2,17 +2,16 @@
 
 from pathlib import Path
 from types import NoneType
-from typing import Any
 
 from spin_usd.commands.augment.options import AugmentOptions
-from spin_usd.commands.author.reports import AUGMENT, AugmentReport, AugmentStage
+from spin_usd.commands.author.reports import AUGMENT, AugmentReport, AugmentStage, ParameterRow
 from spin_usd.options import takes
 from spin_usd.processes.ask_child import ask_child
 from spin_usd.processes.call import Call
 from spin_usd.processes.child import Child
 from spin_usd.store.stage_path import existing_stage
 
-PARAMETER_LIST = Call("spin_usd.commands.augment.parameter_list:parameter_list", NoneType, list[dict[str, Any]])
+PARAMETER_LIST = Call("spin_usd.commands.augment.parameter_list:parameter_list", NoneType, list[ParameterRow])
 
 
 @takes(AugmentOptions)
@@ -28,7 +27,7 @@ def augment(options: AugmentOptions) -> AugmentReport:
     return ask_child(AUGMENT, request, reads=reads, progress=options.progress)
 
 
-def parameters() -> list[dict[str, Any]]:
+def parameters() -> list[ParameterRow]:
     """List the parameters that a specification can sample, each with its name, description, units and limits."""
     with Child() as child:
         return child.call(PARAMETER_LIST, None)

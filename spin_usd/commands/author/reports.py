@@ -51,5 +51,18 @@ class AugmentStage(Struct, frozen=True, kw_only=True):
     """New root layer beside the stage; None to write over it."""
 
 
+class ParameterRow(Struct, frozen=True, kw_only=True):
+    """A parameter that a specification can sample."""
+
+    name: str
+    units: tuple[str, ...] = ()
+    """Units that it can be given in; none for plain numbers."""
+    takes: str
+    """Values in the first of its units."""
+    per_frame: bool
+    """Whether it can differ from picture to picture."""
+    description: str
+
+
 AUTHOR = Call("spin_usd.commands.author.in_child:author_requested", dict[str, Any], AuthorReport)
 AUGMENT = Call("spin_usd.commands.author.augment:augment_requested", AugmentStage, AugmentReport)
