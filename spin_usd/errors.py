@@ -1,7 +1,19 @@
 """The error tree: every failure that a user can cause or fix is a SpinError.
 
-A message is one sentence that says what was found, where, and what to do next. Each class is also a
-built-in kind, so that callers who know nothing of spin_usd can still catch it.
+    SpinError                     exit code 2
+        InputError                ValueError: a file or an argument
+        GeometryError             ValueError: a rotation, a camera, a mesh
+        FrameError                TypeError: transforms whose frames do not touch
+        StageError                ValueError: a USD stage
+            UnknownPictureError   also an InputError: no such variant or frame
+        UnsupportedError          NotImplementedError: not rendered by this version, or not on this machine
+        MissingPackageError       ImportError: a package that is not installed
+        OutputError               OSError: a result that could not be written
+        RenderError               RuntimeError, exit code 1: a renderer or its process
+            ChildDiedError        (in `processes.deaths`) a process that ended before it answered
+
+A message is one sentence: what was found, where, and what to do next. Each class is also a built-in kind, so that
+callers who know nothing of spin_usd can still catch it.
 """
 
 DONE = 0

@@ -6,7 +6,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.basics.arrays import Float
 from spin_usd.errors import UnsupportedError
-from spin_usd.geometry.projection import Polygons, projected, stretch
+from spin_usd.geometry.box_projection import Polygons, projected, stretch
 from spin_usd.stage.read.shapes.primitives import SHAPES, read_gprim
 from spin_usd.stage.read.shapes.primvars import find_primvar
 from spin_usd.stage.usd.conversion import box, int_array, vec2f_array, vec3f_array

@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom, UsdShade
 from spin_usd.basics.resources import stages
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.errors import InputError
-from spin_usd.geometry.projection import Polygons, stretch
+from spin_usd.geometry.box_projection import Polygons, stretch
 from spin_usd.scene.texture import Texture
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from spin_usd.geometry.projection import Polygons, projected, stretch
+from spin_usd.geometry.box_projection import Polygons, projected, stretch
 
 DENSITY, STRETCH = 1.5, 2.0  # the most that a pattern may differ in size over a surface, and be drawn out
 TURNED = Rotation.from_euler("xyz", [33, 21, 57], degrees=True).as_matrix()
