@@ -51,11 +51,6 @@ class Crew(Generic[T]):
     def __len__(self) -> int:
         return len(self._pool)
 
-    def __iter__(self) -> Iterator[Event[T]]:
-        """Yield what happens until no task waits or is being done."""
-        while self.busy:
-            yield from self.step()
-
     def fileno(self) -> int:
         """Readable when a worker has something to say."""
         return self._pool.fileno()
@@ -142,10 +137,11 @@ class Crew(Generic[T]):
             for event in list(self._pool.wait(within_s=within_s)):
                 self._events.extend(self._heard(event))
         except BaseException:
-            for worker in set(self._pool).difference(self.idle):
-                self._pool.kill(worker)
+            for worker in self._pool:
                 if worker.task:
                     self._tasks.put_back(worker.task)
+                if worker.task or not worker.opened:
+                    self._pool.kill(worker)
             raise
 
     def _heard(self, event: pool.PoolEvent[Worker[T]]) -> Iterator[Event[T]]:

@@ -150,7 +150,9 @@ class Executor(Generic[Content]):
         self._waiting.tasks = deque(task for task in self._waiting.tasks if task not in tasks)
 
     def step(self, *, within_s: float = LOOK_S) -> None:
-        """Give idle workers what waits, and take what they have done, waiting for that as long."""
+        """Give idle workers the tasks that wait, and take their answers, waiting that long for them. Raises the reason
+        where no worker can be opened and no task waits."""
+        refused = None
         for event in self._crew.step(within_s=within_s):
             match event:
                 case Opened(answer=answer):
@@ -161,9 +163,11 @@ class Executor(Generic[Content]):
                 case WorkerReport(task=Task(progress=progress), message=message) if progress:
                     progress(*message)
                 case GivenUp(task=None, reason=reason):
-                    self._refuse(reason)
+                    refused = self._refused(reason)
                 case GivenUp() | WorkerReport():
                     pass
+        if refused:  # not before: an event whose handling is interrupted comes again
+            raise refused
 
     def interrupt(self) -> None:
         """End the workers, from another thread than the one that waits for a task: it gets ChildDiedError, and so does
@@ -191,12 +195,13 @@ class Executor(Generic[Content]):
     def _done(self, worker: Worker[Task[Any]], task: Task[Any]) -> None:
         """Take what a worker has done, before it gets another task."""
 
-    def _refuse(self, reason: SpinError | ChildInternalError) -> None:
-        """Let the first task that waits fail, as no worker can be opened; raise that where none waits."""
+    def _refused(self, reason: SpinError | ChildInternalError) -> SpinError | ChildInternalError | None:
+        """Let the first task that waits fail, as no worker can be opened; return the reason if none waits."""
         self._waiting.wants_worker = False
         if not self._waiting.tasks:
-            raise reason
+            return reason
         self._waiting.tasks.popleft().fail(reason)
+        return None
 
 
 def done_in_order(

@@ -7,6 +7,7 @@ import psutil
 import pytest
 
 from spin_usd.errors import InputError
+from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
 from spin_usd.processes.executor import Executor, done_in_order
 from spin_usd.processes.open_renderer import TRY_RENDERER
@@ -87,6 +88,24 @@ def test_an_interrupted_task_is_forgotten_and_its_answer_meets_no_other(monkeypa
         monkeypatch.setattr(executor._crew._pool, "wait", wait)
         assert "embreex" in executor.result(executor.submit(second))
         assert not first.ended
+
+
+def test_where_no_worker_opens_the_task_fails_and_the_next_is_tried_anew() -> None:
+    """An opening that is refused is one task's failure, or is raised where none waits."""
+
+    def start(_):
+        child = Child()
+        child.send(TRY_RENDERER, names.pop(0))
+        return child
+
+    names = ["no such", "no such", "raycast"]
+    with Executor(start, opening=TRY_RENDERER) as executor:
+        with pytest.raises(InputError, match="no such"):
+            executor.opened_content()
+        with pytest.raises(InputError, match="no such"):
+            executor.call(TRY_RENDERER, "raycast")
+        assert "embreex" in executor.call(TRY_RENDERER, "raycast")
+        assert "embreex" in executor.opened_content()
 
 
 def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> None:
