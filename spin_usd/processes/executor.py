@@ -149,6 +149,13 @@ class Executor(Generic[Content]):
         """Drop those of the tasks that wait; the answers of others go nowhere."""
         self._waiting.tasks = deque(task for task in self._waiting.tasks if task not in tasks)
 
+    def forget_all(self) -> None:
+        """Drop all tasks, and end the workers that are at one."""
+        self._waiting.tasks.clear()
+        for worker in self._crew.workers:
+            if worker.task:
+                self._crew.end(worker)
+
     def step(self, *, within_s: float = LOOK_S) -> None:
         """Give idle workers the tasks that wait, and take their answers, waiting that long for them. Raises the reason
         where no worker can be opened and no task waits."""
@@ -180,11 +187,6 @@ class Executor(Generic[Content]):
         self._crew.clear()
         self._interrupted = False
         self.start()
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether a worker is there, and none is at work."""
-        return bool(self._crew.idle) and not self._crew.tasks
 
     def _opened(self, answer: Content) -> None:
         """Take a worker's answer to the opening call."""

@@ -63,7 +63,8 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
         if self._process != os.getpid():
             return
         try:
-            if self._log and self._unsaved and self.is_idle:
+            if self._log and self._unsaved:
+                self.forget_all()
                 self.call(SAVE_LOG, None)
         finally:
             super().close()

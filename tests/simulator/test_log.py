@@ -94,6 +94,18 @@ def test_a_death_between_saving_and_answering_logs_nothing_twice(small_stage, sp
         np.testing.assert_array_equal(again[name], image)
 
 
+@pytest.mark.children
+def test_a_log_loses_nothing_where_its_worker_dies_before_it_is_saved(small_stage, tmp_path) -> None:
+    log, others = tmp_path / "log", set(psutil.Process().children())
+    with Simulator(small_stage, log=log, **HOW) as simulator:
+        for place in range(2):
+            simulator.picture(place)
+        (child,) = set(psutil.Process().children()) - others
+        child.kill()
+    with Simulator(small_stage, log=log, **HOW) as simulator:
+        assert simulator.workers.opened.logged == 2
+
+
 def test_what_the_first_picture_changes_is_changed_in_the_next_too(small_stage, spin_usd, tmp_path) -> None:
     images = {}
     with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
