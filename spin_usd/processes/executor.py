@@ -10,7 +10,7 @@ from typing import Any, Generic, Self, TypeVar
 from spin_usd.errors import SpinError
 from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.call import Answer, Call, Request
-from spin_usd.processes.child import ChildInternalError
+from spin_usd.processes.child import ChildInternalError, in_process
 from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.crew import Crew
@@ -59,8 +59,9 @@ class Executor(Generic[Content]):
         workers: int = 1,
         opening: Call[Any, Content] | None = None,
     ) -> None:
-        self.workers, self._waiting = workers, _Waiting(self._prepare)
-        self._crew = Crew[Task[Any]](start, self._waiting, slots=lambda: workers, opening=opening, lasting=True)
+        self.workers = 1 if in_process() else workers  # Blender's state is the process's
+        self._waiting = _Waiting(self._prepare)
+        self._crew = Crew[Task[Any]](start, self._waiting, slots=lambda: self.workers, opening=opening, lasting=True)
         self._content: Content | None = None
         self._interrupted = False
 
