@@ -60,7 +60,7 @@ class ParameterRow(Struct, frozen=True, kw_only=True):
     takes: str
     """Values in the first of its units."""
     per_frame: bool
-    """Whether it can differ from picture to picture."""
+    """True if its value can differ from picture to picture."""
     description: str
 
 
