@@ -153,7 +153,7 @@ def test_what_is_no_log_of_the_stage_is_refused(small_stage, cubesat_stage, tmp_
         Simulator(cubesat_stage, log=tmp_path / "log", **HOW)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "notes.txt").touch()
-    with pytest.raises(SpinError, match="is not empty, and holds no log"):
+    with pytest.raises(SpinError, match="is not empty, and contains no log"):
         Simulator(small_stage, log=tmp_path / "full", **HOW)
     stage = shutil.copytree(small_stage.parent, tmp_path / "stage")
     with pytest.raises(SpinError, match="holds a stage, and no log"):
