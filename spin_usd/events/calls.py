@@ -21,7 +21,7 @@ class StepCounts(Struct, frozen=True, kw_only=True):
     seconds: float
     """Time that they cover."""
     renders: int
-    """Renders that they take at least."""
+    """Least number of renders."""
 
 
 class OpenEvents(Struct, frozen=True, kw_only=True):
@@ -32,7 +32,7 @@ class OpenEvents(Struct, frozen=True, kw_only=True):
     pictures: list[int]
     """Places in the stage's frames; the events are between the first and the last."""
     labelled: bool
-    """Whether events get the ids of what they show."""
+    """Whether events contain the ids of target and part."""
     key: str
     """Key of all that decides the events."""
     times: list[float] | None = None
@@ -60,7 +60,7 @@ class ChunkMade(Struct, frozen=True, kw_only=True):
     """The result of a call on a chunk, or on all of them."""
 
     lost: bool = False
-    """Whether a chunk was damaged or gone, so that all were removed."""
+    """Whether a chunk was damaged or missing, so that all were removed."""
 
 
 COUNT_STEPS = Call("spin_usd.events.event_stage:count_steps", CountSteps, dict[str, StepCounts])

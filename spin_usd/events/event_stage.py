@@ -18,8 +18,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 
 class EventStage:
-    """The stage at `path` in a variant. pictures: places in its frames, between the first and the last of which events
-    are.
+    """The stage at `path` in a variant. pictures: places in its frames; events are between the first and the last.
 
     reader: the stage's · sensor: the pixels of its camera
     Raises InputError for a stage that can have no events.
@@ -43,13 +42,13 @@ class EventStage:
         return list(time_steps(partial(self.scene, progress), self._seconds))
 
     def scene(self, progress: Progress, seconds: float) -> Scene:
-        """Read the scene at that time; `progress` is told how far it is."""
+        """Read the scene at that time; `progress` is called with how far it is."""
         start, end = self._seconds[0], self._seconds[-1]
         progress(f"events of {self.reader.variant}: second", int(seconds - start), ceil(end - start))
         code = self.reader.clock.time_code(seconds)
-        # of the first picture's name, so of its seed: where nothing changes, neither noise nor a photograph does
+        # all have the first picture's name, and so its seed: noise and photographs stay the same
         frame = replace(self._first, time_code=code, time_s=seconds, utc="", source_file="")
-        scene = replace(self.reader.scene(frame, instant=True), sensor=self._detector)  # no exposure begins anew
+        scene = replace(self.reader.scene(frame, instant=True), sensor=self._detector)  # one exposure for all times
         return self._targets.in_place(scene)
 
 

@@ -39,7 +39,7 @@ from spin_usd.studio.studio import Studio
 
 
 class _LostChunkError(Exception):
-    """What was kept of a chunk is damaged or gone."""
+    """The stored data of a chunk are damaged or missing."""
 
 
 class EventWorker:
@@ -57,7 +57,7 @@ class EventWorker:
         self._studio.open_renderer()
         self._cache = Cache(folder=self._store.folder, versions=self._studio.versions, work=self._work)
         self._times = self._stage.times(progress) if request.times is None else request.times
-        # those of a run that goes on with other software are no parts
+        # chunks made with other software cannot be parts
         self._chunk_key = digest([request.key, self._studio.versions])
         self._exposure = self._metered() if request.exposure is None else request.exposure
         self._frames: list[LightFrame] = []
@@ -65,7 +65,7 @@ class EventWorker:
 
     @property
     def opened(self) -> OpenedEvents:
-        """The steps, and where their chunks are kept."""
+        """The steps, and the place of their chunks."""
         chunks = -(-(len(self._times) - 1) // CHUNK)
         return OpenedEvents(times=self._times, chunks=chunks, chunk_key=self._chunk_key, exposure=self._exposure)
 
@@ -74,7 +74,7 @@ class EventWorker:
         start = chunk * CHUNK
         times = self._times[start : start + CHUNK + 1]
         at = partial(self._stage.scene, progress)
-        sensor = replace(self._sensor, dark=self._sensor.dark / self._exposure)  # of light that is not exposed yet
+        sensor = replace(self._sensor, dark=self._sensor.dark / self._exposure)  # for light before exposure
         made = LightFrames(
             at, times, self._studio.maker, self._rendered, self._settings, sensor, labelled=self._labelled
         )
@@ -83,8 +83,9 @@ class EventWorker:
         return ChunkMade()
 
     def events(self, chunk: int) -> ChunkMade:
-        """Make the events of the chunk whose light was made, after those of the chunk before. The state that the next
-        one starts from lies beside them; where the state of the chunk before is damaged or gone, all chunks go."""
+        """Make the events of the chunk whose light was made, after the events of the chunk before. The state that the
+        next chunk starts from is stored with them; if the state of the chunk before is damaged or missing, all chunks
+        are removed."""
         frames, exposure = self._frames, np.float32(self._exposure)
         maker = EventMaker(self._sensor, frames[0].light.shape, seed=self._seed)
         if chunk:
@@ -97,7 +98,7 @@ class EventWorker:
         if chunk == self.opened.chunks - 1:
             made.append(maker.rest())
         events = np.concatenate(made)
-        events["t"] = np.maximum(events["t"], round(self._times[0] * MICROSECONDS))  # jitter may be before all time
+        events["t"] = np.maximum(events["t"], round(self._times[0] * MICROSECONDS))  # jitter may go below that
         poses = np.array([[body.T_cam_body.matrix for body in frame.scene.targets] for frame in frames])
         times = np.array([frame.seconds for frame in frames])
         made_by = {"poses": poses, "times": times, "renders": np.array(self._renders)}
@@ -109,8 +110,8 @@ class EventWorker:
         return ChunkMade()
 
     def finish(self, _: int) -> ChunkMade:
-        """Put the events of all chunks into the variant's file, and write its record. Where a chunk is damaged or gone,
-        all chunks go."""
+        """Put the events of all chunks into the variant's file, and write its record. If a chunk is damaged or missing,
+        all chunks are removed."""
         scene, variant = self._stage.scene(no_progress, self._times[0]), self._reader.variant
         chunks, start = range(self.opened.chunks), round(self._times[0] * MICROSECONDS)
         name, count, renders = events_of(variant), 0, 0
@@ -168,7 +169,7 @@ class EventWorker:
         return int(digest([self._settings.seed, self._reader.variant, EVENTS])[:8], 16)
 
     def _rendered(self, light: UnitLight, fine: int) -> Radiance:
-        """Return a render from the dataset's cache, or make it and keep it there."""
+        """Return a render from the dataset's cache, or make it and store it there."""
         scene = light.scene
         key = digest([VERSION, self._studio.keys(scene).radiance, fine])
         entry = self._cache.find(RENDERS, key)

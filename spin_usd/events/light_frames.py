@@ -1,10 +1,10 @@
-"""The light on the pixels at each of a few successive times, from as few renders as show it.
+"""The light on the pixels at each of a few successive times, from as few renders as possible.
 
-The first and the last of the times are rendered, and the one in the middle. Where that is not what the others make of
-it, both halves are looked at in the same way, until two renders lie next to one another. So highlights and shadows that
-move get as many renders as their change asks for, and what moves as its body does gets three. A render's noise is no
-change: that is told from one by how the pixels around scatter, and by a second render of the first time. Times at which
-a target is small, or shows what no render saw, are rendered themselves.
+The first, the last and the middle time are rendered. If the middle render differs from its prediction by the others,
+both halves are treated in the same way, until two renders are neighbours. So moving highlights and shadows get as many
+renders as they need, and what moves with its body gets three. Noise of renders does not count as a difference: it is
+recognised by the scatter of the pixels around, and by a second render of the first time. Times at which a target is
+small, or shows areas that no render saw, are rendered themselves.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -32,28 +32,28 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene
 from spin_usd.sensor.develop import light_on_detector
 
-CHUNK = 32  # steps, between two that are rendered whatever they show
-LEAST_RENDERS = 3  # of a chunk
-FINE = 2  # times finer are the pixels of renders
-LEAST_SAMPLES = 4  # in a fine pixel: with fewer even a denoiser leaves noise that looks like light that moves
-MOST_UNSEEN = 0.005  # of a body's pixels: more that no render saw are rendered
-MOST_WRONG = 0.02  # of a body's pixels: more that are off ask for another render ...
-NOISES = 2  # ... beyond so many times those that are off for a render's noise
-WINDOW, AROUND = 5, 9  # pixels over which light is averaged to be compared, and around which
+CHUNK = 32  # steps between two that are always rendered
+LEAST_RENDERS = 3  # in a chunk
+FINE = 2  # the factor by which pixels of renders are finer
+LEAST_SAMPLES = 4  # in a fine pixel: with fewer even a denoiser leaves noise that looks like moving light
+MOST_UNSEEN = 0.005  # of a body's pixels, unseen by all renders: beyond it the time is rendered
+MOST_WRONG = 0.02  # of a body's pixels, off: beyond it there is another render ...
+NOISES = 2  # ... if they are so many times as many as are off by a render's noise
+WINDOW, AROUND = 5, 9  # pixels over which light is averaged to compare it, and pixels around
 DEVIATIONS = 3
-PART = 0.5  # of a threshold by which it may be off
+PART = 0.5  # of a threshold, the largest error
 Float32 = NDArray[np.float32]
 Labels = NDArray[np.uint16]
 
 RenderOf = Callable[[UnitLight, int], Radiance]
-"""Returns the render of a scene in unit light by so many times finer pixels, made or found; its region counts these."""
+"""Returns the render of a scene in unit light by so many times finer pixels, new or cached; its region counts these."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightFrame:
-    """The light (H, W) on the pixels at a time, in the unit range, and what they show.
+    """The light (H, W) on the pixels at a time, in the unit range, and the ids there.
 
-    seconds: on the stage's clock. labels (2, H, W): the ids of target and part; None where nobody asked.
+    seconds: on the stage's clock. labels (2, H, W): the ids of target and part; None if not requested.
     """
 
     seconds: float
@@ -63,7 +63,7 @@ class LightFrame:
 
 
 class LightFrames:
-    """Makes the frames of successive `times`, of which no two that follow one another differ much."""
+    """Makes the frames of successive `times`, of which neighbours differ little."""
 
     def __init__(
         self,
@@ -99,7 +99,7 @@ class LightFrames:
             yield self._frame(place)
 
     def _refine(self, first: int, last: int) -> None:
-        """Render the middle of two renders, and, where it is not what they make of it, that of both halves."""
+        """Render the middle of two renders, and, if it differs from their prediction, the middles of both halves."""
         if last - first < 2:
             return
         middle = (first + last) // 2
@@ -109,8 +109,8 @@ class LightFrames:
             self._refine(middle, last)
 
     def _is_wrong(self, first: int, middle: int, last: int) -> bool:
-        """Return whether too large a share of the pixels in the middle is not as the renders before and after make
-        them."""
+        """Return whether too large a share of the pixels in the middle differs from the prediction by the renders
+        before and after."""
         own = self._keys[middle]
         seen = ShownPixels.of_surface(own.surface)
         wrong = self._off(self._between(seen, first, middle, last), between(seen, own, own, 0))
@@ -118,7 +118,7 @@ class LightFrames:
 
     @cached_property
     def _noise(self) -> float:
-        """That share of two renders of the first time, whose noise alone is another: a denoiser leaves some that looks
+        """That share for two renders of the first time, which differ in noise alone: a denoiser leaves some that looks
         like a change."""
         scene, own = self._scene(0), self._keys[0]
         again = self._render(replace(scene, frame=replace(scene.frame, name=f"{scene.frame.name}_again")))
@@ -126,7 +126,7 @@ class LightFrames:
         return self._off(*(between(seen, each, each, 0) for each in (again, own)))
 
     def _off(self, made: Between, real: Between) -> float:
-        """Return the share of a body's pixels that are made otherwise than they are."""
+        """Return the share of a body's pixels whose prediction is wrong."""
         surface, region = real.seen.surface, real.seen.region
         if not len(surface.rows):
             return 0.0
@@ -162,13 +162,13 @@ class LightFrames:
         if made.unseen.sum() > MOST_UNSEEN * len(made.unseen):
             key = self._key(place)
             made = between(seen, key, key, 0)
-        small = magnification(scene) > 1  # what its pixels show, their middles do not tell
+        small = magnification(scene) > 1  # the middles of its pixels do not show all of it
         radiance = key.whole if key and small else made.radiance(scene)
         light = light_on_detector(scene, radiance, self._sky_at(place))
         return LightFrame(seconds=self._times[place], scene=scene, light=light, labels=self._labels(surface))
 
     def _around(self, seen: ShownPixels, place: int) -> Between:
-        """Return what the pixels show by the renders before and after."""
+        """Predict the pixels from the renders before and after."""
         first = max(each for each in self._keys if each < place)
         last = min(each for each in self._keys if each > place)
         return self._between(seen, first, place, last)
@@ -179,7 +179,7 @@ class LightFrames:
         return np.stack([surface.image(each, np.uint16) for each in (surface.target, surface.part)])
 
     def _sky_at(self, place: int) -> Float32 | None:
-        """Return the sky at a time: between two times that are near enough it changes from one to the other."""
+        """Return the sky at a time: a blend between two times that are near enough."""
         first, last = 0, len(self._times) - 1
         while last - first > 1 and sky_moved(self._scene(first), self._scene(last)) > MOST_PX:
             middle = (first + last) // 2
@@ -198,9 +198,9 @@ class LightFrames:
 
 
 def differ(first: Float32, last: Float32, *, dark: float, most: float) -> NDArray[np.bool_]:
-    """Return the pixels (H, W) around which two pictures of the same light differ by more than the share `most` of what
-    there is around them, and of `dark`: on the average of WINDOW x WINDOW pixels, and by more than DEVIATIONS times
-    what that has by chance, to judge by how they scatter."""
+    """Return the pixels (H, W) around which two pictures of the same light differ, on the average of WINDOW x WINDOW
+    pixels, by more than the share `most` of the light there, and of `dark`, and by more than DEVIATIONS times the
+    standard deviation of that average, estimated from their scatter."""
     import cv2  # not above: cv2 is slow to load
 
     apart = first - last

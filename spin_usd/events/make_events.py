@@ -1,8 +1,8 @@
 """The events of a variant: chunks of time steps are shared out among workers, and their events made in order.
 
-The light of chunks is made in any order, by as many workers as there are; the pixels go through them one after the
-other: a worker that has made the light of a chunk keeps it until the events before are there. What was made lies in the
-dataset's cache until it is whole, so that a run that was killed goes on with the next chunk.
+The light of chunks is made in any order, by all workers; the events need the chunks in order: a worker that has made
+the light of a chunk keeps it until the events before are there. Chunks are stored in the dataset's cache until the
+whole is there, so that a killed run goes on with the next chunk.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ from spin_usd.store.dataset_folder import Lease, Store
 from spin_usd.store.json_schema import read_json
 from spin_usd.store.names import STATE, event_chunks, event_record_of, events_of
 
-VERSION = "events 2"  # of how events are made: its number grows where they may be others
+VERSION = "events 2"  # of the method: its number grows with each change of the events
 
 
 @dataclass(kw_only=True, eq=False)
@@ -55,7 +55,7 @@ class EventRun:
     """The making of the events of a `variant` between the first and the last of its `pictures`, places in the stage. It
     is the source of its crew's tasks; a worker holds the chunk whose light it has made.
 
-    provenance: of the stage. labelled: whether each event gets the ids of what its pixel shows.
+    provenance: of the stage. labelled: whether each event contains the ids of its pixel.
     """
 
     def __init__(
@@ -79,13 +79,13 @@ class EventRun:
             options=options, variant=variant, pictures=list(pictures), labelled=labelled, key=key
         )
         self._opened: OpenedEvents | None = None
-        self._tasks: dict[tuple[object, int], _ChunkTask] = {}  # all that were begun
+        self._tasks: dict[tuple[object, int], _ChunkTask] = {}  # all that were started
         self._finished = self._stopping = False
         self._crew = Crew[_ChunkTask](self._start, self, slots=lambda: workers, opening=OPEN_EVENTS, lasting=True)
 
     def make(self, stop: StopRequest) -> bool:
-        """Make what is missing; return whether they are whole: they are not where `stop` is requested. Raises what
-        opening the stage does, ChildDiedError where workers die again and again, OutputError."""
+        """Make the missing events; return whether they are complete, which they are not if `stop` is requested. Raises
+        the errors of opening the stage, ChildDiedError if workers die again and again, OutputError."""
         if self._is_whole():
             return True
         with self._crew as crew:
@@ -119,7 +119,7 @@ class EventRun:
         return None
 
     def put_back(self, task: _ChunkTask) -> None:
-        """Do nothing: the chunk is nobody's now."""
+        """Do nothing: the chunk has no worker now."""
 
     def _task(self, call: Call[int, ChunkMade], chunk: int) -> _ChunkTask:
         return self._tasks.setdefault((call.place, chunk), _ChunkTask(call=call, request=chunk))
@@ -162,7 +162,7 @@ class EventRun:
             return False
         try:
             record = read_json(folder, name, "events-1")
-        except InputError:  # damaged, which making it again mends
+        except InputError:  # damaged: it is made again
             return False
         return bool(
             record["key"] == self._opening.key and record["sha256"] == folder.sha256(events_of(self._opening.variant))
@@ -175,6 +175,6 @@ class EventRun:
             memory=rendering_memory(graphics=self._opening.options.settings.device != CPU),
             modules=(OPEN_EVENTS.module,),
         )
-        with suppress(ChildDiedError):  # the end of its answers says so too
+        with suppress(ChildDiedError):  # the end of its answers reports it too
             child.send(OPEN_EVENTS, replace(self._opening, cpus=share_of(number, self._workers)))
         return child

@@ -1,10 +1,9 @@
-"""Radiance between two renders, taken from them: a body's point that both times show looks as it did in the nearest.
+"""Radiance between two renders, taken from them: a point of a body looks the same as in the nearest render.
 
-What each pixel shows at any time is known from rays alone: the body, and the point on it. That point lies somewhere in
-each render, and there its radiance is taken, with the coverage beside it, so that an edge moves with its body by parts
-of a pixel. Renders have finer pixels than the picture, whose own pixels are means of theirs: at the pixels' own size
-what is taken from between them would be blurred. A render serves where it saw the same point; what neither of two saw
-is taken from beside it, and counted.
+Rays alone give the body and its point in each pixel at any time. That point lies somewhere in each render, and there
+its radiance is taken, with the coverage, so that an edge moves with its body by parts of a pixel. Renders have finer
+pixels than the picture, whose pixels are means of theirs: interpolation at the pixels' own size would blur. A render
+serves if it saw the same point; areas that neither render saw are filled from neighbouring pixels, and counted.
 """
 
 from collections.abc import Sequence
@@ -23,11 +22,11 @@ from spin_usd.scene.scene import Scene
 
 RIM = 2  # pixels beside a body that may show some of its light
 NEAR = 3.0  # pixels: a point so near to the one that was seen there is that one
-BEYOND = -1e6  # a place that no pixel is near
-UNSEEN = 1e-3  # weight of what is taken from beside, against what was seen
+BEYOND = -1e6  # a place far from all pixels
+UNSEEN = 1e-3  # weight of filled areas, against seen ones
 PAD = 4  # fine pixels around a render, which are black
 OFFSETS = (0.0, 0.5)
-"""From a fine pixel's left edge to the middle of the square of an even and of an odd number whose mean it holds."""
+"""From a fine pixel's left edge to the middle of the square, of an even and of an odd number, that it averages."""
 Float32 = NDArray[np.float32]
 Index = NDArray[np.intp]
 _NEIGHBOURS = sorted(
@@ -38,9 +37,9 @@ _NEIGHBOURS = sorted(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShownPixels:
-    """What the pixels of a `surface` show, and the pixels beside them: P pixels, whose first N are the surface's own.
+    """The pixels of a `surface`, and the pixels beside them: P pixels, whose first N are the surface's own.
 
-    row, column (P,): in the frame. of (P,): the surface's point, that of a pixel beside it the nearest.
+    row, column (P,): in the frame. of (P,): the surface's point; for a pixel beside it, the nearest one.
     """
 
     surface: Surface
@@ -85,10 +84,10 @@ def spread_index(index: Index) -> Index:
 
 
 class KeyRender:
-    """A render of the `surface` in unit light, by pixels `fine` times finer than the picture's, from which times around
-    it take radiance.
+    """A render of the `surface` in unit light, by pixels `fine` times finer than the picture's, from which other times
+    take radiance.
 
-    scene: what it shows.
+    scene: the rendered scene.
     """
 
     def __init__(self, surface: Surface, light: UnitLight, radiance: Radiance, fine: int) -> None:
@@ -105,11 +104,11 @@ class KeyRender:
         return self._radiance.relit(self._unit.gains)
 
     def taken(self, seen: ShownPixels) -> tuple[Float32, Float32, NDArray[np.bool_]]:
-        """Return the light and the coverage (P,) of the pixels as they were here, and which of their points were seen
-        here."""
+        """Return the light and the coverage (P,) of the pixels as they were here, and which of their points were
+        seen."""
         u, v = self._places(seen.surface).T
         known = self._shows(seen.surface, u, v)
-        where = _beside(seen.surface, known)  # what is hidden here looks like its neighbour
+        where = _beside(seen.surface, known)  # a hidden point looks like its neighbour
         du, dv = u[where] - (seen.surface.columns[where] + 0.5), v[where] - (seen.surface.rows[where] + 0.5)
         count = len(known)
         at_u = np.concatenate([u[where], seen.column[count:] + 0.5 + du[seen.of[count:]]])
@@ -118,8 +117,8 @@ class KeyRender:
         return light, np.minimum(coverage, 1), known[seen.of]
 
     def _lit(self, scene: Scene) -> Float32:
-        """Return what a detector of one channel takes in at each fine pixel of the light of `scene`, as far as its
-        strength and colour differ; the mean of the square of a pixel around it."""
+        """Return the signal of a detector of one channel at each fine pixel, with the strengths and colours of the
+        lights of `scene`: the mean over the square of a pixel around it."""
         sensor = self.scene.sensor
         gains = gains_in(self._unit, scene) or self._unit.gains
         channel = np.array(sensor.quantum_efficiency) * np.array(sensor.panchromatic)
@@ -158,8 +157,8 @@ class KeyRender:
         return found
 
     def _sampled(self, images: Sequence[Float32], u: Float, v: Float) -> list[Float32]:
-        """Return each of the images of fine pixels at the picture's pixels; beyond the frame it is that at its rim.
-        Between fine pixels it is Catmull and Rom's cubic, nowhere below 0."""
+        """Return each of the images of fine pixels at the picture's pixels; beyond the frame, the value at its rim.
+        Interpolation is Catmull and Rom's cubic, clipped at 0."""
         frame, region, fine = self.scene.camera.frame, self._radiance.region, self._fine
         x = np.clip(u, 0.5, frame.width - 0.5) * fine - region.x0 - OFFSETS[fine % 2]
         y = np.clip(v, 0.5, frame.height - 0.5) * fine - region.y0 - OFFSETS[fine % 2]
@@ -197,7 +196,7 @@ def _pixel_means(image: Float32, fine: int) -> Float32:
 
 
 def _beside(surface: Surface, known: NDArray[np.bool_]) -> Index:
-    """Return for each point (N,) itself where it is known, else the nearest that is, if any is near."""
+    """Return each point (N,) itself if it is known, else the nearest known one, if any is near."""
     own = np.arange(len(known))
     if known.all() or not known.any():
         return own
@@ -219,7 +218,7 @@ class Between:
     unseen: NDArray[np.bool_]
 
     def radiance(self, scene: Scene) -> Radiance:
-        """Return it as radiance of grey light, of which a detector of one channel takes in as much."""
+        """Return it as radiance of grey light, with the same signal in a detector of one channel."""
         region, sensor = self.seen.region, scene.sensor
         grey = float(np.dot(sensor.quantum_efficiency, sensor.panchromatic))
         rgba = np.zeros((*region.shape, 4), np.float32)
@@ -229,7 +228,7 @@ class Between:
 
 
 def between(seen: ShownPixels, before: KeyRender, after: KeyRender, share: float) -> Between:
-    """Return what the pixels of `seen` show at a time between two renders, `share` of the way."""
+    """Return the light of the pixels of `seen` at a time between two renders, `share` of the way."""
     total, light, coverage, known = (np.zeros(len(seen.row), np.float32) for _ in range(4))
     for key, weight in ((before, 1 - share), (after, share)):
         own_light, own_coverage, own = key.taken(seen)

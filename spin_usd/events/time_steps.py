@@ -1,8 +1,8 @@
-"""The times at which an event camera's light is made: as far apart as its pictures change.
+"""The times at which an event camera's light is made: as far apart as its pictures allow.
 
 Between two times nothing in the picture moves by more than half a pixel, and no light's strength changes by more than a
-part of a threshold. Steps are halves of halves of the time between two of the stage's pictures, so that they do not
-depend on where a part of them begins.
+part of a threshold. Steps halve the time between two of the stage's pictures again and again, so that they do not
+depend on the first picture of a run.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,9 +17,9 @@ from spin_usd.scene.scene import Scene
 
 MOST_PX = 0.5
 MOST_LOG = 0.1  # of the logarithm of a light's strength
-MOST_TURN = 0.5  # radians that a body may turn where it could come back to where it was
+MOST_TURN = 0.5  # radians that a body may turn, as it could come back to the same place
 MAX_HALVINGS = 20
-DARK = 1e-12  # of a light's strength, below which it is none
+DARK = 1e-12  # of a light's strength, below which it counts as dark
 
 SceneAt = Callable[[float], Scene]
 """Reads the scene at seconds on the stage's clock."""
@@ -47,12 +47,12 @@ def _halved(scene_at: SceneAt, start: float, first: Scene, end: float, last: Sce
 
 
 def moved(first: Scene, last: Scene) -> float:
-    """Return by how many pixels what two scenes show has moved at most: bodies, and what lies behind them."""
+    """Return the largest motion between two scenes, pixels: of bodies, and of the sky behind them."""
     return max(bodies_moved(first, last), sky_moved(first, last))
 
 
 def bodies_moved(first: Scene, last: Scene) -> float:
-    """Return by how many pixels a point of a body's hull that the frame could show has moved at most."""
+    """Return the largest motion, pixels, of the points of a body's hull that the frame could show."""
     most = 0.0
     for before, after in zip(first.one_body_scenes, last.one_body_scenes, strict=True):
         if before.region.empty and after.region.empty:
@@ -64,7 +64,7 @@ def bodies_moved(first: Scene, last: Scene) -> float:
 
 
 def turned(first: Scene, last: Scene) -> float:
-    """Return by how many radians a body's rates turn it between two scenes' times at most."""
+    """Return the largest turn, radians, by a body's rates between two scenes' times."""
     rates = [float(np.linalg.norm(body.motion.angular_velocity)) for body in first.bodies if body.motion]
     if not rates or first.frame.time_s is None or last.frame.time_s is None:
         return 0.0
@@ -72,14 +72,14 @@ def turned(first: Scene, last: Scene) -> float:
 
 
 def sky_moved(first: Scene, last: Scene) -> float:
-    """Return by how many pixels the middle of planets, and stars, have moved at most."""
+    """Return the largest motion, pixels, of planets' centres and of stars."""
     return first.camera.fx * max(
         (_angle(a, b) for a, b in zip(_directions(first), _directions(last), strict=True)), default=0.0
     )
 
 
 def _directions(scene: Scene) -> list[Float]:
-    """Return three axes each of what lies behind, and the direction to it."""
+    """Return three axes of each thing in the sky, and the direction to it."""
     planets, stars = scene.environment.planets, scene.environment.stars
     turns: list[Transform] = [*(each.T_cam_planet for each in planets), *(each.T_cam_sky for each in stars)]
     places = [each.T_cam_planet.translation for each in planets]
@@ -92,7 +92,7 @@ def _angle(first: Float, last: Float) -> float:
 
 
 def flickered(first: Scene, last: Scene) -> float:
-    """Return by how much the logarithm of a light's strength has changed at most."""
+    """Return the largest change of the logarithm of a light's strength."""
     a, b = strengths(first), strengths(last)
     most = 0.0
     for path in {*a, *b}:

@@ -11,7 +11,7 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.sensor.exposure import LONGEST
 
 MIN_SHOWN = 0.25  # of the target's pixels: a picture that shows fewer is nearly black, or nearly white
-MAX_PHASE_DEG = 90.0  # a Sun further from the camera lights less than half of what is seen
+MAX_PHASE_DEG = 90.0  # a Sun further from the camera lights less than half of the visible side
 BLACK, WHITE, EXPOSURE_END = "nearly_black", "nearly_white", "exposure_end"
 WORDS = {BLACK: "nearly black", WHITE: "nearly white", EXPOSURE_END: "at an end of auto-exposure"}
 
@@ -30,7 +30,7 @@ def faults(record: Record) -> tuple[str, ...]:
 
 
 def tone_findings(record: Record, name: str) -> Iterator[Finding]:
-    """Yield a warning for each fault, with what would cure it; `name` is the record's."""
+    """Yield a warning for each fault, with its remedy; `name` is the record's."""
     for fault in faults(record):
         message = f"is {WORDS[fault]}: {_why(fault, record)}"
         yield Finding(code=fault.replace("_", "-"), where=name, message=message, severity=WARNING)
@@ -58,7 +58,7 @@ def _why(fault: str, record: Record) -> str:
 
 
 def _more_sun(record: Record) -> str:
-    """Say what would cure the Sun, where it is what is wrong; "" where it is not."""
+    """Return the remedy if the Sun is the cause, else ""."""
     sun = record.sun
     if sun is UNSET:
         return "there is no distant light: add one, or raise the others"

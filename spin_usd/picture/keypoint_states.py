@@ -17,8 +17,8 @@ ROUNDING = 1e-6  # of the same: of depths
 
 
 def skin(size: Float) -> float:
-    """Return how far before a keypoint, metres along the ray, a surface of its own body does not hide it yet; `size`
-    (3,) of the body's bounding box, metres."""
+    """Return the distance before a keypoint, metres along the ray, within which a surface of its own body does not hide
+    it; `size` (3,) of the body's bounding box, metres."""
     return SKIN * float(size.max())
 
 
@@ -39,8 +39,8 @@ def keypoint_states(
 
 
 def _hiding(scenes: Sequence[OneBody], own: int, points: Float, caster: EmbreeCaster) -> NDArray[np.intp]:
-    """Return (N,) the place of the body that stands first before each of the points (N, 3), camera frame, of the target
-    of `scenes[own]`; -1 where none does."""
+    """Return (N,) the place of the first body before each of the points (N, 3), camera frame, of the target of
+    `scenes[own]`; -1 if there is none."""
     xy = points[:, :2] / points[:, 2:]
     size = scenes[own].target.mesh.size
     own_skin, rounding = skin(size), ROUNDING * float(size.max())

@@ -1,4 +1,4 @@
-"""The kinds of file that a picture has, and the passes that make them: what a plan knows without making any."""
+"""The kinds of file that a picture has, and the passes that make them: known to a plan without making any."""
 
 from collections.abc import Mapping
 
@@ -22,9 +22,9 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
     **{name: (label.channels.holds,) for name, label in LABELS.items()},
 }
 """Channels that each kind of file can have."""
-IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
+IMAGE_MEANING = "output of the sensor; its bits, channels and transfer curve are in each record"
 RENDERED = frozenset({IMAGE, RADIANCE})
-"""The kinds of file that show light, which a renderer makes; labels are of no renderer."""
+"""The kinds of file that show light, which a renderer makes; labels need no renderer."""
 FILE_KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
 DEVICE_PASS = "beauty pass on a device"  # a graphics processor, which workers share

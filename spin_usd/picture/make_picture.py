@@ -43,9 +43,9 @@ from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposed, exposure_end, metered
 from spin_usd.sensor.tone import written
 
-STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
-DEVIATIONS = 3  # ... and where it does, at least that many standard deviations of what it adds in the dark
-COVERED = 0.5  # of a pixel: the target's
+STOPS = 6  # below full scale: the least light that shows, if the detector adds no noise ...
+DEVIATIONS = 3  # ... and if it does, at least that many standard deviations of its noise in the dark
+COVERED = 0.5  # of a pixel that counts as the target's
 
 
 class Stopwatch:
@@ -64,7 +64,7 @@ class Stopwatch:
 
 
 Made = tuple[str, NDArray[Any], Channels]
-"""Kind of file, array of the whole frame, and what its channels are."""
+"""Kind of file, array of the whole frame, and its channels."""
 
 
 def make_labels(
@@ -88,7 +88,7 @@ def make_labels(
 def make_clouds(
     scene: Scene, first_faces: FirstFaces, kinds: Sequence[str], watch: Stopwatch, *, seed: int
 ) -> Iterator[Made]:
-    """Make the LiDAR's labels among `kinds`, which hold the same points: its beams are cast once."""
+    """Make the LiDAR's labels among `kinds`, which contain the same points: its beams are cast once."""
     labels = [label for kind, label in CLOUD_LABELS.items() if kind in kinds]
     with watch(BEAM_PASS):
         met = echoes(scene, first_faces)
@@ -99,10 +99,10 @@ def make_clouds(
 
 
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
-    """Render the target in unit light: a render that all pictures with this radiance key share."""
+    """Render the target in unit light: all pictures with this radiance key share this render."""
     with watch(BEAUTY_PASS if settings.device == CPU else DEVICE_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
-        if (fine := magnification(light.scene)) > 1:  # a reduced render would see even less of it
+        if (fine := magnification(light.scene)) > 1:  # a reduced render would show even less of it
             found = renderer.radiance(magnified(light.scene, fine), settings.effort, seed=seed)
             return gathered(found, light.scene, fine)
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
@@ -117,9 +117,9 @@ def make_image(
     watch: Stopwatch,
     notes: dict[str, float],
 ) -> Iterator[Made]:
-    """Make the image and the radiance file, as `kinds` has them, from the target's radiance in the scene's own light.
+    """Make the image and the radiance file, if in `kinds`, from the target's radiance in the scene's own light.
 
-    `notes` takes what the picture's record must say of how it was made.
+    `notes` collects facts on the making for the picture's record.
     """
     if IMAGE in kinds:
         with watch("background"):
@@ -134,21 +134,21 @@ def make_image(
 
 
 def _hidden(scene: Scene, radiance: Radiance) -> NDArray[np.bool_]:
-    """Return the pixels (H, W) of the frame that the bodies cover whole."""
+    """Return the pixels (H, W) of the frame that the bodies cover completely."""
     hidden = np.zeros(scene.camera.frame.shape, bool)
     hidden[radiance.region.slices] = radiance.coverage >= 1
     return hidden
 
 
 def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> RecordedTones | None:
-    """Return what the record says of how bright the target is in the `image` that was made of its `radiance`; None
-    where the target is not seen."""
+    """Return the record's brightness of the target in the `image` that was made of its `radiance`; None if the target
+    is not visible."""
     tones, end = target_tones(image, radiance, scene.sensor), exposure_end(scene.sensor, radiance)
     return None if tones is None else RecordedTones(**asdict(tones), exposure_end=end or UNSET)
 
 
 def image_channels(sensor: Sensor) -> Channels:
-    """Return the channels of the image that `sensor` writes."""
+    """Return the channels of the image of `sensor`."""
     return Channels(
         meaning=IMAGE_MEANING,
         dtype=f"uint{sensor.bit_depth}",

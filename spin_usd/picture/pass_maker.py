@@ -14,7 +14,7 @@ from spin_usd.scene.scene import Scene
 
 
 class PassMaker:
-    """Makes labels by the `caster` and light by the `renderer`, None where no light is asked for."""
+    """Makes labels by the `caster` and light by the `renderer`, None for labels alone."""
 
     def __init__(self, caster: EmbreeCaster, renderer: Renderer | None) -> None:
         self.caster, self.renderer = caster, renderer
@@ -27,7 +27,7 @@ class PassMaker:
 
     def render(self, light: UnitLight, settings: RenderSettings, watch: Stopwatch) -> Radiance:
         """Render the bodies in unit light: what all pictures with this radiance key share."""
-        assert self.renderer, "it was said that nothing is rendered"
+        assert self.renderer, "opened without a renderer"
         return in_order(render_in(light, self.renderer, settings, watch))
 
     def radiance(self, scene: Scene, settings: RenderSettings, watch: Stopwatch) -> Radiance:

@@ -1,4 +1,4 @@
-"""A picture that a run is to make, as it was planned."""
+"""A planned picture of a run."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
-    """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, about how many
-    of those show the target, into how many light groups, what of it costs (see work.features), what the stage
-    says of it beside (FrameId.stated), and the keys of the labels asked for that more decides than the geometry."""
+    """One picture to make: its place in the stage, its content keys, the pixels to render, about how many of them show
+    the target, the number of light groups, its features that cost time (see work.features), its facts stated by the
+    stage (FrameId.stated), and the keys of requested labels that more than the geometry decides."""
 
     variant: str
     index: int
@@ -41,7 +41,7 @@ class PlannedPicture:
         }
 
     def label_key(self, name: str) -> str:
-        """Return the key of all that decides the label of that name."""
+        """Return the key of the label of that name."""
         return self.label_keys.get(name, self.geometry)
 
     @property

@@ -21,13 +21,13 @@ def encoded_render(radiance: Radiance) -> bytes:
     rows, columns = radiance.region.shape
     lit = np.moveaxis(radiance.groups, -1, 1).reshape(3 * len(radiance.groups), rows, columns)
     planes = np.concatenate([radiance.coverage[None], lit])
-    pixels = np.zeros((max(rows, 1), max(columns, 1), len(planes)), np.float32)  # no image file is of no pixels
+    pixels = np.zeros((max(rows, 1), max(columns, 1), len(planes)), np.float32)  # an image file has at least one pixel
     pixels[:rows, :columns] = np.moveaxis(planes, 0, -1)
     return encoded_image(pixels, RENDER_SUFFIX, channels=_channels(len(radiance.groups)))
 
 
 def read_render(source: FileIn, region: Region, *, groups: int) -> Radiance | None:
-    """Read the render of `region` from the file `source`; None where that is not one."""
+    """Read the render of `region` from the file `source`; None if it is not one."""
     try:
         with source.folder.open(source.name, MAX_ARRAY) as file:
             pixels, found = decoded_image(file, source.path)

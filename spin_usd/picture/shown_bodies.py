@@ -1,4 +1,4 @@
-"""Which body each pixel of a picture shows."""
+"""The body that each pixel of a picture shows."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ from spin_usd.scene.derived.faces import by_body
 from spin_usd.scene.scene import Scene
 
 NOTHING = -1
-SUPPORTS = ("depth", "range", "dense_pose")  # labels that are 0 just where nothing is
+SUPPORTS = ("depth", "range", "dense_pose")  # labels that are 0 exactly where no body is
 TELLING = (SEGMENTATION.name, INSTANCE.name, *SUPPORTS)
 """Labels that may tell bodies apart."""
 
@@ -29,7 +29,7 @@ class ShownBodies:
 
     def box(self, body: int) -> list[int] | None:
         """Return the tight box x0, y0, x1, y1 around the pixels that show the body of that id, x1 and y1 past the last;
-        None where none does."""
+        None if no pixel shows it."""
         shows = self.ids == body
         rows, columns = np.flatnonzero(shows.any(1)), np.flatnonzero(shows.any(0))
         if not len(rows):
@@ -39,9 +39,9 @@ class ShownBodies:
 
 
 def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies | None:
-    """Return the bodies that a label of that kind shows; None where it does not tell them apart.
+    """Return the bodies that a label of that kind shows; None if it does not tell them apart.
 
-    The label instance does not tell an occluder from nothing: all of it that is no target is taken for one.
+    The label instance does not tell an occluder from nothing: all its pixels without a target count as occluder.
     """
     if kind not in TELLING:
         return None
@@ -58,7 +58,7 @@ def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies 
 
 
 def shown_by_rays(scene: Scene, caster: EmbreeCaster) -> ShownBodies:
-    """Return the bodies that the pixels' own rays meet, where no label says so."""
+    """Return the bodies that the pixels' own rays meet, if no label contains them."""
     seen = caster.visibility(scene)
     ids = np.full(seen.face.size, NOTHING, np.int32)
     for of in by_body(scene, seen.face.ravel()):

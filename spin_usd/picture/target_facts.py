@@ -26,13 +26,13 @@ class PixelCounts:
     visible: int
     """Pixels that show the target."""
     amodal: int
-    """Pixels within the frame that would show it if nothing else were there."""
+    """Pixels within the frame that would show it without other bodies."""
     beyond: float
     """The same, outside the frame."""
 
     @property
     def visible_fraction(self) -> float | None:
-        """The visible share of the whole silhouette; None where that covers no pixel centre."""
+        """The visible share of the whole silhouette; None if that covers no pixel centre."""
         whole = self.amodal + self.beyond
         return self.visible / whole if whole else None
 
@@ -49,7 +49,7 @@ def count_pixels(alone: OneBody, body: int, shown: ShownBodies, box: Float | Non
 
 
 def _hidden(alone: OneBody, body: int, shown: ShownBodies, caster: EmbreeCaster) -> int:
-    """Count the pixels in which the target stands behind other bodies: only where those are seen can it do so."""
+    """Count the pixels in which the target stands behind other bodies: only pixels that show those can do so."""
     rows, columns = np.nonzero((shown.ids != body) & (shown.ids != NOTHING))
     uv = np.stack([columns + shown.region.x0, rows + shown.region.y0], -1) + 0.5
     region = alone.region
@@ -70,8 +70,8 @@ def _outside(frame: Region, box: Region) -> Iterator[Region]:
 
 
 def _sampled(alone: OneBody, strip: Region, caster: EmbreeCaster) -> float:
-    """Return how many pixel centres of the strip, outside the frame, the target covers: each one's own ray decides
-    where there are at most MAX_RAYS; where there are more, those of a grid of about as many cells."""
+    """Return how many pixel centres of the strip, outside the frame, the target covers: by the ray of each, or, if
+    there are more than MAX_RAYS, by the rays of a grid of about as many cells."""
     shrink = max(1.0, (strip.width * strip.height / MAX_RAYS) ** 0.5)
     columns, rows = (max(1, int(np.ceil(size / shrink))) for size in (strip.width, strip.height))
     u = strip.x0 + (np.arange(columns) + 0.5) * (strip.width / columns)
@@ -89,27 +89,27 @@ def _whole_pixels(box: Float) -> Region:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TargetFacts:
-    """What a record says of a target beside its pose; None or NaN where there is none."""
+    """A record's facts on a target, besides its pose; None or NaN if unknown."""
 
     counts: PixelCounts
     box_visible: list[int] | None
     """Tight box x0, y0, x1, y1 of the pixels that show it."""
     box_amodal: Float | None
-    """(2, 2): that of its projected surface, in the frame or not."""
+    """(2, 2): box of its projected surface, in the frame or not."""
     truncated: bool
     """Whether some of it is outside the frame."""
     box: Float
-    """(2, 3): its own bounding box, in its own axes, metres."""
+    """(2, 3): its bounding box, in its own axes, metres."""
     corners: Float
-    """(8, 2): those of that box in the picture, pixels."""
+    """(8, 2): corners of that box in the picture, pixels."""
     keypoints: Float
     """(N, 2) pixels."""
     states: tuple[KeypointState, ...]
 
 
 def target_facts(scene: Scene, shown: ShownBodies | None, caster: EmbreeCaster) -> list[TargetFacts]:
-    """Return the facts of each of the scene's targets, in order of their ids. `shown`: what its labels show; None where
-    no label says so."""
+    """Return the facts of each of the scene's targets, in order of their ids. `shown`: the bodies in its labels; None
+    if no label contains them."""
     shown = shown or shown_by_rays(scene, caster)
     return [_facts(scene, place, shown, caster) for place in range(len(scene.targets))]
 

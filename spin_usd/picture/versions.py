@@ -7,13 +7,13 @@ import spin_usd
 
 LIBRARIES = ("usd-core", "bpy", "numpy", "OpenImageIO", "jsonschema", "trimesh", "embreex", "opencv-python-headless")
 IMAGING = ("opencv-python-headless", "scipy")
-"""The names of what develops an image: its glare and its noise."""
+"""Names of the software that develops an image: its glare and its noise."""
 LABELLING = ("spin_usd", "python", "machine", "usd-core", "numpy", "OpenImageIO", "embreex")
-"""The names of what decides labels: what renders or develops an image decides none."""
+"""Names of the software that decides labels, which no renderer or sensor does."""
 
 
 def library_versions() -> dict[str, str]:
-    """Return what LABELLING and IMAGING name, with the processor family: Cycles' last bits depend on its
+    """Return the versions of LABELLING and IMAGING, with the processor family: Cycles' last bits depend on its
     instructions."""
     found = {
         "spin_usd": spin_usd.__version__,

@@ -1,4 +1,4 @@
-"""The columns in which a child says what it planned: lists by these names, one entry a picture."""
+"""The columns of a child's plan: lists by these names, one entry a picture."""
 
 from spin_usd.scene.derived.content_keys import KEYS
 

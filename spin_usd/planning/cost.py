@@ -1,8 +1,8 @@
 """The cost of making pictures: seconds of one core by kind of work, and bytes.
 
-Runs scale what is expected of the next. The constants are few and rough. They were measured on one core of a 2-core
-x86-64 server. How many times slower this machine is scales them (`machine_speed`). What a dataset's own runs took
-beside what was expected of them is kept in its `cache/measured.json`, and says more: it scales what is expected next.
+Runs scale the later estimates. The constants are few and rough, measured on one core of a 2-core x86-64 server, and
+scaled by how many times slower this machine is (`machine_speed`). Times of a dataset's own runs, with their estimates,
+are kept in its `cache/measured.json`, and scale later estimates in place of this.
 """
 
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0} | {name: label.file_bytes 
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
 CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region
-MIN_MEASURED_S = 0.05  # of a kind of work, from which it says anything
+MIN_MEASURED_S = 0.05  # of a kind of work, from which its time counts
 
 
 def tracing_costs(renderer: str) -> Costs:
@@ -70,24 +70,24 @@ def expected_bytes(task: PictureWork, options: CommonWork) -> float:
 
 @dataclass(kw_only=True)
 class Timings:
-    """Seconds of one core by kind of work: what was expected of a dataset's runs, and what they took."""
+    """Seconds of one core by kind of work: expected and measured, of a dataset's runs."""
 
     expected: dict[str, Size] = field(default_factory=dict)
     taken: dict[str, Size] = field(default_factory=dict)
 
     def add(self, expected: Mapping[str, float], taken: Mapping[str, float]) -> None:
-        """Add what was expected of a picture and what it took."""
+        """Add the expected and the measured seconds of a picture."""
         for sums, more in ((self.expected, expected), (self.taken, taken)):
             for work, seconds in more.items():
                 sums[work] = sums.get(work, 0.0) + seconds
 
     def scaled(self, work: Mapping[str, float], slower: float = 1.0) -> dict[str, float]:
-        """Return `work` as expected, each kind times what it took of what was expected of it; one that was not measured
-        takes this machine `slower` times as long."""
+        """Return `work` as expected: each kind times its ratio of measured to expected seconds; a kind without
+        measurement takes this machine `slower` times as long."""
         return {kind: seconds * self._scale(kind, slower) for kind, seconds in work.items()}
 
     def has_measured(self, work: str) -> bool:
-        """Return whether there was enough of that kind of work to say anything."""
+        """Return whether enough of that kind of work was measured."""
         return self.expected.get(work, 0.0) >= MIN_MEASURED_S
 
     def _scale(self, work: str, slower: float) -> float:
@@ -95,14 +95,14 @@ class Timings:
 
 
 def read_measured(folder: Folder, name: str) -> Timings:
-    """Read what `write_measured` wrote; nothing where that is not there or damaged."""
+    """Read the file of `write_measured`; nothing if it is missing or damaged."""
     with suppress(InputError, ValueError):
         return typed_json(folder.read(name, MAX_SPECIFICATION), Timings)
     return Timings()
 
 
 def write_measured(folder: Folder, name: str, of_run: Timings, *, work: Path) -> None:
-    """Add what a run measured to what is kept."""
+    """Add the measurements of a run to the file."""
     kept = read_measured(folder, name)
     kept.add(of_run.expected, of_run.taken)
     write_json(folder, name, asdict(kept), work=work)

@@ -1,4 +1,4 @@
-"""Choose a render's effort where it is asked for a result instead, a named quality or an error, and say why."""
+"""Choose a render's effort for a wanted result, a named quality or an error, and give the reason."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -34,9 +34,9 @@ class Basis:
 class Expected:
     """The figures of a setting, as measured, of the worst picture."""
 
-    error: Annotated[Size, Meta(description="Relative, in linear light.")]
-    error_at_most: Annotated[Size, Meta(description="The most that it may be.")]
-    error_dn: Annotated[Size, Meta(description="After the detector, digital numbers of the image.")]
+    error: Annotated[Size, Meta(description="Relative error, in linear light.")]
+    error_at_most: Annotated[Size, Meta(description="Upper bound of the error.")]
+    error_dn: Annotated[Size, Meta(description="Error after the detector, digital numbers of the image.")]
     noise_dn: Annotated[Size, Meta(description="The detector's own noise, digital numbers.")]
     cpu_s: Annotated[Size, Meta(description="Seconds of one core a picture.")]
 
@@ -49,7 +49,7 @@ class Expected:
 
 @dataclass(frozen=True, kw_only=True)
 class Chosen:
-    """The reason why a render's effort is what it is."""
+    """The reason for a render's effort."""
 
     by: str
     """"quality" or "error"."""
@@ -62,23 +62,23 @@ class Chosen:
     expected: Expected | None = None
     """Its figures of the setting."""
     note: str = ""
-    """A sentence of the measurement on a quality, to be said where this is the stage that was measured; "" for none."""
+    """A sentence of the measurement on a quality, for the measured stage alone; "" for none."""
 
     @property
     def recorded(self) -> EffortChoice:
-        """The choice as schema record-1 has it."""
+        """The choice by schema record-1."""
         measurement = self.basis.sha256 if self.basis and self.by == "error" else UNSET
         return EffortChoice(by=self.by, asked=self.asked, reason=self.reason, measurement=measurement)
 
     def is_of(self, stages: Mapping[str, StageProvenance]) -> bool:
-        """Return whether the measurement is of one of the `stages`: by variant, what records say of it."""
+        """Return whether the measurement is of one of the `stages`: provenance by variant."""
         basis = self.basis
         return basis is not None and basis.variant in stages and stages[basis.variant].hash == basis.stage
 
 
 def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:
-    """Return the effort of the quality `name`, with what the measurement beside the `stage` says of it. Raises
-    InputError for a name that no quality has."""
+    """Return the effort of the quality `name`, with its figures in the measurement beside the `stage`. Raises
+    InputError if there is no such quality."""
     if name not in QUALITIES:
         raise InputError(f"there is no quality {name!r}", do=f"choose among {', '.join(QUALITIES)}")
     effort = QUALITIES[name]
@@ -98,7 +98,7 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
 
 def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
     """Return the cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number
-    or "auto". Raises InputError where there is none."""
+    or "auto". Raises InputError if there is none."""
     bound = error_bound(asked)
     measurement = read_measurement(file)
     choice = choose(measurement, error=bound, auto=bound is None, renderer=renderer)
@@ -107,8 +107,8 @@ def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, C
 
 
 def doubts(chosen: Chosen | None, stages: Mapping[str, StageProvenance]) -> list[str]:
-    """Return sentences on what may make errors differ from the measured ones, and on what was measured of a quality.
-    `stages`: by variant, what records say of it."""
+    """Return sentences on reasons why errors may differ from the measured ones, and on the measured quality. `stages`:
+    provenance by variant."""
     if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):
         return []
     basis, said = chosen.basis, [chosen.note] if chosen.note else []
@@ -124,7 +124,7 @@ def _basis(measurement: Measurement, file: Path) -> Basis:
 
 
 def error_bound(asked: str) -> float | None:
-    """Return the largest error that `asked` allows; None for "auto". Raises InputError for what is not a number."""
+    """Return the largest error that `asked` allows; None for "auto". Raises InputError for any other text."""
     if asked == "auto":
         return None
     with suppress(ValueError):
@@ -141,16 +141,15 @@ def setting_of(
     error: str | None = None,
     measured: Path | None = None,
 ) -> tuple[Configuration, Chosen | None]:
-    """Return the renderer, blender where none is given, and the effort that the `options` or an `error` come to; and
-    why where it was chosen. Raises InputError
-    for ways that do not go together."""
+    """Return the renderer, blender if not given, the effort by the `options` or an `error`, and the reason if it was
+    chosen. Raises InputError for options that do not go together."""
     samples, effort, quality = options.samples, options.effort, options.quality
     refuse_together(samples=samples, effort=effort, quality=quality, error=error)
     if measured is not None and error is None:
         raise InputError("measured is given without error", do="give error too")
     renderer = renderer or DEFAULT_RENDERER
     if error is not None:
-        error_bound(error)  # a wrong one is told before a measurement is asked for
+        error_bound(error)  # a wrong one is refused before a missing measurement
         return by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
     usual = default_effort(renderer)

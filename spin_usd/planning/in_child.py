@@ -1,4 +1,4 @@
-"""Plan every picture that a run would make, with its keys, in child processes, for it opens the stage.
+"""Plan every picture of a run, with its keys, in child processes, because planning opens the stage.
 
 `open_plan` copies and describes the stage; `plan_pictures` does the long work, of some of the pictures in all variants,
 so that several processes can share it. Pictures come as columns: there may be a million.
@@ -37,7 +37,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 
 class StagePlanner:
-    """A stage that is opened to be planned, by `open_plan`, where it is given."""
+    """A stage to plan, opened by `open_plan` if given."""
 
     opened: OpenedStage
 
@@ -47,7 +47,7 @@ class StagePlanner:
             self.opened, self._reader = open_plan(request)
 
     def pictures(self, request: PlanPart, progress: Progress) -> list[PlannedPart]:
-        """Plan some of its pictures, as plan_pictures; of the stage that it names where none is open yet."""
+        """Plan some of its pictures, as plan_pictures; open the stage of the request if none is open yet."""
         return plan_pictures(request, progress, self._reader)
 
 
@@ -55,9 +55,9 @@ def open_plan(request: OpenPlan) -> tuple[OpenedStage, StageReader]:
     """Return the description of the stage as a whole; and the stage's reader, for `plan_pictures`."""
     root = Path(request.stage)
     if request.copy_to:
-        shutil.rmtree(request.copy_to, ignore_errors=True)  # half a copy, of a child that died
+        shutil.rmtree(request.copy_to, ignore_errors=True)  # half a copy by a child that died
         root = copy_stage(root, Path(request.copy_to))
-    several = bool(request.variants)  # perhaps: then poses are kept for the readers after this one
+    several = bool(request.variants)  # perhaps: then poses are kept for later readers
     reader = StageReader(root, check_images=request.renders, keep_poses=several)
     frames = range(len(reader.frames))
     chosen = frames[slice_of(request.frames)] if request.frames else frames
@@ -123,8 +123,8 @@ def _report(progress: Progress, before: int, total: int, done: int) -> None:
 
 
 def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return the `known` variants that the names and patterns `asked` choose, each once; for none asked the nominal
-    one, as all cameras see it.
+    """Return the `known` variants that the names and patterns `asked` choose, each once; without any the nominal one,
+    as all cameras see it.
 
     Raises InputError for a name or pattern that chooses none.
     """
@@ -141,7 +141,7 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
 
 
 def stage_content(reader: StageReader) -> StageContent:
-    """Return what dataset.json says of the bodies, and what a plan needs of the camera."""
+    """Return the bodies for dataset.json, and the camera's facts for a plan."""
     scene = reader.scene(reader.frames[0])
     return StageContent(
         targets=[described_target(body) for body in scene.targets],
@@ -155,8 +155,8 @@ def stage_content(reader: StageReader) -> StageContent:
 
 
 def chosen_device(offered: Sequence[str], scenes: Iterable[Scene]) -> str:
-    """Return the first of the devices `offered`, names in DEVICES, that can render all of `scenes`, which are read only
-    as far as that is in doubt. Raises UnsupportedError where none can."""
+    """Return the first of the devices `offered`, names in DEVICES, that can render all of `scenes`; reads scenes only
+    while this is in doubt. Raises UnsupportedError if none can."""
     if DEVICES[offered[0]].shaders:
         return offered[0]
     shaded = next(filter(needs_shader, scenes), None)

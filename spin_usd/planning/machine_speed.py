@@ -1,7 +1,7 @@
-"""How fast this machine is beside the one of the constants in `cost`: what a trial takes, kept for the next plan.
+"""The speed of this machine relative to the one of `cost`: the time of a trial, kept for the next plan.
 
-It lies in the user's cache folder, $XDG_CACHE_HOME or ~/.cache, in a file for each kind of processor and set of
-libraries, as several machines may share a home. Without it, or where it is damaged, the trial is made again.
+It is stored in the user's cache folder, $XDG_CACHE_HOME or ~/.cache, in a file for each kind of processor and set of
+libraries, as several machines may share a home. If it is missing or damaged, the trial is made again.
 """
 
 import os
@@ -26,7 +26,7 @@ FOLDER = "spin_usd"
 
 
 class Trial(Struct, frozen=True, kw_only=True):
-    """A trial of this machine, as the user's cache folder keeps it."""
+    """A trial of this machine, as stored in the user's cache folder."""
 
     trial_s: Annotated[float, Meta(gt=TRIAL_S / LIKELY, lt=TRIAL_S * LIKELY)]
     made_by: dict[str, str]
@@ -34,7 +34,7 @@ class Trial(Struct, frozen=True, kw_only=True):
 
 
 def kept_trial() -> float | None:
-    """Return the seconds of the trial that an earlier plan made on such a machine; None where there is none."""
+    """Return the seconds of the trial that an earlier plan made on such a machine; None if there is none."""
     folder = _folder()
     if folder is not None:
         with suppress(SpinError, ValueError):
@@ -52,12 +52,12 @@ def keep_trial(seconds: float) -> None:
 
 
 def slower_by(trial_s: float | None) -> float:
-    """Return how many times slower the machine is where the trial took so long; 1 where nobody knows."""
+    """Return how many times slower the machine is if the trial took so long; 1 if unknown."""
     return 1.0 if trial_s is None else trial_s / TRIAL_S
 
 
 def _folder() -> Folder | None:
-    """Return the folder of ours in the user's cache folder; None for a user without a home."""
+    """Return our folder in the user's cache folder; None for a user without a home."""
     given = Path(os.environ.get("XDG_CACHE_HOME", ""))
     with suppress(RuntimeError):
         return Folder((given if given.is_absolute() else Path.home() / ".cache") / FOLDER)
@@ -69,5 +69,5 @@ def _file_name() -> str:
 
 
 def _made_by() -> dict[str, str]:
-    """Return what decides how long the trial takes: the processor, and the libraries that it runs on."""
+    """Return the facts that decide the trial's time: the processor, and the libraries."""
     return {"processor": processor_model(), **library_versions()}

@@ -35,7 +35,7 @@ STAGE_SHARE = 2  # processes at most that share the planning of a stage
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """A run planned: what the stage holds and what a run would make of it."""
+    """A planned run: the contents of the stage, and the pictures to make."""
 
     root: Path
     """The stage's root layer, or its copy's."""
@@ -47,7 +47,7 @@ class Plan:
     names: tuple[str, ...]
     """Names of all frames of the stage."""
     frames: tuple[str, ...]
-    """Names of those wanted, in all shards."""
+    """Names of the wanted frames, in all shards."""
     stages: Mapping[str, StageProvenance]
     """Provenance of the stage by variant, relative to its own folder."""
     origin: StageOrigin
@@ -61,23 +61,23 @@ class Plan:
     notes: tuple[str, ...] = ()
     """Sentences on what is rendered differently from what the stage authors."""
     views: Views | None = None
-    """Summary of what the pictures show."""
+    """Summary of the pictures' contents."""
     trial_s: float | None = None
     """Seconds of a trial of this machine; None without one."""
 
 
 def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> Plan:
-    """Read the stage in children: one that was made to harm ends those, and nothing else. One that dies is replaced.
+    """Read the stage in children: a malicious one harms nothing else. A child that dies is replaced.
 
-    Raises what they raise; where they die again and again, RenderError if they were killed, and StageError if it is of
-    the stage.
+    Raises the errors of children; if they die again and again, RenderError if they were killed, and StageError if the
+    stage is the cause.
     """
     try:
         return _plan(question, processes, progress)
     except ChildDiedError as died:
         raise unreadable(died, question.request.stage) from died
     except SpinError as e:
-        if question.copy_to is None or e.where is None or isinstance(e, OutputError):  # that is about our copy
+        if question.copy_to is None or e.where is None or isinstance(e, OutputError):  # a fault of our copy
             raise
         where = str(e.where).replace(
             str(question.copy_to), str(question.request.stage.parent)
@@ -127,7 +127,7 @@ class _SharedProgress:
         self._done: dict[int, int] = {}
 
     def of(self, number: int) -> Progress:
-        """Return what takes the progress of the child of that number."""
+        """Return the callback for the progress of the child of that number."""
 
         def report(what: str, done: int, total: int) -> None:
             self._done[number] = done

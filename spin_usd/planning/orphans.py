@@ -1,4 +1,4 @@
-"""Find and remove pictures that a dataset holds and its stage does not: another stage's, or of a frame it had once."""
+"""Find and remove pictures that a dataset holds and its stage does not: of another stage, or of a removed frame."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,21 +15,21 @@ SHOWN = 3
 
 
 def orphaned_pictures(store: Store, plan: Plan) -> list[str]:
-    """Return the records of pictures that are in the dataset and not in the stage, whatever part of that is wanted."""
+    """Return the records of pictures that are in the dataset and not in the whole stage."""
     names, variants = set(plan.names), set(plan.known_variants)
     pictures = ((record, *picture_of(record)) for record in store.records())
     return [record for record, frame, variant in pictures if frame not in names or variant not in variants]
 
 
 def refuse(store: Store, orphans: Sequence[str]) -> None:
-    """Raise InputError where there are any."""
+    """Raise InputError if there are any."""
     if orphans:
         do = "choose another folder, or add --prune, which removes them"
         raise InputError(in_words(orphans), where=store.root, do=do)
 
 
 def in_words(orphans: Sequence[str]) -> str:
-    """Say which pictures the dataset holds that are these records'."""
+    """Return a message that names the pictures of these records."""
     shown = map(picture_of, orphans[:SHOWN])
     names = ", ".join(f"{variant}/{frame}" for frame, variant in shown)
     more = ", ..." if len(orphans) > SHOWN else ""
@@ -37,9 +37,9 @@ def in_words(orphans: Sequence[str]) -> str:
 
 
 def remove(store: Store, orphans: Sequence[str]) -> None:
-    """Remove the pictures of these records, and the events of variants that have no other picture: each one's record
-    first, so that none ever describes files that are gone, then the files that it lists, and the folders left empty.
-    Raises InputError where one is not a record, having removed nothing, and OutputError."""
+    """Remove the pictures of these records, and the events of variants without other pictures: each record first, so
+    that none ever describes missing files, then its files, and the empty folders. Raises InputError, having removed
+    nothing, if one is not a record, and OutputError."""
     pictures = [(record, *_files_of(store, record)) for record in orphans]
     kept = {variant for _, variant in map(picture_of, set(store.records()).difference(orphans))}
     emptied = {variant for _, variant in map(picture_of, orphans)} - kept
@@ -59,6 +59,6 @@ def _files_of(store: Store, record: str) -> list[str]:
         raise InputError(
             "is not a picture's record, and is not removed",
             where=store.root / record,
-            do="look what it is, and remove it",
+            do="inspect it, and remove it",
         )
     return list(found.values())

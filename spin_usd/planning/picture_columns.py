@@ -1,4 +1,4 @@
-"""The pictures of a variant as columns: each with its keys, its extent and what costs time in it."""
+"""The pictures of a variant as columns: each with its keys, its extent and its costs."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -42,8 +42,8 @@ class Extents:
         self._coverage = Coverage()
 
     def of(self, scene: Scene, geometry: str) -> list[int]:
-        """Return columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how
-        many of its pixels show the target."""
+        """Return columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and its
+        approximate number of pixels that show the target."""
         if not scene.blurred and geometry in self._known:
             return self._known[geometry]
         region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
@@ -54,7 +54,7 @@ class Extents:
 
 
 class PicturePlanner:
-    """Plans the pictures of one variant after the other; what is the same in several is worked out once."""
+    """Plans the pictures of one variant after the other; values shared by several are computed once."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class PicturePlanner:
         renders: bool,
         keep_poses: bool,
     ) -> None:
-        self._lit = renders or counter is not None  # what costs time where light is rendered
+        self._lit = renders or counter is not None  # features that cost time in a render
         self._settings, self._image_suffix, self._labels, self._counter = settings, image_suffix, labels, counter
         self._keys = KeyMaker(settings, keep_poses=keep_poses)
         self._extents, self._features = Extents(), Features()

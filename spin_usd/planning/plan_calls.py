@@ -16,18 +16,18 @@ from spin_usd.scene.target import Part
 
 
 class StageContent(Struct, frozen=True, kw_only=True):
-    """What all pictures of a stage share."""
+    """The content that all pictures of a stage share."""
 
     targets: list[TargetEntry]
     parts: dict[str, PartEntry]
-    """Of all bodies, by their ids in labels."""
+    """Parts of all bodies, by their ids in labels."""
     bodies: int
     camera: Annotated[list[int], Meta(min_length=2, max_length=2)]
     """Columns and rows of a picture."""
     lidar: bool
     event_camera: bool
     paired: bool
-    """Whether a further camera sees what this one does."""
+    """Whether another camera sees the same scene."""
 
 
 class OpenPlan(Struct, frozen=True, kw_only=True):
@@ -85,11 +85,11 @@ class PlanPart(Struct, frozen=True, kw_only=True):
     image_suffix: str | None
     """Suffix of the image files; None where there are none."""
     labels: tuple[str, ...]
-    """Labels that are wanted."""
+    """Wanted labels."""
     renders: bool = True
-    """Whether light is rendered, as OpenPlan has it."""
+    """Whether light is rendered, as for OpenPlan."""
     provenance: tuple[str, ...] = ()
-    """Variants of which the provenance of the stage is wanted."""
+    """Variants to return the stage's provenance of."""
     explain: bool = False
     """Whether to count the work that the scenes do not need."""
 
@@ -99,14 +99,14 @@ class PlannedPart(Struct, frozen=True, kw_only=True):
 
     variant: str
     stage: StageProvenance | None
-    """Provenance, relative to the stage's own folder; None where it was not wanted."""
+    """Provenance, relative to the stage's own folder; None if not requested."""
     skipped: list[Any]
-    """Work that the scenes do not need, as SkippedWorkCounter.taken has it."""
+    """Work that the scenes do not need, from SkippedWorkCounter.taken."""
     notes: list[str]
     """Sentences on what is rendered differently from what the stage authors."""
     views: Views | None
     columns: dict[str, list[Any] | None]
-    """Columns by the names of COLUMNS, one entry a picture; None where a column is that of the variant before."""
+    """Columns by the names of COLUMNS, one entry a picture; None for the same column as in the variant before."""
 
 
 OPEN_PLAN = Call("spin_usd.planning.in_child:StagePlanner", OpenPlan, OpenedStage)
@@ -114,7 +114,7 @@ PLAN_PART = Call("spin_usd.planning.in_child:StagePlanner.pictures", PlanPart, l
 
 
 def described_target(body: Body) -> TargetEntry:
-    """Return what dataset.json says of a target."""
+    """Return a target's entry in dataset.json."""
     target = body.target
     return TargetEntry(
         id=body.id,
@@ -129,8 +129,8 @@ def described_target(body: Body) -> TargetEntry:
 def described_parts(
     bodies: Iterable[tuple[int, int, Sequence[Part]]], shown: Iterable[Body]
 ) -> Iterator[tuple[str, PartEntry]]:
-    """Yield the parts of all bodies by their ids in labels. `bodies`: of each its id, the number of parts before its
-    own, and its parts; `shown`: all of them as a picture shows them."""
+    """Yield the parts of all bodies by their ids in labels. `bodies`: for each its id, the number of parts before its
+    own, and its parts; `shown`: all of them in one picture."""
     materials: dict[str, list[str]] = {}
     for body in shown:
         names = body.target.part_materials

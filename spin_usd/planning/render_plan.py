@@ -1,4 +1,4 @@
-"""The plan of what a user asks of `render` or `plan`, which files it comes to, and about how long these take."""
+"""The plan of a request to `render` or `plan`, with its files and their approximate time."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,11 +35,12 @@ def plan(
     had: Sequence[str] = (),
     timed: bool = False,
 ) -> Plan:
-    """Plan what a run would make, of a `shard` its own pictures alone. With `explain` the plan also says what work is
-    skipped, and why. `had`: the kinds of file that the dataset has, which pictures that are made again keep. `timed`:
-    whether it is to be said how long the run takes, so that how fast this machine is must be known.
+    """Plan the pictures of a run, or of its `shard` alone. With `explain` the plan also lists the work that is skipped,
+    and why. `had`: the kinds of file in the dataset, which pictures keep when they are made again. `timed`: whether the
+    plan needs an estimate of time, and so the speed of this machine.
 
-    Writes nothing but that, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is
+    Writes nothing but that speed, unless `copy_to` is given: then the stage is first copied into that folder, and the
+    copy is
     planned.
     """
     kept = kept_trial() if timed else None
@@ -60,9 +61,9 @@ def plan(
 
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
-    """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
-    of labels_where_possible those that the stage can have. Raises InputError for another label that it cannot have, and
-    for one that cannot hold so many targets."""
+    """Return the kinds of file to make of each picture: the requested ones, with several bodies a label that tells them
+    apart, and the possible ones of labels_where_possible. Raises InputError for a requested label that the stage cannot
+    have, or that cannot hold so many targets."""
     _refuse_targets(request, len(plan.content.targets))
     missing = {name for name, needed in NEEDS.items() if not getattr(plan.content, needed)}
     for kind in request.kinds:
@@ -76,7 +77,7 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
 
 
 def _refuse_targets(request: RenderRequest, count: int) -> None:
-    """Raise InputError where a label that is asked for cannot hold so many targets."""
+    """Raise InputError if a requested label cannot hold so many targets."""
     for name in request.kinds:
         label = PIXEL_LABELS.get(name)
         if label and label.max_targets is not None and count > label.max_targets:
@@ -98,7 +99,7 @@ def common_work(request: RenderRequest, plan: Plan) -> CommonWork:
 
 
 def foretold(request: RenderRequest, plan: Plan, wanted: WantedFiles, out: Path, workers: int, cores: int) -> str:
-    """Say about how long a run into the dataset `out` takes, with so many workers that share these processors."""
+    """Return the approximate time, as text, of a run into the dataset `out` with so many workers on these cores."""
     table = variant_table(plan, common_work(request, plan), wanted, out)
     pictures, by = pluralise(len(plan.pictures), "picture"), pluralise(workers, "worker")
     return f"{pictures} with {by}: about {duration(table.seconds(workers, cores))}"

@@ -20,7 +20,7 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
-    """The pictures that a user asks for.
+    """The pictures that a user requests.
 
     Raises InputError for options that do not go together.
     """
@@ -46,12 +46,12 @@ class RenderRequest:
             formats = " or ".join(suffix.removeprefix(".") for suffix in IMAGE_SUFFIXES)
             raise InputError(f"images cannot be {self.options.image_format!r}", do=f"choose {formats}")
         if not self.kinds:
-            raise InputError("no file is asked for", do="ask for labels, the image, or both")
+            raise InputError("no file is requested", do="request labels, the image, or both")
 
     @classmethod
     def of(cls, options: PictureOptions) -> "RenderRequest":
-        """Return the request for the pictures of a stage that exists. Raises InputError for what does not go together
-        or is not there."""
+        """Return the request for the pictures of an existing stage. Raises InputError for options that do not go
+        together, and for missing files."""
         if options.labels_only and not options.radiance:
             for name in ("quality", "error"):
                 if getattr(options, name) is not None:
@@ -80,19 +80,19 @@ class RenderRequest:
 
     @property
     def device(self) -> str:
-        """What renders the light, one of renderers.device.DEVICES or AUTO."""
+        """Device that renders the light, one of renderers.device.DEVICES or AUTO."""
         return self.options.device
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """The labels that are named; "default", "all", which leaves out those that not every stage has, and "none" may
-        stand among the names."""
+        """The named labels; the names may include "default", "all", which leaves out labels that not every stage has,
+        and "none"."""
         groups = {"default": DEFAULT_LABELS, "all": tuple(name for name in LABELS if name not in NEEDS), "none": ()}
         return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
 
     @property
     def labels_where_possible(self) -> tuple[str, ...]:
-        """Labels that are made too where the stage has what they need."""
+        """Labels to make too if the stage has their needs."""
         return tuple(NEEDS) if "all" in names_in(self.options.labels) else ()
 
     @property
@@ -105,18 +105,18 @@ class RenderRequest:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of file asked for of each picture."""
+        """The requested kinds of file of each picture."""
         wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.options.radiance else [])}
         return tuple(kind for kind in FILE_KINDS if kind in wanted)
 
     @property
     def renders(self) -> bool:
-        """Whether pictures take a renderer: labels alone take none."""
+        """Whether pictures need a renderer: labels alone do not."""
         return self.image or self.options.radiance
 
     def devices(self) -> tuple[str, ...]:
-        """Return the devices of this machine that may render the light, the best first. Raises UnsupportedError where
-        the one that is asked for is not there."""
+        """Return the devices of this machine that may render the light, the best first. Raises UnsupportedError if the
+        requested one is missing."""
         if self.device == AUTO and self.renders and renderer_entry(self.renderer).graphics:
             return tuple(usable_devices())
         name = CPU if self.device == AUTO else self.device
@@ -124,12 +124,12 @@ class RenderRequest:
         return (name,)
 
     def _refuse_device(self) -> None:
-        """Raise InputError where no light is rendered on the device that is named."""
+        """Raise InputError if no light would be rendered on the named device."""
         if not self.renders:
             raise InputError(f"device {self.device} is given where no light is rendered", do="leave --device out")
         if not renderer_entry(self.renderer).graphics:
             able = " or ".join(f"--renderer {name}" for name, entry in RENDERERS.items() if entry.graphics)
-            found = f"the renderer {self.renderer} renders on the CPU alone, and the device {self.device} is asked for"
+            found = f"the renderer {self.renderer} renders on the CPU alone, and the device {self.device} is requested"
             raise InputError(found, do=f"leave --device out, or choose {able}")
 
 
@@ -141,7 +141,7 @@ class PlanRequest:
     devices: tuple[str, ...] = (CPU,)
     """Devices that may render the light; the first able one is taken."""
     labels: tuple[str, ...] = ()
-    """Labels whose keys are wanted."""
+    """Labels to return keys of."""
     copy_to: Path | None = None
     """A folder to copy the stage to first."""
     explain: bool = False

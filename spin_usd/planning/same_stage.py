@@ -1,8 +1,8 @@
 """Find whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
 
-A stage is the same while `author` made it from the same files with the same options, and one that `author` did not make
-while its root layer's name is the same: what dataset.json keeps as its origin. It is another where a target or a part
-has another id: labels that are there already say the old one.
+A stage made by `author` is the same while its files and options are the same; any other stage while the name of its
+root layer is the same. dataset.json keeps these facts as its origin. A stage is another if a target or a part has
+another id, because existing labels contain the old one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,8 +25,8 @@ WORDS = {ROOT: "root layer", IDS: "ids of targets and parts"}
 
 
 def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
-    """Return the names of the inputs and options in which the planned stage differs from the dataset's own; none where
-    it is the same stage, or has none of the dataset's pictures."""
+    """Return the names of the inputs and options in which the planned stage differs from the dataset's own; none if it
+    is the same stage, or the dataset has none of its pictures."""
     if store.folder.type_of(DESCRIPTION) is not NodeType.FILE:
         return ()
     names, variants = set(plan.names), set(plan.known_variants)
@@ -36,7 +36,7 @@ def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
 
 
 def differences(description: DatasetDescription, plan: Plan) -> tuple[str, ...]:
-    """Return the names of the inputs and options in which the planned stage differs from that of the dataset with this
+    """Return the names of the inputs and options in which the planned stage differs from the stage of this
     dataset.json."""
     origin = description.stage.origin
     before, now = _deciding(plan.origin if origin is UNSET else origin), _deciding(plan.origin)
@@ -57,20 +57,20 @@ def _renumbered(description: DatasetDescription, plan: Plan) -> Iterator[str]:
 
 
 def _deciding(origin: StageOrigin) -> dict[str, Any]:
-    """Return by name what decides pictures of that origin: of files their bytes alone, whatever they are called."""
+    """Return by name the facts of that origin that decide pictures: files count by their bytes, not by their names."""
     files = {} if origin.inputs is UNSET else {name: file.sha256 for name, file in origin.inputs.items()}
     options = {} if origin.options is UNSET else origin.options
     return {**files, **options, **({} if origin.root is UNSET else {ROOT: origin.root})}
 
 
 def in_words(other: Sequence[str]) -> str:
-    """Say that the dataset holds another stage's pictures, and name what differs as the options of `author`."""
+    """Return a message on pictures of another stage, which names the differences by the options of `author`."""
     names = [WORDS.get(name, flag_of(name)) for name in other]
     return f"holds pictures of another stage, which differs in: {', '.join(names)}"
 
 
 def refuse(store: Store, other: Sequence[str]) -> None:
-    """Raise InputError where there is any."""
+    """Raise InputError if there is any."""
     if other:
         do = "choose another folder, or add --replace, which removes them all"
         raise InputError(in_words(other), where=store.root, do=do)

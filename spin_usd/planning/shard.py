@@ -1,8 +1,8 @@
 """A shard of a run: one of several parts of its frames, each made by a command of its own, in a folder of its own.
 
 Frames are dealt out in the order of a hash of their names, all variants of a frame together: every shard knows its own
-without a word from the others, and plans no more than those. Beside its dataset.json lies a manifest of the whole run,
-from which `merge` and `check` learn which pictures are still to come, and in which shard.
+without messages, and plans no more. With its dataset.json lies a manifest of the whole run, from which `merge` and
+`check` learn which pictures are missing, and in which shard.
 """
 
 import re
@@ -37,7 +37,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> "Shard":
-        """Read "I/N". Raises InputError where that is no shard."""
+        """Read "I/N". Raises InputError if it is not a shard."""
         found = TEXT.fullmatch(text.strip())
         number, count = (int(found[1]), int(found[2])) if found else (0, 0)
         if not number < count <= MAX_SHARDS:
@@ -84,7 +84,7 @@ def write_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
 
 
 def read_manifest(store: Store) -> Manifest | None:
-    """Read the manifest; None where there is none, or something else in its place."""
+    """Read the manifest; None if there is none, or it is not a manifest."""
     with suppress(InputError, ValueError):
         return typed_json(store.folder.read(SHARDS, MAX_DOCUMENT), Manifest)
     return None
@@ -97,12 +97,11 @@ def remove_manifest(store: Store) -> None:
 
 
 def missing_pictures(store: Store) -> dict[tuple[str, str], Shard]:
-    """Return by (frame, variant) the shards of the pictures that the dataset's manifest, if there is one, says are
-    still to come."""
+    """Return by (frame, variant) the shards of the pictures that the dataset's manifest, if any, lists as missing."""
     manifest = read_manifest(store)
     return manifest.missing(set(map(picture_of, store.records()))) if manifest else {}
 
 
 def missing_in_words(count: int, shard: str) -> str:
-    """Say how many pictures of the shard, "1/3", are still to come."""
+    """Return a message on how many pictures of the shard, "1/3", are missing."""
     return f"missing: {pluralise(count, 'picture')} of shard {shard}"

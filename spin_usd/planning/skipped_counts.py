@@ -1,4 +1,4 @@
-"""Count what is left out of pictures because their scenes do not need it, and say why, for `plan --explain`."""
+"""Count the work left out of pictures because their scenes do not need it, with reasons, for `plan --explain`."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -24,9 +24,9 @@ ABSENT: Sequence[tuple[str, str, str, Callable[[Scene], bool]]] = (
     (DETECTOR, "metering", "the exposure is given", lambda scene: scene.sensor.auto_exposure is None),
     (LABELS, "light, materials, samples and blur", ONE_RAY, lambda _: True),
 )
-"""Outside the path tracer: part of the work, what, why, and whether a scene goes without."""
+"""Outside the path tracer: part of the work, the work left out, why, and whether a scene goes without."""
 FEATURES = ((BACKGROUND, BEHIND, NONE), (OPTICS, THROUGH_OPTICS, NONE), (DETECTOR, (NOISE,), "its gain is not set"))
-"""Likewise, where what is one of work.features."""
+"""Likewise, for features of work.features."""
 KEPT = "geometry is not simplified: labels need every face as it is, and the picture shows the same"
 
 Item = tuple[str, str, str, str]
@@ -35,17 +35,17 @@ Item = tuple[str, str, str, str]
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedCount:
-    """Something that is skipped (see SkippedWork)."""
+    """Work that is skipped (see SkippedWork)."""
 
-    part: Annotated[str, one_of(RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS), Meta(description="Of the work.")]
+    part: Annotated[str, one_of(RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS), Meta(description="Part of the work.")]
     what: str
     why: str
-    same: Annotated[str, Meta(description="How surely nothing changes.")]
+    same: Annotated[str, Meta(description="Whether the result is equal to the bit, or nearly.")]
     pictures: Annotated[Mapping[str, Count], Meta(description="How many pictures of each variant that has any.")]
 
 
 class SkippedWorkCounter:
-    """Counts what the pictures of a variant go without."""
+    """Counts the work that the pictures of a variant go without."""
 
     def __init__(self, settings: RenderSettings) -> None:
         self._settings = settings
@@ -53,7 +53,7 @@ class SkippedWorkCounter:
         self._known: dict[str, tuple[SkippedWork, ...]] = {}
 
     def add(self, scene: Scene, radiance: str, has: Collection[str]) -> None:
-        """Note the picture of `scene`, whose radiance key is given, and what it `has` of work.features."""
+        """Note the picture of `scene`, whose radiance key is given, and the features of work.features that it `has`."""
         self._counts.update((part, what, why, BITS) for part, what, why, is_absent in ABSENT if is_absent(scene))
         self._counts.update(
             (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has
@@ -71,7 +71,7 @@ class SkippedWorkCounter:
 
 
 def skipped_counts(counted: Iterable[tuple[str, Sequence[Any]]]) -> tuple[SkippedCount, ...]:
-    """Sum up what `SkippedWorkCounter.taken` gave for some of the pictures of variants, given with their names.
+    """Sum up results of `SkippedWorkCounter.taken` for some of the pictures of variants, given with their names.
 
     Returns the sums in the order of the parts of the work, then of first mention.
     """

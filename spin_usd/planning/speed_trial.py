@@ -1,9 +1,9 @@
-"""A short piece of work that takes as much longer on another machine as pictures do there.
+"""A short piece of work whose time scales between machines as the time of pictures does.
 
-Runs in the child that plans, which has Embree and numpy open. Nine tenths of a picture's time are Cycles' paths. They
-follow triangles about in memory as rays of Embree do that are thrown from wall to wall, with some arithmetic at each:
-so this throws rays about in a hollow body. All of it stays in a processor's own caches: what does not is slowed by
-other work on the machine far more than renders are.
+Runs in the child that plans, which has Embree and numpy open. Nine tenths of a picture's time are Cycles' paths, which
+access triangles in memory as Embree's rays do between the walls of a room, with some arithmetic at each. So this casts
+rays in a hollow body. All of it fits into a processor's own caches: otherwise other work on the machine would slow it
+far more than renders.
 """
 
 import time
@@ -20,12 +20,12 @@ ROWS = 40  # of the body's faces, twice as many around
 BUMPS = 7  # around it, so that rays are soon going all ways
 RAYS = 512  # at a time
 BOUNCES = 96
-ROUNDS = 3  # of which the fastest counts: other work can only make one longer, and it is 2 % off that of many rounds
-AHEAD = 1e-4  # of the body's size: how far off a wall a ray starts, so that it does not meet that again
+ROUNDS = 3  # the fastest counts: other work only makes rounds longer; it is within 2 % of the fastest of many
+AHEAD = 1e-4  # of the body's size: distance from a wall at which a ray starts, so that it does not meet the wall again
 
 
 def trial_seconds() -> float:
-    """Return the processor seconds of a round, a few hundredths."""
+    """Return the processor seconds of a round, some 0.02 s."""
     points, faces = _hollow_body()
     scene, normals = mesh_scene(points.astype(np.float32), faces), unit_normals(points[faces])
     seconds = []

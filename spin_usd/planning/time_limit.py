@@ -1,5 +1,5 @@
-"""How long a worker may take for a picture before it is replaced, in the seconds that Patience counts: those of the
-processor, not of the clock."""
+"""The timeout of a picture, after which its worker is replaced, in seconds as Patience counts them: of the processor,
+not of the clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from spin_usd.planning.wall_time import thread_seconds
 from spin_usd.planning.work import CommonWork, PictureWork, Work
 
 TIMES, MIN_S = 10.0, 60.0
-GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture; a worker that waits for it is idle
+GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture, while the worker is idle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,13 +21,13 @@ class TimeLimits:
     options: CommonWork
     """Options of the run."""
     workers: int
-    """How many share the work."""
+    """Workers that share the work."""
     cores: int
-    """How many they share."""
+    """Processors that they share."""
     measured: Sequence[Timings] = ()
     """Timings of earlier runs and of this one, which grow as it goes on; the slowest counts."""
     min_s: float = MIN_S
-    """Seconds that every picture has at least."""
+    """Least number of seconds for a picture."""
     given: float | None = None
     """The user's own limit for all pictures in seconds; None for none."""
 

@@ -1,4 +1,4 @@
-"""A table of a plan: what each variant adds in passes and pictures, and about what that costs."""
+"""A table of a plan: the passes and pictures that each variant adds, and their approximate cost."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ MANY = 24  # variants, beyond which those in a row that cost alike share a line
 class VariantRow:
     """The work of a variant: seconds of one core, and bytes.
 
-    Label passes, renders and images (`exposures`) are those that no variant before it has made.
+    Label passes, renders and images (`exposures`) count only if no variant before has made them.
     """
 
     name: str
@@ -35,7 +35,7 @@ class VariantRow:
     seconds: float
     bytes: float
     variants: int = 1
-    """How many it stands for."""
+    """Variants in this row."""
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -52,16 +52,16 @@ class VariantTable:
     works: tuple[Work, ...]
     """Work of each picture to make, in their order."""
     slower: float
-    """How many times as long this machine takes as that of the constants."""
+    """Factor by which this machine is slower than the one of the constants."""
     measured: tuple[str, ...]
-    """The kinds of work whose time runs have said instead."""
+    """Kinds of work whose time was measured by runs instead."""
 
     @property
     def total(self) -> VariantRow:
         return _sum("total", self.rows)
 
     def seconds(self, workers: int, cores: int) -> float:
-        """Return about the wall-clock time, seconds, of a run with these workers on these cores; 0 where nothing is
+        """Return the approximate wall-clock time, seconds, of a run with these workers on these cores; 0 if nothing is
         left."""
         return wall_seconds(
             self.works,
@@ -76,9 +76,10 @@ class VariantTable:
 def variant_table(
     plan: Plan, options: CommonWork, wanted: WantedFiles, out: Path | None = None, renders: Timings | None = None
 ) -> VariantTable:
-    """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
+    """Return the work of a run of `plan`; with `out`, only the work that is missing in that dataset.
 
-    `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
+    `renders`: measured costs of renders, for a dataset that has none. Raises InputError for a dataset that a run
+    refuses.
     """
     store = Store(root=out.absolute()) if out else None
     if store:
@@ -114,7 +115,7 @@ def variant_table(
 
 
 class _Costs:
-    """What tasks cost, worked out once for those that cost alike, as a frame's do in most variants."""
+    """The costs of tasks, computed once for tasks of equal cost, such as a frame's in most variants."""
 
     def __init__(self, options: CommonWork, measured: Timings, slower: float) -> None:
         self._options, self._measured, self._slower = options, measured, slower
@@ -133,7 +134,7 @@ class _Costs:
 
 
 def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
-    """Return rows as they are shown: of many, those in a row with the same counts as one, with their sums."""
+    """Return rows to show: among many, neighbours with the same counts become one, with their sums."""
     if len(rows) <= MANY:
         return list(rows)
     return list(_merged(rows))
@@ -149,8 +150,8 @@ def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
 def _task(
     picture: PlannedPicture, options: CommonWork, labelled: dict[str, set[str]], rendered: set[str]
 ) -> PictureWork:
-    """Return how the picture is made when the labels and renders with these keys are there already, and add what it
-    makes to them."""
+    """Return how the picture is made, given the existing labels and renders with these keys, and add its own to
+    them."""
     label_pass, render = False, options.renders and picture.radiance not in rendered
     for kind, made in labelled.items():
         key = picture.label_key(kind)

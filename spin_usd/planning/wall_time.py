@@ -1,4 +1,4 @@
-"""Estimate how long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
+"""Estimate the time of a run from the work of its pictures: the start, and workers that each take the next picture.
 
 The constants were measured on a 2-core x86-64 server.
 """
@@ -12,10 +12,10 @@ from spin_usd.planning.make_plan import sharing
 from spin_usd.planning.work import Work
 
 PLANNING_S = 1.4  # to open the stage in a process of its own
-PLANNED_S = 6e-4  # a picture, by one of the processes that share them
-START_S = 2.4  # a worker's start, and what its first picture takes more than others
+PLANNED_S = 6e-4  # a picture, by one of the planning processes
+START_S = 2.4  # a worker's start, and the additional time of its first picture
 OPEN_S = 0.2  # a variant's stage, in each worker
-DEVICE_ALONE = 0.5  # of a render's time on a device, in which no other worker's is rendered there (measured)
+DEVICE_ALONE = 0.5  # of a render's time on a device, without another worker's render there (measured)
 SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
 
 
@@ -31,7 +31,7 @@ def wall_seconds(
     """Return the seconds of a run that plans `planned` pictures of the `variants`, and makes those with the `works`, in
     their order.
 
-    `slower`: how many times, this machine, than that of the constants. Nothing where there are no works.
+    `slower`: factor by which this machine is slower than the one of the constants. 0 without works.
     """
     listed = list(works)
     if not listed:
@@ -56,7 +56,7 @@ def thread_seconds(work: Work, *, workers: int, cores: int) -> float:
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
-    """Return the work, in seconds of one core by its kinds, that took one of the workers so long."""
+    """Return the work, in seconds of one core by kind, that took one of the workers so long."""
     faster, slower = _pace(workers, cores)
     return {kind: seconds * (faster if kind == BEAUTY_PASS else 1.0) / slower for kind, seconds in taken.items()}
 

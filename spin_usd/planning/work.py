@@ -1,6 +1,6 @@
-"""The work of making a picture: of each kind of work how many of its units, such as samples on the target.
+"""The work of making a picture: for each kind of work its number of units, such as samples on the target.
 
-Kinds of work have the names that workers report. What a unit costs is in `cost`.
+Kinds of work have the names that workers report. The cost of a unit is in `cost`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,13 +21,13 @@ THROUGH_OPTICS, NOISE = ("vignetting", "spread", "glare", "bloom"), "noise"
 COSTLY_STEPS = ("glare", "bloom", NOISE)
 LIT = ("glossy", "surroundings")
 ADAPTIVE_SAMPLES, ADAPTIVE_POWER = 3.0, -1.2
-"""Of a glossy target: samples a pixel, on average, times the noise asked for to that power (measured at 0.1, 0.03 and
+"""For a glossy target: samples a pixel, on average, times the requested noise to that power (measured at 0.1, 0.03 and
 0.01 on a metal under Sun and lamp: 48, 200 and 800). A matt one hardly takes more than the least."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PictureWork:
-    """A picture to make, and which passes it takes of its own: others are in the cache by then."""
+    """A picture to make, and the passes that it needs itself: the others are in the cache by then."""
 
     picture: PlannedPicture
     label_pass: bool
@@ -51,12 +51,12 @@ class CommonWork:
 
     @property
     def light_pass(self) -> str:
-        """Return the kind of work that a render is."""
+        """Return the kind of work of a render."""
         return BEAUTY_PASS if self.device == CPU else DEVICE_PASS
 
     @property
     def renders(self) -> bool:
-        """Return whether pictures take a render: labels alone take none."""
+        """Return whether pictures need a render: labels alone do not."""
         return not RENDERED.isdisjoint(self.kinds)
 
 
@@ -126,8 +126,9 @@ def work_units(task: PictureWork, options: CommonWork) -> dict[str, Units]:
 
 
 def _light(picture: PlannedPicture, options: CommonWork) -> Iterator[tuple[str, float]]:
-    """Yield the units of a render, by name: pixels of the region, samples of those that show the target, among them
-    those of glossy surfaces and those that surroundings light, and pixels to be denoised, of each light group."""
+    """Yield the units of a render, by name: pixels of the region; samples of pixels that show the target, and among
+    these samples of glossy surfaces and of surfaces lit by surroundings; and pixels to denoise, for each light
+    group."""
     effort = options.effort
     share = 1 / effort.reduction**2
     pixels = picture.region_pixels * share

@@ -1,4 +1,4 @@
-"""The options of a run, as its workers get them."""
+"""The options of a run for its workers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,9 +14,9 @@ class WorkerOptions:
 
     root: the dataset's folder
     work: the folder of its temporary files
-    options: the user's, as far as records say them by name (`PictureOptions.recorded`)
+    options: the user's, as far as records list them (`PictureOptions.recorded`)
     renders: whether any of its pictures shows light, so that a renderer is opened
-    chosen: why the effort is what it is, for the records
+    chosen: the reason for the effort, for the records
     """
 
     root: str

@@ -1,4 +1,4 @@
-"""One question to a child process of its own, which reads what others wrote and may die of it."""
+"""One call to a child process of its own, which reads files of others and may die of them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,11 +23,11 @@ def ask_child(
     within_s: float = PATIENCE_S,
     below: Path | None = None,
 ) -> Answer:
-    """Return the answer to a call from a child of its own: the one started ahead, unless `memory` is given, which is
-    as Child has it. `reads`: the file that it reads, for messages; `within_s` bounds the wait for each message from it;
-    `below`: the only folder from which it may read a user's files. Its temporary files are gone in the end.
+    """Return the answer to a call from a child of its own: the one started ahead, unless `memory` is given, as for
+    Child. `reads`: the file that it reads, for messages; `within_s` limits the wait for each message from it; `below`:
+    the only folder from which it may read a user's files. Its temporary files are removed in the end.
 
-    Raises what the child raises, and as `unreadable` says where it dies.
+    Raises the errors of the child, and the error of `unreadable` if it dies.
     """
     with next_child() if memory is None else Child(memory=memory) as child:
         try:
@@ -39,12 +39,12 @@ def ask_child(
 
 
 def unreadable(died: ChildDiedError, where: object) -> SpinError:
-    """Return the error on a file whose reading killed a child; where something else killed that, or it
-    waited for something, one that does not blame the file."""
+    """Return the error on a file whose reading killed a child; if the cause is outside, or the child waited for
+    something, an error that does not blame the file."""
     if died.cause is DeathCause.KILLED:
-        do = "look for what ends processes, such as a lack of memory, and run it again"
+        do = "look for the cause, such as a lack of memory, and run it again"
         return RenderError(f"was not read: {died.found}", where=where, do=do)
     if died.cause is DeathCause.HUNG:
         do = "look at the disk, network or driver that it waits for, and run it again"
         return RenderError(f"was not read: {died.found}", where=where, do=do)
-    return StageError(f"cannot be read: {died.found}", where=where, do="simplify it, or look for what multiplies in it")
+    return StageError(f"cannot be read: {died.found}", where=where, do="simplify it, or look for multiplied content")

@@ -11,10 +11,10 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True)
 class Call(Generic[Request, Answer]):
-    """A function in the child, named as text: the parent loads nothing of it, and a child only what it is asked for.
+    """A function in the child, named as text: the parent loads nothing of it, a child only the module of its call.
 
     It takes one request, and `progress` if it has a parameter of that name. A class is opened by its call and kept for
-    the calls of its methods; the answer is its attribute `opened`, None where it has none.
+    the calls of its methods; the answer is its attribute `opened`, None without one.
     """
 
     place: str
@@ -30,9 +30,9 @@ class Call(Generic[Request, Answer]):
         return self.place.partition(":")[0]
 
     def encoded(self, request: Request) -> Any:
-        """Return the request as JSON has it."""
+        """Return the request as JSON."""
         return to_builtins(request)
 
     def decoded(self, answer: object) -> Answer:
-        """Return the answer that JSON holds. Raises msgspec.ValidationError for a defect of ours."""
+        """Return the answer that JSON contains. Raises msgspec.ValidationError for a defect of ours."""
         return convert(answer, self.answer)

@@ -1,4 +1,4 @@
-"""A child process that does what the supervising process must not: import pxr or bpy, open a stage, render.
+"""A child process for work that the supervising process must not do: import pxr or bpy, open a stage, render.
 
 A crash ends the child, never the parent.
 """
@@ -44,12 +44,12 @@ IN_PROCESS = "SPIN_USD_IN_PROCESS"
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
 RELOAD_LAYERS = Call("spin_usd.stage.usd.layer_file:reload_layers", NoneType, NoneType)
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
-OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
+OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # last output at a memory limit
 
 
 def in_process() -> bool:
-    """Return whether what children are asked is done in this process, as with SPIN_USD_IN_PROCESS=1 in the environment:
+    """Return whether calls to children are answered in this process, as with SPIN_USD_IN_PROCESS=1 in the environment:
     there breakpoints and profilers work."""
     return os.environ.get(IN_PROCESS) == "1"
 
@@ -57,8 +57,8 @@ def in_process() -> bool:
 class Child:
     """One child process; `call` sends a request and waits, `send` and `receive` do the halves.
 
-    It is started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own, and is
-    spoken to in lines of JSON. It dies with its parent.
+    It is started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own. Messages
+    are lines of JSON. It dies with its parent.
     """
 
     def __new__(cls, **_: Any) -> "Child":
@@ -72,15 +72,15 @@ class Child:
         memory: int | None = None,
         modules: tuple[str, ...] = (),
     ) -> None:
-        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files, a folder that
-        is gone with the child unless given: USD leaves a file there when it crashes. `memory`: bytes of address space
-        that it may take (Linux), those of a child that reads what a stranger wrote unless given. `modules`: those that
-        it loads before it is asked anything."""
+        """`keep_open`: file descriptors to pass on (a lock). `scratch`: folder for its temporary files, by default one
+        that is removed with the child: USD leaves a file there when it crashes. `memory`: limit of its address space in
+        bytes (Linux), by default the limit of a child that reads files of strangers. `modules`: modules that it loads
+        before the first call."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
         self._temporary = HeldFolder() if scratch is None else None
         own = self._temporary.name if self._temporary else scratch
         environment.update(TMPDIR=str(own), SPIN_USD_PARENT=str(os.getpid()))
-        self._heard = bytearray()  # what was read of answers not yet received
+        self._heard = bytearray()  # part of an answer that is not yet complete
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "spin_usd.processes.child_main", *modules],
@@ -102,7 +102,7 @@ class Child:
         if kind is None or issubclass(kind, SpinError):
             self.close()
         else:
-            self.kill()  # interrupted: what it does now is not wanted any more
+            self.kill()  # interrupted: its work is not wanted any more
 
     def fileno(self) -> int:
         """Readable when an answer, a progress note or the child's end is there to `receive`."""
@@ -120,19 +120,19 @@ class Child:
             raise self._died() from broken
 
     def receive(self, *, within_s: float | None = None) -> Mapping[str, Any]:
-        """Receive the next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or
+        """Receive the next line: {"progress": [...]} or {"result": ...}; raises the error of the child, or
         ChildDiedError.
 
-        A child that takes more than `within_s` seconds for it is ended, as Patience counts them.
+        A child that takes more than `within_s` seconds for it, as Patience counts them, is ended.
         """
         return returned(self._message(within_s=within_s))
 
     def received(self) -> Iterator[Mapping[str, Any]]:
-        """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
+        """Yield the results of `receive`, at least one, and more as long as none needs waiting."""
         return map(returned, self.messages())
 
     def messages(self) -> Iterator[Mapping[str, Any]]:
-        """Yield the lines of `received` as the child said them, with {"error": ...} for what it raised."""
+        """Yield the lines of `received` as the child sent them, with {"error": ...} for an error that it raised."""
         yield self._message()
         while b"\n" in self._heard:
             yield self._message()
@@ -145,7 +145,7 @@ class Child:
         progress: Callable[..., None] | None = None,
         within_s: float = PATIENCE_S,
     ) -> Answer:
-        """Return the child's answer to a call; `within_s` bounds the wait for each message from it."""
+        """Return the child's answer to a call; `within_s` limits the wait for each message."""
         self.send(call, request)
         while "result" not in (message := self.receive(within_s=within_s)):
             if progress:
@@ -171,25 +171,25 @@ class Child:
         self._release()
 
     def interrupt(self) -> None:
-        """End the child and everything it started, from another thread than the one that waits for its answer: that
-        one learns of the end, and nobody else may ask for it."""
+        """End the child and all its processes, from another thread than the one that waits for its answer: that thread
+        learns of the end, and no other may send a call."""
         if self.process.returncode is None:
             with suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
 
     def usage(self) -> Usage:
-        """Look at what the child and all that it started do with the processors."""
+        """Measure the processor usage of the child and its processes."""
         return self._meter.look()
 
     def overdue(self, patience: Patience) -> ChildDiedError | None:
-        """End the child if it has run away or hangs; return what to say of it."""
+        """End the child if it has run away or hangs; return the error for it."""
         died = patience.exhausted(self.usage(), f"the worker process {self.process.pid}")
         if died:
             self.kill()
         return died
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
-        """End the child if it holds more than `limit` bytes of memory; return what to say of it."""
+        """End the child if it holds more than `limit` bytes of memory; return the error for it."""
         held = self._held_memory()
         if held <= limit:
             return None
@@ -198,21 +198,21 @@ class Child:
         return ChildDiedError(f"the worker process took {gib}", cause=DeathCause.GREW)
 
     def log(self) -> str:
-        """Return the end of what the child and its libraries printed."""
+        """Return the end of the output of the child and its libraries."""
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(self._log.tell() - LOG_TAIL, 0))
         return self._log.read().decode(errors="replace")
 
     def _limit(self, memory: int) -> None:
-        """Bound the child's address space, and let a crash of it leave no core file."""
+        """Limit the child's address space, and turn off its core files."""
         if hasattr(resource, "prlimit"):
-            with suppress(ProcessLookupError):  # it died already, as the first call will say
+            with suppress(ProcessLookupError):  # it died already; the first call reports it
                 resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
                 resource.prlimit(self.process.pid, resource.RLIMIT_CORE, (0, 0))
 
     def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
         patience = None if within_s is None else Patience(within_s)
-        looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
+        looked = 0  # no line ends before this byte: an answer may have a hundred megabytes
         while (end := self._heard.find(b"\n", looked)) < 0:
             looked = len(self._heard)
             while patience and not readable(self, LOOK_S):
@@ -241,7 +241,7 @@ class Child:
         return 0
 
     def _peak_memory(self) -> int:
-        """Wait for the end of the child, and return the most bytes of memory that it held; 0 where nobody knows."""
+        """Wait for the end of the child, and return the most bytes of memory that it held; 0 if unknown."""
         if not hasattr(os, "wait4") or self.process.returncode is not None:
             return 0
         _, status, used = os.wait4(self.process.pid, 0)
@@ -249,29 +249,29 @@ class Child:
         return int(used.ru_maxrss) * RSS_UNIT
 
     def _died(self) -> ChildDiedError:
-        """Wait for the end of the child, which has closed its answers, and return what to say of it."""
+        """Wait for the end of the child, which has closed its answers, and return the error for it."""
         most = self._peak_memory()
         self.process.wait()
         code = self.process.returncode
         how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
         if code == -signal.SIGKILL:
-            said, cause = "perhaps the system was out of memory", DeathCause.KILLED
+            text, cause = "perhaps the system was out of memory", DeathCause.KILLED
         else:
-            said = (self.log().strip().splitlines() or ["no output"])[-1]
+            text = (self.log().strip().splitlines() or ["no output"])[-1]
             grew = most > self._memory / 2 or any(words in self.log() for words in OUT_OF_MEMORY)
             cause = DeathCause.GREW if grew else DeathCause.CRASHED
-        return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
+        return ChildDiedError(f"the worker process ended with {how} ({text})", cause=cause)
 
 
 class ChildHere(Child):
-    """No process: a call is done here when it is sent. There is no limit to what it takes, and a crash ends all."""
+    """No process: a call is answered here when it is sent. There are no limits, and a crash ends everything."""
 
     def __init__(self, **_: Any) -> None:
         self._answers: deque[str] = deque()
         self._calls = ChildCalls(lambda *message: self._say({"progress": message}))
         self._readable, self._writable = os.pipe()  # holds a byte while there is something to receive
         self._open = True
-        if "pxr" in sys.modules:  # which holds layers of commands before, as they were
+        if "pxr" in sys.modules:  # which keeps layers of earlier commands in memory
             self._calls.answer(RELOAD_LAYERS.place, None)
 
     def fileno(self) -> int:
@@ -283,7 +283,7 @@ class ChildHere(Child):
             answer = {"result": self._calls.answer(call.place, sent)}
         except Exception as fault:
             answer = {"error": raised_again(fault, sent)}
-            if expected(fault) is None:  # a defect, which is looked for here
+            if expected(fault) is None:  # a defect, to be debugged here
                 traceback.print_exc()
         self._say(answer)
 
@@ -324,7 +324,7 @@ class ChildHere(Child):
 
 
 def returned(message: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what a child said; raises what it raised."""
+    """Return a child's result, or raise its error."""
     if "error" in message:
         raise _error(message["error"])
     return message

@@ -1,4 +1,4 @@
-"""A child started before anybody knows what it is to do: it loads its libraries while its supervisor loads its own."""
+"""A child started before its call is known: it loads its libraries while its supervisor loads its own."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,8 +12,8 @@ _waiting: list[Child] = []  # started, and not yet taken: at most one, for a pro
 
 @contextmanager
 def child_ahead(*calls: Call[Any, Any]) -> Iterator[None]:
-    """Start a child that loads what the `calls` need, for the first `next_child` in the block; one that nobody took is
-    ended with it."""
+    """Start a child that loads the modules of `calls`, for the first `next_child` in the block; if it is not taken, it
+    is ended with the block."""
     _waiting.append(Child(modules=tuple(call.module for call in calls)))
     try:
         yield

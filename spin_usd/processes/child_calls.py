@@ -1,4 +1,4 @@
-"""The functions that a child process is asked for, found by their places."""
+"""The functions that a child process calls, found by their places."""
 
 from collections.abc import Callable
 from functools import cache
@@ -17,7 +17,7 @@ class ChildCalls:
         self._opened: dict[str, Any] = {}  # by class
 
     def answer(self, place: str, request: Any) -> Any:
-        """Return what goes into JSON as the answer of the function at that place."""
+        """Return the answer of the function at that place, for JSON."""
         module, _, path = place.partition(":")
         name, _, method = path.partition(".")
         found = getattr(import_module(module), name)

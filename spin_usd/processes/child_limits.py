@@ -1,7 +1,7 @@
-"""What a child process may take, and what this machine and whoever started us leave it.
+"""Limits of a child process: our own, those of this machine, and those of the process that started us.
 
-Address space, not memory held, is what the system can bound (setrlimit(2), RLIMIT_AS): libraries reserve some that they
-never use.
+The system can limit address space, not used memory (setrlimit(2), RLIMIT_AS): libraries reserve some that they never
+use.
 """
 
 import tempfile
@@ -11,10 +11,10 @@ from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
 
-# Seconds of a processor, not of the clock (see Patience), from one word of a child to the next.
-PATIENCE_S = 120.0  # for a child that reads: a stage can be made never to open
+# Seconds of a processor, not of the clock (see Patience), from one message of a child to the next.
+PATIENCE_S = 120.0  # for a child that reads: a stage may be built so that it never opens
 START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
-RENDER_PATIENCE_S = 3600.0  # for one that renders a picture, where nobody said how long that takes
+RENDER_PATIENCE_S = 3600.0  # for one that renders a picture, where no limit is given
 
 DRIVERS_RESERVE = 1 << 44  # bytes: drivers of graphics processors reserve what all memory of all devices needs
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
@@ -24,12 +24,12 @@ CGROUPS = Path("/sys/fs/cgroup")
 
 
 def reading_memory() -> int:
-    """Return the bytes of address space for a child that reads what others wrote: half of the memory."""
+    """Return the bytes of address space for a child that reads files of others: half of the memory."""
     return _allowed(max(machine_memory() // 2, MIN_MEMORY))
 
 
 def rendering_memory(*, graphics: bool = False) -> int:
-    """Return the bytes of address space for a child that renders: all of the memory, and what drivers reserve where it
+    """Return the bytes of address space for a child that renders: all of the memory, and the reserve of drivers if it
     may use a graphics processor (`graphics`)."""
     return _allowed(machine_memory() + RESERVED + (DRIVERS_RESERVE if graphics else 0))
 
@@ -63,11 +63,11 @@ def _refuse_tight_limits() -> None:
         given = resource.getrlimit(limit)[0]
         if given != resource.RLIM_INFINITY and given < least:
             found = word.format(given / 2**30, least / 2**30, given, least)
-            raise InputError(f"the limit {found}", do="raise it in the shell, or in what started it")
+            raise InputError(f"the limit {found}", do="raise it in the shell, or in the program that started it")
 
 
 def _allowed(wanted: int) -> int:
-    """Return the bytes wanted, or what a limit of this process leaves: only root may raise those."""
+    """Return the bytes wanted, or a lower limit of this process: only root may raise it."""
     import resource  # not above: Windows, where datasets are read, has none
 
     given = resource.getrlimit(resource.RLIMIT_AS)
@@ -87,7 +87,7 @@ def _group_limits() -> Iterator[int]:
 
 
 def _up_from(root: Path, path: str, name: str) -> Iterator[int]:
-    """Yield what the files `name` hold on the way up to `root`; a container may see only that."""
+    """Yield the numbers in the files `name` on the way up to `root`; a container may see only this one."""
     group = root / path.lstrip("/")
     for folder in (group, *group.parents):
         if folder.is_relative_to(root):

@@ -1,4 +1,4 @@
-"""What a child process runs: it reads requests from standard input, and answers them on standard output."""
+"""The program of a child process: it reads requests from standard input, and answers them on standard output."""
 
 import ctypes
 import json
@@ -17,7 +17,7 @@ from spin_usd.basics.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
-SUBJECTS = ("stage", "root", "dataset")  # fields of a request that name what a call reads
+SUBJECTS = ("stage", "root", "dataset")  # fields of a request that name the input of a call
 
 
 def main() -> None:
@@ -37,14 +37,14 @@ def main() -> None:
 
 
 def _load(modules: Iterable[str]) -> None:
-    """Load these before anything is asked; what one lacks is said when it is asked for."""
+    """Load these before the first call; a module that fails to load is reported when it is called."""
     for module in modules:
         with suppress(ImportError):
             import_module(module)
 
 
 def raised_again(fault: Exception, request: Any) -> dict[str, Any]:
-    """Return what the parent makes the error from again: a SpinError where the input is at fault, else a defect."""
+    """Return the error for the parent to raise again: a SpinError where the input is at fault, else a defect."""
     where = next((request[name] for name in SUBJECTS if name in request), None) if isinstance(request, dict) else None
     error = expected(fault, where)
     if error is None:
@@ -67,8 +67,8 @@ def _die_with_parent() -> None:
 
 
 def _private_standard_output() -> IO[bytes]:
-    """Return the standard output given, for answers alone; what libraries print goes to standard error, and so to the
-    log."""
+    """Return the standard output given, for answers alone; the output of libraries goes to standard error, and so to
+    the log."""
     private = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     return private

@@ -1,7 +1,7 @@
-"""A process that may read no file but a model's neighbours: Linux itself refuses what else its libraries would open.
+"""A process that may read no file but a model's neighbours: Linux itself refuses all other files.
 
-What a library opens while it parses, nobody can look at before. Where the kernel lacks Landlock (5.13), the walk over
-the paths that a model names is all there is. Source: landlock(7).
+Files that a library opens while it parses cannot be checked before. If the kernel lacks Landlock (5.13), the walk over
+the paths that a model names is the only check. Source: landlock(7).
 """
 
 import ctypes
@@ -33,7 +33,7 @@ def landlock_version() -> int:
 
 def confine(root: str) -> bool:
     """Let this process, and all that it starts, read from now on only plain files below the folder `root`, its own
-    temporary files and what the system and Python installed. Return whether the kernel does so."""
+    temporary files, the system and installed packages. Return whether the kernel enforces it."""
     libc = ctypes.CDLL(None, use_errno=True)
     handled = struct.pack("Q", READ_FILE)
     rules = libc.syscall(CREATE_RULESET, handled, ctypes.c_size_t(len(handled)), 0) if sys.platform == "linux" else -1
@@ -42,7 +42,7 @@ def confine(root: str) -> bool:
     for path in (*SYSTEM, sys.prefix, sys.base_prefix, str(Path(__file__).parents[1]), tempfile.gettempdir()):
         _allow(libc, rules, path)
     files = list(islice(_plain_files(Path(root)), MAX_FILES))
-    for file in files if len(files) < MAX_FILES else [root]:  # of very many, pipes among them are not told apart
+    for file in files if len(files) < MAX_FILES else [root]:  # if there are too many, pipes among them are allowed too
         _allow(libc, rules, file)
     libc.prctl(NO_NEW_PRIVS, 1, 0, 0, 0)
     done = libc.syscall(RESTRICT_SELF, rules, 0) == 0
@@ -53,7 +53,7 @@ def confine(root: str) -> bool:
 def _allow(libc: ctypes.CDLL, rules: int, path: str) -> None:
     try:
         place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-    except OSError:  # it is not there, or not any more
+    except OSError:  # it is missing, or was removed meanwhile
         return
     libc.syscall(ADD_RULE, rules, PATH_BENEATH, struct.pack("=Qi", READ_FILE, place), 0)
     os.close(place)

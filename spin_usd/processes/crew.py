@@ -1,4 +1,4 @@
-"""A crew: workers that are given tasks until none is left, whatever happens to one of them.
+"""A crew: workers that get tasks until none is left, whatever happens to one of them.
 
 This is the one loop that feeds a pool, and the one place that decides whether a task is tried again after a worker
 died of it.
@@ -33,9 +33,9 @@ class Crew(Generic[T]):
         memory: int | None = None,
         lasting: bool = False,
     ) -> None:
-        """`start`: starts a child by its number; with `opening` it was already sent that call. `slots`: the number of
-        workers that there may be now. `memory`: bytes beyond which a worker at work is killed. `lasting`: idle workers
-        wait for tasks to come; otherwise they end."""
+        """`start`: starts a child by its number; with `opening` it was already sent that call. `slots`: the current
+        limit of the number of workers. `memory`: bytes beyond which a busy worker is killed. `lasting`: idle workers
+        wait for tasks; otherwise they end."""
         self._start, self._tasks, self._slots = start, tasks, slots
         self._opening, self._lasting = opening, lasting
         self._pool = Pool[Worker[T]](memory=memory)
@@ -52,7 +52,7 @@ class Crew(Generic[T]):
         return len(self._pool)
 
     def fileno(self) -> int:
-        """Readable when a worker has something to say."""
+        """Readable when a worker has sent a message."""
         return self._pool.fileno()
 
     @property
@@ -76,8 +76,8 @@ class Crew(Generic[T]):
         return [worker.task for worker in self._pool if worker.task]
 
     def step(self, *, within_s: float = LOOK_S) -> Iterator[Event[T]]:
-        """Start workers and give them tasks, wait that long at most for what they say, and yield what happened. An
-        event whose handling is interrupted comes again."""
+        """Start workers, give them tasks, wait that long at most for messages, and yield the events. An event whose
+        handling is interrupted comes again."""
         if not self._events:
             self.start_workers()
             self._give_tasks()
@@ -105,11 +105,11 @@ class Crew(Generic[T]):
         self._while_starting.clear()
 
     def interrupt(self) -> None:
-        """End all workers, from another thread than the one that steps: that one learns of their death."""
+        """End all workers, from another thread than the one that steps, which learns of their death."""
         self._pool.interrupt()
 
     def start_workers(self) -> None:
-        """Start workers while there is work and room for them; where there is none, let go those that are idle."""
+        """Start workers while there is work and room for them; if there is none, let idle workers end."""
         starting = [worker for worker in self._pool if not worker.opened]
         if not len(self._tasks) and not self._lasting:
             for worker in starting:
@@ -131,7 +131,7 @@ class Crew(Generic[T]):
                 self._pool.send(worker, task.call, task.request, within_s=task.within_s)
 
     def _listen(self, within_s: float) -> None:
-        """Take what workers say. Where that is interrupted, those at work end, as half an answer may have been read,
+        """Take the messages of workers. If this is interrupted, busy workers end, as half an answer may have been read,
         and their tasks wait again."""
         try:
             for event in list(self._pool.wait(within_s=within_s)):
@@ -163,7 +163,7 @@ class Crew(Generic[T]):
                 yield from self._failed(worker, reason)
 
     def _failed(self, worker: Worker[T], reason: SpinError | ChildInternalError) -> Iterator[Event[T]]:
-        """Try a task again whose worker died, unless too many have."""
+        """Try a task again after the death of its worker, unless too many have died."""
         task, worker.task = worker.task, None
         if isinstance(reason, ChildDiedError):
             retries = task.retries if task else self._while_starting[worker.number]
@@ -181,5 +181,5 @@ class Crew(Generic[T]):
 
 
 def no_worker(why: str) -> RenderError:
-    """Return the error where no worker can be opened."""
+    """Return the error for workers that cannot be opened."""
     return RenderError(f"no worker can be started: {why}", do="run spin-usd doctor")

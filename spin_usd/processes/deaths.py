@@ -31,19 +31,19 @@ class ChildDiedError(RenderError):
 TRIES: Mapping[DeathCause, int] = MappingProxyType(
     {
         DeathCause.CRASHED: 2,
-        DeathCause.KILLED: 5,  # from outside: hardly the work's own fault
-        DeathCause.LOST: 10,  # nodes come and go; but one picture after which ten went has a hand in it
+        DeathCause.KILLED: 5,  # from outside: rarely the work's own fault
+        DeathCause.LOST: 10,  # nodes come and go; but a picture that lost ten is the likely cause
         DeathCause.GREW: 2,
         DeathCause.RAN_AWAY: 2,
         DeathCause.HUNG: 2,
     }
 )
-"""A piece of work is given up when children died of it so often for one cause: that is no accident any more."""
+"""Deaths of each cause after which a piece of work is given up: it is no accident any more."""
 
 READING_TRIES: Mapping[DeathCause, int] = MappingProxyType(
     {**TRIES, DeathCause.GREW: 1, DeathCause.RAN_AWAY: 1, DeathCause.HUNG: 1}
 )
-"""The same for work that reads: what takes all memory or all time does so again."""
+"""The same for work that reads: a file that took all memory or time does so again."""
 
 
 ONCE: Mapping[DeathCause, int] = MappingProxyType(dict.fromkeys(DeathCause, 1))
@@ -63,7 +63,7 @@ class Retries:
         return self._counts[died.cause] < self._tries[died.cause]
 
     def in_words(self, died: ChildDiedError) -> str:
-        """Say of what the last child died, and how many died so."""
+        """Return a text on the last child's death, and how many died of that cause."""
         count = self._counts[died.cause]
         if count == 1:
             return died.found

@@ -1,4 +1,4 @@
-"""The devices of this machine, asked of a child: a driver may crash, hang, or reserve all address space."""
+"""The devices of this machine, listed by a child: a driver may crash, hang, or reserve all address space."""
 
 from collections.abc import Mapping
 
@@ -22,8 +22,8 @@ def refuse_unknown_device(name: str, *more: str) -> None:
 
 
 def graphics_processors() -> Mapping[str, list[str]]:
-    """Return the models of graphics processors by the name of the device, none where no renderer that can use them is
-    installed. Raises ChildDiedError where a driver crashes or hangs."""
+    """Return the models of graphics processors by the name of the device; empty unless a renderer that can use them is
+    installed. Raises ChildDiedError if a driver crashes or hangs."""
     if not any(entry.graphics and entry.installed for entry in RENDERERS.values()):
         return {}
     with Child(memory=rendering_memory(graphics=True)) as child:
@@ -36,7 +36,7 @@ def usable_devices() -> list[str]:
     try:
         found = graphics_processors()
     except ChildDiedError as died:
-        do = "choose --device cpu, or look after the graphics driver"
+        do = "choose --device cpu, or check the graphics driver"
         raise UnsupportedError(f"the devices of this machine cannot be listed: {died}", do=do) from died
     return [name for name in DEVICES if name == CPU or name in found]
 

@@ -1,6 +1,6 @@
-"""Calls that a crew of lasting workers answers, as concurrent.futures has it: submitted, waited for, or forgotten.
+"""Calls to a crew of lasting workers, in the manner of concurrent.futures: submitted, waited for, or forgotten.
 
-An answer belongs to its task alone: whoever is interrupted forgets the task, and never meets its answer afterwards.
+An answer belongs to its task alone: an interrupted caller forgets the task, and never gets its answer afterwards.
 """
 
 from collections import deque
@@ -19,13 +19,13 @@ from spin_usd.processes.patience import LOOK_S
 from spin_usd.processes.pool import ChildProtocol
 from spin_usd.processes.task import Done, GivenUp, Opened, Task, Worker, WorkerReport
 
-AHEAD = 64  # tasks for each worker that may be done before the first that is not
+AHEAD = 64  # tasks that each worker may do ahead of the next one taken
 
 Content = TypeVar("Content")
 
 
 class _Waiting:
-    """The tasks that wait, and whether a worker is wanted before there is one; `prepare` is called with each that is
+    """The waiting tasks, and whether to start a worker before there is one; `prepare` is called with each task
     taken."""
 
     def __init__(self, prepare: Callable[[Task[Any]], None]) -> None:
@@ -77,7 +77,7 @@ class Executor(Generic[Content]):
         self._waiting.tasks.clear()
 
     def fileno(self) -> int:
-        """Readable when a worker has something to say."""
+        """Readable when a worker has sent a message."""
         return self._crew.fileno()
 
     def start(self) -> None:
@@ -86,7 +86,7 @@ class Executor(Generic[Content]):
         self._crew.start_workers()
 
     def opened_content(self) -> Content:
-        """Start a worker, and return its answer to the opening call. Raises what opening it raises."""
+        """Start a worker, and return its answer to the opening call. Raises the errors of opening it."""
         self.start()
         while self._content is None:
             self.step()
@@ -108,8 +108,8 @@ class Executor(Generic[Content]):
         within_s: float = PATIENCE_S,
         reads: object = None,
     ) -> Answer:
-        """Return the answer to a call. Raises what the child raises; where children die of it, as `unreadable` has it
-        of the file that it `reads`, or ChildDiedError where there is none."""
+        """Return the answer to a call. Raises the errors of the child; if children die, the error of `unreadable` on
+        the file that it `reads`, or ChildDiedError without one."""
         task = self.submit(Task(call=call, request=request, within_s=within_s, tries=READING_TRIES))
         try:
             return self.result(task)
@@ -147,7 +147,7 @@ class Executor(Generic[Content]):
             yield task
 
     def forget(self, tasks: Collection[Task[Any]]) -> None:
-        """Drop those of the tasks that wait; the answers of others go nowhere."""
+        """Drop these tasks if they wait; discard the answers of the others."""
         self._waiting.tasks = deque(task for task in self._waiting.tasks if task not in tasks)
 
     def forget_all(self) -> None:
@@ -179,7 +179,7 @@ class Executor(Generic[Content]):
 
     def interrupt(self) -> None:
         """End the workers, from another thread than the one that waits for a task: it gets ChildDiedError, and so does
-        whoever waits later, until `restart`."""
+        any later wait, until `restart`."""
         self._interrupted = True
         self._crew.interrupt()
 
@@ -196,7 +196,7 @@ class Executor(Generic[Content]):
         """Prepare a task that a worker is about to get."""
 
     def _done(self, worker: Worker[Task[Any]], task: Task[Any]) -> None:
-        """Take what a worker has done, before it gets another task."""
+        """Take a worker's result, before it gets another task."""
 
     def _refused(self, reason: SpinError | ChildInternalError) -> SpinError | ChildInternalError | None:
         """Let the first task that waits fail, as no worker can be opened; return the reason if none waits."""
@@ -210,6 +210,6 @@ class Executor(Generic[Content]):
 def done_in_order(
     tasks: Sequence[Task[Answer]], workers: int, *, start: Callable[[int], ChildProtocol] = lambda _: next_child()
 ) -> Iterator[Task[Answer]]:
-    """Do the tasks in so many processes of their own, as Executor.in_order does."""
+    """Do the tasks in `workers` processes of their own, as Executor.in_order does."""
     with Executor[None](start, workers=workers) as executor:
         yield from executor.in_order(tasks)

@@ -1,4 +1,4 @@
-"""A folder for temporary files that lives as long as its process: what a killed one left, the next one removes."""
+"""A folder for temporary files that lives as long as its process: the next one removes the folder of a killed one."""
 
 import fcntl
 import os
@@ -22,10 +22,10 @@ class HeldFolder:
         own = Path(self.name, "own")
         self._lock = own.open("wb")
         fcntl.flock(self._lock, fcntl.LOCK_EX)
-        own.rename(own.with_name(HELD))  # now: what others find unlocked by that name they take for a leftover
+        own.rename(own.with_name(HELD))  # now: others take an unlocked folder of that name for a leftover
 
     def cleanup(self) -> None:
-        """Remove the folder with all that it holds; again does nothing."""
+        """Remove the folder with all its content; a second call does nothing."""
         self._folder.cleanup()
         self._lock.close()
 
@@ -41,8 +41,8 @@ def nameless_file() -> int:
 
 @cache
 def _remove_leftovers(place: str) -> None:
-    """Remove the folders in `place` that no living process holds; once a process. A lock says so, not a number: another
-    container on the same disk counts its processes by itself."""
+    """Remove the folders in `place` that no living process holds; once a process. A lock decides this, not a process
+    id: another container on the same disk counts its processes by itself."""
     for path in Path(place).glob(f"{PREFIX}*/{HELD}"):
         with suppress(OSError):
             lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)

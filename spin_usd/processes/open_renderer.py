@@ -1,6 +1,6 @@
-"""The renderers that there are, and the one place that opens them.
+"""The renderers, and the one place that opens them.
 
-A new renderer is a file with a class that does what `renderers.renderer.Renderer` says, and an entry here. Its class is
+A new renderer is a file with a class that implements `renderers.renderer.Renderer`, and an entry here. Its class is
 named as text and loaded when it is opened: one of them needs Blender, which only child processes load.
 """
 
@@ -28,26 +28,25 @@ class RendererEntry:
     """A renderer's description, used before it is opened."""
 
     name: str
-    """In `--renderer` and in records."""
+    """Name in `--renderer` and in records."""
     module: str
-    """Where its class is."""
+    """Module of its class."""
     class_name: str
     library: str = ""
-    """A library that it needs and that not every Python has."""
+    """Library that it needs and that not every Python has."""
     python: str = ""
-    """The Python that has that library."""
+    """Version of Python that has that library."""
     graphics: str = ""
-    """The module that lists the graphics processors it can use; "" for one that renders on the CPU alone."""
+    """Module that lists the graphics processors it can use; "" for one that renders on the CPU alone."""
     effort: frozenset[str] = frozenset({"samples"})
-    """The settings of scene.effort.Effort that it supports; others are refused."""
+    """Settings of scene.effort.Effort that it supports; others are refused."""
     skips_work: bool = False
-    """Whether its class takes `crop` and `keep`, and does only the work that a scene needs, as renderers.skipped says.
-    """
+    """Whether its class takes `crop` and `keep`, and skips work that a scene does not need, by renderers.skipped."""
     casts: bool = False
-    """Whether its class takes the `caster` of the run's labels, and casts its own rays by it."""
+    """Whether its class takes the `caster` of the run's labels, and casts its own rays with it."""
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
-    """Seconds of one core for each unit of a render. The units are those of planning.work; those that do not stand here
-    cost nothing."""
+    """Seconds of one core for each unit of a render, by planning.work's names of units; units not listed cost
+    nothing."""
     device_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
     """Likewise seconds of a graphics processor, by `tools/bench device` on an NVIDIA H200."""
 
@@ -90,11 +89,11 @@ _ALL = (
 )
 RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
 DEFAULT_RENDERER = "blender"
-CHECKING = "blender"  # whose own label pass shares no code with that of runs
+CHECKING = "blender"  # whose label pass shares no code with the label pass of runs
 TRY_RENDERER = Call("spin_usd.processes.open_renderer:try_renderer", str, str)
 GRAPHICS_PROCESSORS = Call("spin_usd.processes.open_renderer:graphics_processors", NoneType, dict[str, list[str]])
 ANOTHER_RENDERER = "choose " + " or ".join(f"--renderer {entry.name}" for entry in _ALL if not entry.library)
-"""The way out of a command that renders, where a library is lacking."""
+"""The remedy in a command that renders, where a library is missing."""
 
 
 def renderer_entry(name: str) -> RendererEntry:
@@ -105,15 +104,15 @@ def renderer_entry(name: str) -> RendererEntry:
 
 
 def default_effort(name: str) -> Effort:
-    """Return the effort of a render that is not asked for one: DEFAULT_QUALITY, as far as the renderer `name` supports
-    it. Raises InputError where there is no such renderer."""
+    """Return the default effort, DEFAULT_QUALITY, as far as the renderer `name` supports it. Raises InputError if there
+    is no such renderer."""
     wanted = QUALITIES[DEFAULT_QUALITY]
     return Effort(**{setting: getattr(wanted, setting) for setting in renderer_entry(name).effort})
 
 
 def require_renderer(name: str, *, instead: str = "") -> None:
-    """Raise UnsupportedError where the renderer `name` lacks its library; load nothing. `instead`: what the user may do
-    without it, such as ANOTHER_RENDERER."""
+    """Raise UnsupportedError if the renderer `name` lacks its library; load nothing. `instead`: an alternative for the
+    user, such as ANOTHER_RENDERER."""
     entry = renderer_entry(name)
     if not entry.installed:
         found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
@@ -141,8 +140,8 @@ def open_renderer(
     """Open the renderer `name`, one of RENDERERS, to render light on the `device`.
 
     Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
-    bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
-    One that casts rays shares the `caster` of the labels where it is given, and what that made of the meshes.
+    bytes; with `keep` it does the work that the rules of renderers.skipped would skip, to a picture as equal as each
+    rule states. A renderer that casts rays shares the `caster` of the labels if given, and its meshes.
     Raises InputError for any other name.
     """
     entry = renderer_entry(name)
@@ -154,7 +153,7 @@ def open_renderer(
 
 
 def try_renderer(name: str) -> str:
-    """Open the renderer `name` and close it; return the versions of what it runs on."""
+    """Open the renderer `name` and close it; return the versions of its libraries."""
     renderer = open_renderer(name)
     found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())
     renderer.close()
@@ -162,7 +161,7 @@ def try_renderer(name: str) -> str:
 
 
 def open_scene_writer() -> "SceneWriter":
-    """Open what writes scenes as .blend files."""
+    """Open the writer of scenes as .blend files."""
     writer: SceneWriter = import_module("spin_usd.renderers.blender.blend_file").BlendFileWriter()
     return writer
 

@@ -1,4 +1,4 @@
-"""How long a child may take for its next word: a limit counts what the child does, and not the clock."""
+"""The timeout of a child's next message, which counts the child's work, not the clock."""
 
 import logging
 import time
@@ -7,14 +7,14 @@ from functools import cache
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 from spin_usd.processes.usage import Usage
 
-LOOK_S = 0.5  # between two looks at what a child does
-STOPPED_S = 5.0  # after which it is said that a worker is stopped
+LOOK_S = 0.5  # between two looks at a child's usage
+STOPPED_S = 5.0  # after which a stopped worker is reported
 
 
 class Patience:
-    """The patience with a child that has `limit_s` seconds of processor time for its next word, those of its busiest
-    thread, and as many in which it is idle. What it waits for a processor or is stopped counts for nothing; that is
-    said once, as a warning of the logger of this module."""
+    """The timeout of a child: `limit_s` seconds of processor time of its busiest thread for its next message, and as
+    many idle seconds. Time in which it waits for a processor or is stopped does not count; a warning of this module's
+    logger reports it once."""
 
     def __init__(self, limit_s: float) -> None:
         self.limit_s = limit_s
@@ -22,9 +22,9 @@ class Patience:
         self._began = time.monotonic()
 
     def exhausted(self, usage: Usage, worker: str) -> ChildDiedError | None:
-        """Return what to say of the child whose usage this is where it has run away or hangs, None for any other.
+        """Return the error for a child of this usage if it has run away or hangs, else None.
 
-        The first usage is what later ones are counted from. `worker`: how a person finds the child.
+        Later usages count from the first one. `worker`: name of the child for the user.
         """
         if self._before is None:
             self._before, self._began = usage, time.monotonic()
@@ -46,5 +46,5 @@ class Patience:
 
 @cache
 def _say(sentence: str) -> None:
-    """Say it once."""
+    """Log it once."""
     logging.getLogger(__name__).warning(sentence)

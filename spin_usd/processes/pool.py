@@ -1,5 +1,5 @@
-"""A pool of children that work at once: what they say, and that they died, run away, hang or grew, comes as events in
-a queue."""
+"""A pool of children that work at once: their messages come as events in a queue, and so do deaths, runaways, hangs and
+growth."""
 
 import selectors
 import time
@@ -18,8 +18,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class ChildProtocol(Protocol):
-    """A child that is asked and answers in its own time, here or on another machine; `Child` says what each method
-    does."""
+    """A child that gets a call and answers in its own time, here or on another machine; see the methods of `Child`."""
 
     def fileno(self) -> int: ...
 
@@ -48,7 +47,7 @@ class Reported(Generic[Key]):
 
 @dataclass(frozen=True, kw_only=True)
 class Answered(Generic[Key]):
-    """The child `key` has done what it was asked, and is idle."""
+    """The child `key` has answered its call, and is idle."""
 
     key: Key
     result: Any
@@ -56,7 +55,7 @@ class Answered(Generic[Key]):
 
 @dataclass(frozen=True, kw_only=True)
 class Failed(Generic[Key]):
-    """The child `key` could not do what it was asked, and is idle; where `reason` is a ChildDiedError it is gone."""
+    """The child `key` could not answer its call, and is idle; where `reason` is a ChildDiedError it is gone."""
 
     key: Key
     reason: SpinError | ChildInternalError
@@ -67,19 +66,19 @@ PoolEvent = Reported[Key] | Answered[Key] | Failed[Key]
 
 @dataclass(kw_only=True, eq=False)
 class _Member(Generic[Key]):
-    """A child of the pool, with the patience for its next word; None while it is idle."""
+    """A child of the pool, with the timeout of its next message; None while it is idle."""
 
     key: Key
     child: ChildProtocol
     patience: Patience | None = None
 
     def give(self, within_s: float) -> None:
-        """Give it `within_s` seconds from now for its next word."""
+        """Give it `within_s` seconds from now for its next message."""
         self.patience = Patience(within_s)
 
 
 class Pool(Generic[Key]):
-    """Children by keys of the caller's choice. One at work that takes more for its next word than it was given, as
+    """Children by keys of the caller's choice. A busy one that takes more for its next message than its limit, as
     Patience counts the seconds, or holds more than `memory` bytes, is killed.
 
     All children that are left are killed when the pool's block ends.
@@ -103,13 +102,13 @@ class Pool(Generic[Key]):
         return len(self._members)
 
     def __iter__(self) -> Iterator[Key]:
-        return iter(list(self._members))  # which the caller may end meanwhile
+        return iter(list(self._members))  # the caller may end some meanwhile
 
     def __contains__(self, key: object) -> bool:
         return key in self._members
 
     def add(self, key: Key, child: ChildProtocol, *, within_s: float | None = None) -> None:
-        """Take `child` into the pool; with `within_s` it was already asked something, and has that long."""
+        """Take `child` into the pool; with `within_s` it was already sent a call, and has that long."""
         member = _Member(key=key, child=child, patience=None if within_s is None else Patience(within_s))
         self._members[key] = member
         self._selector.register(child, selectors.EVENT_READ, member)
@@ -123,20 +122,19 @@ class Pool(Generic[Key]):
             member.child.send(call, request)
 
     def give(self, key: Key, within_s: float) -> None:
-        """Give the child `key`, which is at work, `within_s` seconds from now for its next word."""
+        """Give the busy child `key` `within_s` seconds from now for its next message."""
         self._members[key].give(within_s)
 
     def idle(self) -> list[Key]:
-        """Return the keys of the children that wait to be asked."""
+        """Return the keys of the idle children."""
         return [key for key, member in self._members.items() if member.patience is None]
 
     def fileno(self) -> int:
-        """Readable when a child says something, or ends."""
+        """Readable when a child sends a message, or ends."""
         return self._selector.fileno()
 
     def wait(self, *, within_s: float = LOOK_S) -> Iterator[PoolEvent[Key]]:
-        """Wait for children to say something, at most so long; yield what they say, and who died, ran away, hangs or
-        grew."""
+        """Wait at most so long; yield the messages of children, and the deaths, runaways, hangs and growth."""
         for ready, _ in self._selector.select(timeout=within_s):
             if self._holds(ready.data):
                 yield from self._read(ready.data)
@@ -155,7 +153,7 @@ class Pool(Generic[Key]):
         self._remove(key).kill()
 
     def interrupt(self) -> None:
-        """End all children, from another thread than the one that waits for them: that one learns of it."""
+        """End all children, from another thread than the one that waits for them, which learns of it."""
         for member in list(self._members.values()):
             member.child.interrupt()
 
@@ -164,7 +162,7 @@ class Pool(Generic[Key]):
         return self._members.get(member.key) is member
 
     def _ended(self, member: _Member[Key]) -> ChildDiedError | None:
-        """End a child at work that ran away, hangs or grew too large, and return why; None for any other."""
+        """End a busy child that ran away, hangs or grew too large, and return the error; None for any other."""
         if member.patience is None:
             return None
         died = member.child.overdue(member.patience)

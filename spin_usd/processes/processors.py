@@ -19,16 +19,16 @@ def usable_cpus() -> list[int]:
 
 
 def share_of(number: int, count: int) -> list[int]:
-    """Return the processors of the `number`th of `count` workers: as many as each can have, one that others have too
-    where there are more workers than processors."""
+    """Return the processors of the `number`th of `count` workers: equal shares, which overlap if there are more workers
+    than processors."""
     cpus = usable_cpus()
     share = max(len(cpus) // count, 1)
     return [cpus[(number * share + i) % len(cpus)] for i in range(share)]
 
 
 def hold_to(cpus: Sequence[int]) -> None:
-    """Let this process, all its threads, and those that it starts from now on use these processors alone, where the
-    system can: Blender's own limit of threads burns a second core."""
+    """Let this process, all its threads, and its later children use these processors alone, where the system can:
+    Blender's own limit of threads burns a second core."""
     import psutil  # not above: it is slow to load, and the command line needs this file
 
     if sys.platform == "linux":
@@ -38,7 +38,7 @@ def hold_to(cpus: Sequence[int]) -> None:
 
 
 def processor_model() -> str:
-    """Return what the system says of the kind of the first processor."""
+    """Return the system's description of the first processor."""
     with suppress(OSError):
         pairs = [line.partition(":") for line in CPU_INFO.read_text().partition("\n\n")[0].splitlines()]
         return ", ".join(value.strip() for name, _, value in pairs if name.strip() in MODEL)

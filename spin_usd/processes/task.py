@@ -13,7 +13,7 @@ from spin_usd.processes.deaths import TRIES, DeathCause, Retries
 
 @dataclass(kw_only=True, eq=False)
 class Task(Generic[Answer]):
-    """A call for a worker to answer, and what came of it."""
+    """A call for a worker to answer, and its result."""
 
     call: Call[Any, Answer]
     request: Any
@@ -42,7 +42,7 @@ class Task(Generic[Answer]):
         return cast(Answer, self._answer)
 
     def finish(self, answer: object) -> None:
-        """Take the answer as JSON holds it."""
+        """Take the answer as JSON."""
         self._answer, self.ended = self.call.decoded(answer), True
 
     def fail(self, reason: SpinError | ChildInternalError) -> None:
@@ -60,11 +60,11 @@ class Worker(Generic[T]):
     number: int
     """Its place among the workers, from 0; one that replaces another has the same."""
     opened: bool
-    """True once it is ready for tasks."""
+    """Whether the child is ready for tasks."""
     task: T | None = None
-    """The task that it is at."""
+    """Task in work."""
     holds: object = None
-    """Note of the tasks' source on what the worker has ready, such as an open variant."""
+    """Note of the tasks' source on the worker's state, such as an open variant."""
 
 
 class Tasks(Protocol[T]):
@@ -108,7 +108,7 @@ class Done(Generic[T]):
 
 @dataclass(frozen=True, kw_only=True)
 class GivenUp(Generic[T]):
-    """A task has failed, or, without one, no worker can be opened. A ChildDiedError names the last of too many."""
+    """A task has failed, or, without one, no worker can be opened. A ChildDiedError names the last of the deaths."""
 
     worker: Worker[T]
     task: T | None

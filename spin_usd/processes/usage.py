@@ -1,9 +1,9 @@
-"""What a child process and those that it started do with the processors: how long they ran, and how long they could
-have run and did not.
+"""The processor usage of a child process and its descendants: how long they ran, and how long they could have run and
+did not.
 
-On a busy machine the clock says nothing of a process. Linux keeps for each thread how long it ran and how long it was
-ready to and waited for a processor. Source: proc(5), /proc/pid/task/tid/schedstat, in nanoseconds. macOS keeps the
-processor time of a process alone: there the time in which it did not run counts as idle by the share of it that the
+On a busy machine the clock does not measure a process. Linux keeps for each thread how long it ran and how long it was
+ready and waited for a processor. Source: proc(5), /proc/pid/task/tid/schedstat, in nanoseconds. macOS keeps only the
+processor time of a process: there the time in which it did not run counts as idle by the share of it that the
 load of the machine left.
 """
 
@@ -18,8 +18,8 @@ import psutil
 
 NANOSECOND = 1e-9
 TICK_S = 1 / os.sysconf("SC_CLK_TCK")
-LONGEST_LOOK_S = 2.0  # what a look counts as idle at most: we slept, or had no processor ourselves, in what is more
-FULL = 0.9  # of the time since the last look: a thread that ran so much leaves nothing to look for in others
+LONGEST_LOOK_S = 2.0  # most idle time that a look counts: in more, we slept or had no processor ourselves
+FULL = 0.9  # of the time since the last look: if a thread ran so much, others need no look
 DISK_SHARE = 0.1  # of waiting for a disk that counts as idle: a file server may take minutes, but not for ever
 RUNNABLE, DISK, STOPPED, TRACED = "R", "D", "T", "t"  # proc(5), /proc/pid/stat, state
 
@@ -28,7 +28,7 @@ Thread = tuple[int, int]  # the ids of a process and of one of its threads
 
 @dataclass(frozen=True, kw_only=True)
 class Usage:
-    """What a process and its descendants did while they were looked at, in seconds."""
+    """The usage of a process and its descendants while they were looked at, in seconds."""
 
     busy_s: float = 0.0
     """Processor time of the busiest thread at each time. On a free machine it is the clock's, however many threads
@@ -36,10 +36,10 @@ class Usage:
     idle_s: float = 0.0
     """Time in which none of them ran, waited for a processor or was stopped."""
     stopped_s: float = 0.0
-    """Time in which somebody had stopped them (SIGSTOP)."""
+    """Time in which they were stopped (SIGSTOP)."""
 
     def since(self, before: "Usage") -> "Usage":
-        """Return what was added since `before`."""
+        """Return the usage since `before`."""
         return Usage(
             busy_s=self.busy_s - before.busy_s,
             idle_s=self.idle_s - before.idle_s,
@@ -61,7 +61,7 @@ class UsageMeter:
         """Look at the process, and return its usage since the first look."""
         now = time.monotonic()
         since = 0.0 if self._looked is None else now - self._looked
-        with suppress(OSError, psutil.Error, ValueError, IndexError):  # it has ended, which its answers say
+        with suppress(OSError, psutil.Error, ValueError, IndexError):  # it has ended, which its answers report
             busy, idle, stopped = self._added(since)
             if self._looked is not None:
                 before = self._usage
@@ -128,7 +128,7 @@ def _threads(process: int) -> Iterator[tuple[Thread, tuple[float, float]]]:
 
 
 def _descendants(process: int) -> Iterator[int]:
-    """Yield the processes that this one started, and those that they did."""
+    """Yield the children of this process, and theirs."""
     for name in os.listdir(f"/proc/{process}/task"):
         with suppress(OSError):  # a kernel may be made without this file
             for child in _words(f"/proc/{process}/task/{name}/children"):
@@ -143,12 +143,12 @@ def _states(threads: Mapping[Thread, object]) -> Iterator[str]:
 
 
 def _processor_seconds(process: int) -> float:
-    """Return the processor time of a process, and of those that it started and that have ended."""
+    """Return the processor time of a process, and of its children that have ended."""
     return sum(map(int, _fields(f"/proc/{process}/stat")[11:15])) * TICK_S
 
 
 def _fields(path: str) -> list[str]:
-    """Return the fields of a file `stat` from the state on: the name before it may hold anything."""
+    """Return the fields of a file `stat` from the state on: the name before it may contain anything."""
     return Path(path).read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
 
 

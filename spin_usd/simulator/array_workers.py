@@ -19,7 +19,7 @@ class ArrayTask(Task[Answer]):
     """A task whose answer has entries of SharedArrays, named `arrays`."""
 
     arrays: Arrays = field(default_factory=dict)
-    """Arrays by what they are, once it is done."""
+    """Arrays by kind, once it is done."""
 
 
 class ArrayWorkers(Executor[Content]):

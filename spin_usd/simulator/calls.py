@@ -20,7 +20,7 @@ class OpenLog(Struct, frozen=True, kw_only=True):
     parts: tuple[str, ...] = ()
     """Parts of the first target that requests may move."""
     redo: tuple[tuple[int, PictureRequest], ...] = ()
-    """Numbers and requests of pictures made before, which it may lack, as they were not saved."""
+    """Numbers and requests of earlier pictures, which may be missing from the log: they were not saved."""
 
 
 class OpenSimulator(Struct, frozen=True, kw_only=True):
@@ -30,7 +30,7 @@ class OpenSimulator(Struct, frozen=True, kw_only=True):
     """Root layer."""
     options: WorkerOptions
     variant: str
-    """Variant that is shown unless a request names another."""
+    """Variant of requests that name none."""
     seed: int | None
     """Seed of all that is random; None for the stage's own."""
     memory: int
@@ -58,9 +58,9 @@ class SimulatePicture(Struct, frozen=True, kw_only=True):
 
     picture: PictureRequest
     kinds: tuple[str, ...]
-    """Kinds of array that are wanted."""
+    """Kinds of array to return."""
     recorded: bool = False
-    """Whether the record is wanted too; it takes longer than some arrays."""
+    """Whether to return the record too; it takes longer than some arrays."""
     number: int | None = None
     """Place in the log; None without a log."""
 
@@ -76,9 +76,9 @@ class MadeInMemory(Struct, frozen=True, kw_only=True):
     arrays: list[Entry]
     """Entries of SharedArrays."""
     request: PictureRequest | None = None
-    """Request for the same picture without anything to draw, where something was drawn."""
+    """Request for the same picture with the drawn values, where values were drawn."""
     record: str | None = None
-    """Record as JSON, where it is wanted."""
+    """Record as JSON, where it was requested."""
     saved: bool = True
     """Whether all of the log is on disk."""
 

@@ -22,7 +22,7 @@ from spin_usd.studio.picture_request import Matrix, PictureRequest, plain
 
 
 class DrawnPictures:
-    """Draws what requests leave to specifications."""
+    """Draws the values that requests leave to specifications."""
 
     def __init__(self) -> None:
         self._appearances: dict[str, list[Appearance]] = {}
@@ -30,7 +30,7 @@ class DrawnPictures:
         self._samples: dict[tuple[object, ...], tuple[Sample, ...]] = {}
 
     def drawn(self, asked: PictureRequest, stage: OpenStage) -> PictureRequest:
-        """Return a request of the stage with what was drawn for it. Raises InputError."""
+        """Return the request with the values drawn for it. Raises InputError."""
         assert asked.drawn is not None
         of, number = asked.drawn, str(asked.drawn.number)
         name, of_what = f"drawn.{number}", [asked.variant]
@@ -91,7 +91,7 @@ class DrawnPictures:
 
 
 def _rounded(q: Float, t: Float) -> Matrix:
-    """Return the pose as `author` samples it, the same on every machine."""
+    """Return the pose as `author` samples it: the same on every machine."""
     rotation, place = np.round(q, DECIMALS) + 0.0, np.round(t, DECIMALS) + 0.0
     matrix: Matrix = Transform.from_quaternion(to="cam", of="body", q=rotation, t=place).matrix.tolist()
     return matrix

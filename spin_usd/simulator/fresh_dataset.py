@@ -25,8 +25,7 @@ from spin_usd.studio.picture_request import whole_number
 
 
 class FreshChild:
-    """The process that develops images, one for each process that reads the dataset; it is started when it is first
-    needed."""
+    """The process that develops images, one for each process that reads the dataset; the first request starts it."""
 
     def __init__(self, dataset: Path, spec: Path, seed: int) -> None:
         self._of = str(dataset), str(spec), seed
@@ -37,7 +36,7 @@ class FreshChild:
         return {"_of": self._of, "_process": 0, "_arrays": None}
 
     def image(self, request: DevelopImage) -> tuple[NDArray[Any], DevelopedImage]:
-        """Return the image that is requested, and what was drawn for it. Raises what the child raises."""
+        """Return the requested image, and the values drawn for it. Raises the errors of the child."""
         if self._arrays is None or self._process != os.getpid():
             self._arrays, self._process = ArrayWorkers(OPEN_FRESH, self._opening), os.getpid()
         task = ArrayTask(call=DEVELOP_IMAGE, request=request, tries=READING_TRIES)
@@ -51,12 +50,12 @@ class FreshChild:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreshPicture(Picture):
-    """A stored picture whose image is developed anew. Its labels are those that are stored, and so is its record, which
-    says of its light and its exposure what the stored image shows.
+    """A stored picture whose image is developed anew. Labels and record are the stored ones; the record's light and
+    exposure describe the stored image.
 
     Attributes:
-        child: what develops it.
-        epoch: with which it is drawn.
+        child: the process that develops it.
+        epoch: number that its appearance is drawn with.
     """
 
     child: FreshChild
@@ -64,8 +63,8 @@ class FreshPicture(Picture):
 
     @cached_property
     def drawn(self) -> DevelopedImage:
-        """What was drawn: `augmentation`, its name in the specification, and `values` by parameter, in their units."""
-        _ = self.image  # with which it is said
+        """The drawn values: `augmentation`, its name in the specification; `values` by parameter, in their units."""
+        _ = self.image  # which sets them
         found: DevelopedImage = self.__dict__["drawn"]
         return found
 
@@ -90,14 +89,13 @@ class FreshPicture(Picture):
 
 
 class FreshDataset(Dataset):
-    """The pictures of a dataset, each with an image that nobody has seen: strengths and colours of lights, exposure,
-    optics, the detector and its noise, and photographs behind are drawn by a specification of augmentations for each
-    picture and epoch, and the image is developed with them from the render that the dataset keeps. Labels are the
-    stored ones, and exact.
+    """The pictures of a dataset, each with a new image: a specification of augmentations draws strengths and colours of
+    lights, exposure, optics, the detector and its noise, and photographs behind for each picture and epoch, and the
+    image is developed with them from the render in the dataset's cache. Labels are the stored ones, and exact.
 
-    The same specification, seed, epoch and picture give the same image. It goes where a Dataset does, into PyTorch's
-    DataLoader with worker processes too; let these start anew with each epoch (persistent_workers=False, as usual).
-    A cropped picture is developed in its crop alone.
+    The same specification, seed, epoch and picture give the same image. It can replace a Dataset, also in PyTorch's
+    DataLoader with worker processes, which must start anew with each epoch (persistent_workers=False, the default).
+    Only the crop of a cropped picture is developed.
     """
 
     def __init__(
@@ -112,11 +110,11 @@ class FreshDataset(Dataset):
         """Open the dataset.
 
         Args:
-            path: The dataset's folder, or a part of one, such as Dataset.split gives.
-            spec: The specification's file, or its name. Of several augmentations each picture takes one.
-            seed: Of all that is drawn.
-            epoch: Other numbers draw anew.
-            labels: As Dataset has them.
+            path: The dataset's folder, or a part of one, such as Dataset.split returns.
+            spec: The specification's file, or its name. Each picture takes one of its augmentations.
+            seed: Seed of all drawn values.
+            epoch: A number; each draws other values.
+            labels: As for Dataset.
 
         Raises:
             InputError: For a specification that cannot be read.
@@ -131,8 +129,7 @@ class FreshDataset(Dataset):
         self._child = FreshChild(self.root, file.absolute(), whole_number(seed, "the seed"))
 
     def set_epoch(self, epoch: int) -> None:
-        """Let other appearances be drawn from now on: those of that epoch. Raises InputError for no whole number from
-        0."""
+        """Draw the appearances of that epoch from now on. Raises InputError unless it is a whole number from 0."""
         if (number := whole_number(epoch, "the epoch")) < 0:
             raise InputError(f"there is no epoch {number}", do="give 0 or more")
         self._epoch = number

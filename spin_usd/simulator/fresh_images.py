@@ -53,7 +53,7 @@ class _Rendered:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _FreshAppearance:
-    """An appearance that is drawn for pictures that are rendered."""
+    """An appearance to draw for rendered pictures."""
 
     of: Appearance
     samples: tuple[Sample, ...]
@@ -76,7 +76,7 @@ class FreshImages:
         self._known: set[tuple[object, ...]] = set()
 
     def image(self, request: DevelopImage) -> DevelopedImage:
-        """Develop the image of a picture, or a region of it; return where it is, and what was drawn for it."""
+        """Develop the image of a picture, or a region of it; return its place in memory, and its drawn values."""
         frame, variant = request.frame, request.variant
         rendered = self._render(record_of(variant, frame))
         record = rendered.record
@@ -117,8 +117,8 @@ class FreshImages:
         return scene
 
     def _refuse(self, record: Record, entry: AugmentationEntry) -> NoReturn:
-        found = f"the augmentation {entry.name} changes more of {record.frame} than strengths of light, camera and sky"
-        do = "draw what a render keeps apart alone; render the rest as variants"
+        found = f"the augmentation {entry.name} changes more of {record.frame} than light strengths, camera and sky"
+        do = "draw only these; render the rest as variants"
         raise InputError(found, where=self._root, do=do)
 
     def _render(self, name: str) -> _Rendered:
@@ -133,8 +133,8 @@ class FreshImages:
         entry = cache.find(RENDERS, record.provenance.keys["radiance"])
         radiance = read_render(entry.file, scene.picture_region, groups=len(unit.gains)) if entry else None
         if radiance is None:
-            do = "render the dataset again without --no-cache, which makes no picture anew"
-            raise InputError(f"keeps no render of {record.frame} of {record.variant}", where=self._root, do=do)
+            do = "render the dataset again without --no-cache; this makes no picture anew"
+            raise InputError(f"contains no render of {record.frame} of {record.variant}", where=self._root, do=do)
         found = _Rendered(record=record, unit=unit, radiance=radiance.in_own_pages())
         self._rendered.keep(name, found, radiance.nbytes)
         return found

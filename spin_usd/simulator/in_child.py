@@ -29,7 +29,7 @@ class Scenes(Protocol):
         """Read the scene that a request shows. Raises InputError."""
 
     def saved(self, *, now: bool = False) -> bool:
-        """Save what is to be saved where it was not for a while, or `now`; return whether all of it is."""
+        """Save unsaved changes if the last time is a while ago, or `now`; return whether all are saved."""
 
 
 class _OfStage:
@@ -73,7 +73,7 @@ class StagePictures:
         )
 
     def picture(self, request: SimulatePicture) -> MadeInMemory:
-        """Make the arrays of a picture, and its record if that is wanted."""
+        """Make the arrays of a picture, and its record if requested."""
         watch, drawn = Stopwatch(), None
         if request.picture.drawn:
             drawn = self._drawn.drawn(request.picture, self._stage)

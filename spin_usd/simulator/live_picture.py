@@ -1,4 +1,4 @@
-"""A picture that a simulator made, read as those of datasets are; other labels are made when they are asked for."""
+"""A picture that a simulator made, read like a picture of a dataset; other labels are made on first access."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -18,12 +18,12 @@ from spin_usd.studio.picture_request import PictureRequest
 
 Arrays = dict[str, NDArray[Any]]
 Made = tuple[Arrays, str]
-"""Arrays by what they are, and the record as JSON."""
+"""Arrays by kind, and the record as JSON."""
 RECORD = "record"
 
 
 def _made_elsewhere(kind: str) -> Made:
-    raise InputError(f"has no {kind}", do="ask the simulator for it, where the picture was made")
+    raise InputError(f"has no {kind}", do="request it from the simulator, in the process that made the picture")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,9 +31,9 @@ class LivePicture(Picture):
     """A picture in memory. `root` is the stage; there are no files.
 
     Attributes:
-        request: what was asked for: the same is the same picture again, to the bit.
-        arrays: those that are made, by what they are.
-        make: makes another, or the record; a picture that went to another process has those alone that it had.
+        request: the request: the same one makes the same picture again, to the bit.
+        arrays: the arrays so far, by kind.
+        make: makes another, or the record; a picture sent to another process has only the arrays it had.
         whole_camera: the camera of the whole picture.
     """
 
@@ -45,7 +45,7 @@ class LivePicture(Picture):
     make: Callable[[str], Made] = _made_elsewhere
 
     def __getattr__(self, name: str) -> Any:
-        """Have what the record says made when it is first asked for: it takes longer than some pictures."""
+        """Make the record's attributes on first access: it takes longer than some pictures."""
         if name not in ("recorded", "record_text"):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         text = self.make(RECORD)[1].encode()
@@ -56,7 +56,7 @@ class LivePicture(Picture):
         return f"LivePicture({self.frame!r} of {self.variant!r}, from {str(self.root)!r})"
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self.recorded  # is made here, as long as it can be
+        _ = self.recorded  # must be made before the picture leaves this process
         return {**super().__getstate__(), "make": _made_elsewhere}
 
     @property
@@ -67,7 +67,7 @@ class LivePicture(Picture):
         if kind not in FILE_KINDS:
             raise InputError(f"there is no label {kind!r}", do=f"choose among {', '.join(LABELS)}")
         if self.labels is not None and kind not in self.labels:
-            raise InputError(f"has no {kind}", where=self.frame, do=f"ask for {kind} among its labels")
+            raise InputError(f"has no {kind}", where=self.frame, do=f"add {kind} to its labels")
         if kind not in self.arrays:
             self.arrays.update(self.make(kind)[0])
         found = self.arrays[kind]

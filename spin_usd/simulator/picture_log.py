@@ -1,4 +1,4 @@
-"""The log of a simulator: each picture that is requested becomes a frame of a stage, and is read from there."""
+"""The log of a simulator: each requested picture becomes a frame of a stage, and is read from there."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -18,13 +18,13 @@ LOCK = "log.lock"
 
 
 def begin_log(request: OpenSimulator) -> tuple[str, int | None]:
-    """Begin the log, or continue the one that is there; return the root layer of its copy of the stage, and the seed.
+    """Begin the log, or continue an existing one; return the root layer of its copy of the stage, and the seed.
     Raises InputError where its folder holds something else, or another simulator writes it."""
     assert request.log
     folder, there = Path(request.log.folder), Folder(Path(request.log.folder))
     if there.type_of(ROOT) is None and any(there.files()):
         do = "give a new folder, or the one of a log"
-        raise InputError("is not empty, and holds no log", where=folder, do=do)
+        raise InputError("is not empty, and contains no log", where=folder, do=do)
     copied = start_log(Path(request.stage), folder, variant=request.variant, seed=request.seed)
     with suppress(FileExistsError):
         create_lock(folder / LOCK, new_token())
@@ -50,7 +50,7 @@ class PictureLog:
         return self._log.count
 
     def scene_of(self, request: SimulatePicture, views: frozenset[str]) -> Scene:
-        """Read the scene of a picture from the log, where it is written first unless it is there."""
+        """Read the scene of a picture from the log; write it there first if it is new."""
         asked, number = request.picture, request.number
         assert number is not None
         if asked.variant is not None or asked.seed is not None:
@@ -58,7 +58,7 @@ class PictureLog:
         if asked.selections:
             raise InputError("a log has one selection of variants", do="draw from augmentations that select none")
         if "next_frame" in views:
-            raise InputError("what comes after is not known yet", do="leave out labels such as flow")
+            raise InputError("the next picture is not known yet", do="leave out labels such as flow")
         frame = self._frame(asked, number)
         if number < self._log.count:
             scene = self._log.again(number, frame, views=views)
@@ -67,9 +67,9 @@ class PictureLog:
         return self._stage.finished(scene, None)
 
     def saved(self, *, now: bool = False) -> bool:
-        """Write the log to disk where it was not for a while, or `now`; return whether all of it is there."""
+        """Write the log to disk if the last time is a while ago, or `now`; return whether all of it is there."""
         return self._log.saved(now=now)
 
     def _frame(self, asked: PictureRequest, number: int) -> FrameId:
-        """Return the frame of a request, under its own name or that of its number."""
+        """Return the frame of a request, named by the request, else by its number."""
         return self._stage.frame(structs.replace(asked, name=asked.name or f"request_{number:06d}"))

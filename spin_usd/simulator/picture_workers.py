@@ -1,4 +1,4 @@
-"""The processes that make pictures on request, and what their log has."""
+"""The processes that make pictures on request, and the contents of their log."""
 
 import os
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from spin_usd.studio.picture_request import PictureRequest
 
 @dataclass(kw_only=True, eq=False)
 class SimulatorTask(ArrayTask[MadeInMemory]):
-    """A picture that is requested; its place in the log is given when a worker first gets it."""
+    """A requested picture; it gets its place in the log when a worker first gets it."""
 
     call: Call[Any, MadeInMemory] = SIMULATE_PICTURE
     request: SimulatePicture
@@ -42,11 +42,11 @@ class SimulatorTask(ArrayTask[MadeInMemory]):
 
 
 class PictureWorkers(ArrayWorkers[OpenedSimulator]):
-    """Processes with a stage open; one with a log. `opening`: the request that opens it, without what differs from
-    worker to worker."""
+    """Processes with a stage open; one with a log. `opening`: the request that opens it, without the values that differ
+    between workers."""
 
     def __init__(self, opening: OpenSimulator, *, workers: int) -> None:
-        """Start the first. Raises what opening the stage does."""
+        """Start the first. Raises the errors of opening the stage."""
         limit = rendering_memory(graphics=opening.options.settings.device != CPU)
         super().__init__(OPEN_SIMULATOR, self._opening_of, workers=workers, memory=limit)
         self._of, self._log, self._number = opening, opening.log, 0
@@ -59,7 +59,7 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
             raise
 
     def close(self) -> None:
-        """End the workers, and write a log to its end; again, and in another process, does nothing."""
+        """End the workers, and write a log to its end; a second call, or one in another process, does nothing."""
         if self._process != os.getpid():
             return
         try:
@@ -79,7 +79,7 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
         recorded: bool = False,
         logged: int | None = None,
     ) -> SimulatorTask:
-        """Request a picture, `first` before all others that wait. `recorded`: whether its record is wanted too;
+        """Request a picture, `first` before all others that wait. `recorded`: whether its record is made too;
         `logged`: its place in the log, where it was made before."""
         asked = SimulatePicture(picture=request, kinds=kinds, recorded=recorded, number=logged)
         task = SimulatorTask(request=asked, tries=READING_TRIES)
@@ -87,8 +87,8 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
         return task
 
     def step(self, *, within_s: float = LOOK_S) -> None:
-        """Give idle workers what waits, and take what they have made, waiting for that as long. Raises InputError where
-        they are not there any more, or another process's."""
+        """Give waiting tasks to idle workers, and take results, waiting that long at most. Raises InputError if the
+        simulator is closed or belongs to another process."""
         if self._process is None:
             raise InputError("the simulator is closed", do="request pictures while it is open")
         if self._process != os.getpid():

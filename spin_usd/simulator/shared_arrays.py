@@ -1,4 +1,4 @@
-"""Arrays handed from a child to its parent in memory that both have open: a file without a name, gone with both."""
+"""Arrays that a child gives its parent in memory that both have open: a file without a name, which ends with both."""
 
 import mmap
 import os
@@ -13,11 +13,11 @@ from spin_usd.processes.held_folder import nameless_file
 ALIGNED = 64  # bytes
 FIRST = 1 << 20
 Entry = list[Any]
-"""Of an array its kind, its type as numpy describes it, its shape, and where it begins."""
+"""An array's kind, its type as numpy describes it, its shape, and its offset."""
 
 
 def new_memory() -> int:
-    """Return the file descriptor of new memory for arrays, which a child may be given."""
+    """Return the file descriptor of new memory for arrays, to pass to a child."""
     memory = nameless_file()
     os.ftruncate(memory, FIRST)
     return memory
@@ -31,7 +31,7 @@ class SharedArrays:
         self._map = mmap.mmap(memory, os.fstat(memory).st_size)
 
     def put(self, arrays: Mapping[str, NDArray[Any]]) -> list[Entry]:
-        """Put all of these where the ones before were; return what `taken` needs to find them."""
+        """Replace the arrays by these; return the entries by which `taken` finds them."""
         entries, end = [], 0
         for kind, array in arrays.items():
             entries.append([kind, numpy_type(array.dtype), list(array.shape), end])
@@ -63,5 +63,5 @@ class SharedArrays:
 
 
 def numpy_type(dtype: np.dtype[Any]) -> Any:
-    """Return the type as numpy describes it: text, or of a table a list of columns."""
+    """Return the type as numpy describes it: text, or for a table a list of columns."""
     return dtype.str if dtype.names is None else dtype.descr

@@ -39,8 +39,8 @@ from spin_usd.studio.picture_request import (
     whole_number,
 )
 
-NEEDED = ("depth",)  # a record is of some file
-AHEAD = 2  # pictures for each worker that may be made before the one that is waited for
+NEEDED = ("depth",)  # a record needs at least one file
+AHEAD = 2  # pictures that each worker may make ahead of the next one taken
 
 
 class Simulator:
@@ -52,14 +52,14 @@ class Simulator:
         picture.image, picture.depth, picture.T_cam_body
     ```
 
-    Equal requests give equal arrays, whatever was asked before, by whatever number of workers, and after a worker's
-    death: those of `spin-usd render` where a frame of the stage is asked for as it is. One process and one thread use a
-    simulator; others open their own.
+    Equal requests give equal arrays, whatever the earlier requests, the number of workers and their deaths; a frame of
+    the stage as it is gives the arrays of `spin-usd render`. One process and one thread use a simulator; others open
+    their own.
 
     Attributes:
         frames: the names of the stage's frames.
-        variants: those of its variants.
-        seed: that of all that is random.
+        variants: the names of its variants.
+        seed: the seed of all random values.
         description: its targets and parts.
         workers: the processes that make its pictures.
     """
@@ -85,19 +85,19 @@ class Simulator:
 
         Args:
             stage: The stage's folder or its root layer.
-            variant: The variant that is shown unless a request names another.
-            labels: Those that are made with each picture; others are made when they are asked of it.
-            image: Whether the image is made with each picture; else it is when it is asked for.
-            renderer: What renders the light, "blender" or "raycast"; this and the next are as `render` takes them.
-            quality: The name of its settings.
-            samples: Instead of those of the quality.
-            effort: Its settings one by one.
-            seed: That of all that is random; the stage's own if not given.
-            device: What the light is rendered on.
+            variant: The variant of requests that name none.
+            labels: Labels made with each picture; others are made on first access.
+            image: Whether the image is made with each picture; else on first access.
+            renderer: Renderer of the light, "blender" or "raycast"; this and the next are as for `render`.
+            quality: Name of the render settings.
+            samples: Samples per pixel, instead of the quality's.
+            effort: Render settings one by one.
+            seed: Seed of all random values; the stage's own if not given.
+            device: Device that renders the light.
             workers: How many processes make pictures for `pictures`.
-            log: A folder where all pictures that are asked for become frames of a stage, over a copy of this one. It is
-                rendered to the same images as any stage is: `spin-usd render FOLDER`. It has one variant and one seed;
-                its shutter is an instant, names are unlike one another, and one worker makes all pictures.
+            log: A folder where all requested pictures become frames of a stage, over a copy of this one, which
+                `spin-usd render FOLDER` renders to the same images. A log has one variant, one seed and one worker,
+                its shutter is an instant, and all names are different.
             log_parts: The parts of the first target that requests may move, where there is a log.
 
         Raises:
@@ -129,7 +129,7 @@ class Simulator:
             raise InputError("the log has no folder", do="give its name")
         own = None if seed is None else whole_number(seed, "the seed")
         self.stage, self.variant = asked.stage, variant
-        self._ahead = AHEAD * workers if log is None else 1  # a log has no picture that nobody takes
+        self._ahead = AHEAD * workers if log is None else 1  # a log contains no picture that was not taken
         self.kinds = tuple(kind for kind in asked.kinds if image or kind != IMAGE)
         settings = RenderSettings(
             renderer=asked.renderer,
@@ -161,28 +161,28 @@ class Simulator:
         return len(self.frames)
 
     def close(self) -> None:
-        """End the workers, and write a log to its end; again does nothing."""
+        """End the workers, and write a log to its end; a second call does nothing."""
         self.workers.close()
 
     def picture(self, frame: str | int | PictureRequest | None = None, **asked: Any) -> LivePicture:
-        """Make one picture: a frame of the stage, or that with other poses, light or values.
+        """Make one picture: a frame of the stage, or one with other poses, light or values.
 
         Args:
-            frame: The frame's name, or its place; the first if not given. A request that `request` returned, or that
-                a picture has, is a picture again.
-            **asked: As `request` takes them.
+            frame: The frame's name, or its place; the first if not given. A request, from `request` or from a picture,
+                makes that picture again.
+            **asked: As for `request`.
 
         Raises:
-            SpinError: For what cannot be shown.
+            SpinError: If it cannot be shown.
         """
         request = frame if isinstance(frame, PictureRequest) else self.request(frame, **asked)
         return self._result(self.workers.ask(request, self.kinds))
 
     def pictures(self, requests: Iterable[Any]) -> Iterator[LivePicture]:
-        """Make many pictures, by all workers, in order. Each request is a frame, a mapping of what `picture` takes, or
-        what `request` returned. What comes after the pictures that are waited for is made ahead."""
+        """Make many pictures, by all workers, in order. Each request is a frame, a mapping of arguments of `picture`,
+        or the result of `request`. Workers make pictures ahead of the one that is taken."""
         if isinstance(requests, str | Mapping):
-            raise InputError(f"{shortened(requests)} is one request", do="give a list of them, or ask for a picture")
+            raise InputError(f"{shortened(requests)} is one request", do="give a list of them, or call picture")
         asked: deque[SimulatorTask] = deque()
         try:
             for each in requests:
@@ -204,19 +204,19 @@ class Simulator:
         seed: int = 0,
         start: int = 0,
     ) -> Iterator[LivePicture]:
-        """Make pictures without end, each of a new pose in a new appearance, which its `request` says. The same
+        """Make pictures without end, each of a new pose in a new appearance, which its `request` contains. The same
         arguments give the same pictures, whatever the number of workers.
 
         Args:
-            poses: What poses are drawn from: text such as "range=4..8 inside=1", a file or a name, as `author --sample`
-                takes them, with what those draw of light; or a function that returns a pose as `request` takes it,
-                and draws by the generator that it gets.
-            spec: A specification of augmentations, its file or its name. Of several each picture takes one.
-            seed: Of all that is drawn. Noise depends on it too.
+            poses: Source of poses: text such as "range=4..8 inside=1", a file or a name, as for `author --sample`,
+                with the light that it draws; or a function that takes a generator of random numbers and returns a pose
+                as for `request`.
+            spec: A specification of augmentations, its file or its name. Each picture takes one of its augmentations.
+            seed: Seed of all drawn values, and of noise.
             start: The number of the first picture.
 
         Raises:
-            SpinError: For what cannot be drawn or shown.
+            SpinError: If a picture cannot be drawn or shown.
         """
         if (first := whole_number(start, "the start")) < 0 or (own := whole_number(seed, "the seed")) < 0:
             raise InputError(f"the seed is {seed} and the start {start}", do="give 0 or more")
@@ -253,35 +253,35 @@ class Simulator:
         seed: int | None = None,
         name: str | None = None,
     ) -> PictureRequest:
-        """Return what `picture` asks for.
+        """Return the request that `picture` makes.
 
         Args:
-            frame: The frame's name, or its place; what is not said otherwise is as in that frame.
+            frame: The frame's name, or its place. Anything you leave out is taken from the frame.
             variant: Another variant than the simulator's.
-            pose: T_cam_body (4, 4), or a unit quaternion, scalar first, and a translation, metres; a mapping of those
-                by the targets' names.
+            pose: T_cam_body (4, 4), or a unit quaternion, scalar first, and a translation, metres; or a mapping of
+                these by the targets' names.
             sun: The direction to the Sun (3,), camera axes.
             exposure: The exposure time, seconds.
             lights: Factors on the strengths of lights, by their names or paths.
-            parts: Where parts of the first target are moved to, by their names: (4, 4) in the target's axes, metres.
+            parts: New places of parts of the first target, by their names: (4, 4) in the target's axes, metres.
             values: Other parameters that an augmentation can sample, by name, each in its own unit, such as
-                {"sensor.read_noise": 12}; docs/how-to/own-augmentation.md has them.
+                {"sensor.read_noise": 12}; docs/how-to/own-augmentation.md lists them.
             time: Seconds of the stage, instead of a frame.
-            seed: That of all that is random, instead of the simulator's.
-            name: What the picture is called; its noise depends on it. That of the frame if not given, and of the pose
-                where there is one.
+            seed: Seed of all random values, instead of the simulator's.
+            name: Name of the picture, which its noise depends on. If not given, the frame's name, or one made from the
+                pose where there is one.
 
         Raises:
-            InputError: For what is no pose.
+            InputError: If an argument is not valid.
         """
         for what, mapping in (("lights", lights), ("parts", parts), ("values", values)):
             if not isinstance(mapping, Mapping | None):
                 raise InputError(f"{what} are {shortened(mapping)}", do="give a mapping by names")
         for text in (variant, name):
             if not isinstance(text, str | None):
-                raise InputError(f"{shortened(text)} is no name", do="give text")
+                raise InputError(f"{shortened(text)} is not a name", do="give text")
         if frame is not None and time is not None:
-            raise InputError("a frame and a time are both asked for", do="give one of them")
+            raise InputError("a frame and a time are both given", do="give one of them")
         given = dict(values or {})
         given |= {} if sun is None else {"sun.direction": sun}
         given |= {} if exposure is None else {"exposure.time": finite_number(exposure, "the exposure")}

@@ -1,4 +1,4 @@
-"""The files of a picture as a worker writes them: encoded, linked from the cache or kept in it, and their record."""
+"""The files of a picture as a worker writes them: encoded, linked from the cache or stored there, and their record."""
 
 from contextlib import suppress
 from functools import partial
@@ -36,18 +36,18 @@ class DatasetSink:
         return self._cache.find(kind, key)
 
     def found_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
-        """Read the render of a picture of `scene` from the cache; None where it has none."""
+        """Read the render of a picture of `scene` from the cache; None if it has none."""
         entry = self._cache.find(RENDERS, key)
         return read_render(entry.file, scene.picture_region, groups=groups) if entry else None
 
     def keep_render(self, key: str, rendered: Radiance) -> None:
-        """Keep a render in the cache."""
+        """Store a render in the cache."""
         self._cache.keep(RENDERS, key, RENDER_SUFFIX, partial(encoded_render, rendered))
 
     def write(
         self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels, *, key: str | None = None
     ) -> RecordedFile:
-        """Write one file; with `key` it is a label that the cache keeps too. Return its entry in the record."""
+        """Write one file; with `key` it is a label that the cache stores too. Return its entry in the record."""
         name = self._name(scene, kind)
         encode = partial(encoded_array, array, PurePosixPath(name).suffix, kind=kind, channels=channels)
         if key is None:
@@ -57,7 +57,7 @@ class DatasetSink:
         return RecordedFile(path=name, sha256=digest, **channels.described)
 
     def link(self, scene: Scene, cached: CacheEntry) -> RecordedFile:
-        """Link one label that the cache had; returns its entry in the record."""
+        """Link one label from the cache; return its entry in the record."""
         kind = cached.purpose.kind
         name = self._name(scene, kind)
         link_atomically(self._store.folder, name, cached.file, work=self._work)
@@ -71,8 +71,8 @@ class DatasetSink:
         remove_file(self._store.folder, file.path)
 
     def withdraw(self, variant: str, frame: str) -> Record | None:
-        """Remove a picture's old record, so that none ever describes files being replaced; returns it, None where there
-        was none that can be used."""
+        """Remove a picture's old record, so that no record ever describes files being replaced; return it, None without
+        a usable one."""
         name, record = record_of(variant, frame), None
         with suppress(InputError):
             record = read_record(self._store.folder, name)
@@ -80,7 +80,7 @@ class DatasetSink:
         return record
 
     def write_record(self, record: Record, before: Record | None) -> None:
-        """Write the record, and remove the files of the one before that are not of this one."""
+        """Write the record, and remove files that only the old record lists."""
         name = record_of(record.variant, record.frame)
         write_json(self._store.folder, name, to_builtins(record), work=self._work)
         had = recorded_files(before, record.variant, record.frame).values()

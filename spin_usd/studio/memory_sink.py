@@ -13,7 +13,7 @@ from spin_usd.scene.scene import Scene
 from spin_usd.store.cache import CacheEntry
 from spin_usd.studio.recently_used import RecentlyUsed
 
-KEPT_RENDERS = 1 << 26  # bytes: renders serve pictures in other strengths of light
+KEPT_RENDERS = 1 << 26  # bytes: one render serves pictures in other strengths of light
 
 
 class MemorySink:
@@ -25,19 +25,19 @@ class MemorySink:
         self._renders = RecentlyUsed[Radiance](KEPT_RENDERS)
 
     def begin(self, *, digests: bool) -> None:
-        """Begin another picture; `digests`: whether entries of the record have them."""
+        """Begin another picture; `digests`: whether entries of the record contain them."""
         self.arrays, self.digests = {}, digests
 
     def found_label(self, kind: str, key: str) -> CacheEntry | None:
-        """Find no label: none is kept."""
+        """Find no label: none is stored."""
         return None
 
     def found_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
-        """Return a render that was kept."""
+        """Return a stored render."""
         return self._renders.find(key)
 
     def keep_render(self, key: str, rendered: Radiance) -> None:
-        """Keep a render."""
+        """Store a render."""
         self._renders.keep(key, rendered.in_own_pages(), rendered.nbytes)
 
     def write(
@@ -49,7 +49,7 @@ class MemorySink:
         return RecordedFile(path=path, sha256=sha256(array).hexdigest() if self.digests else "", **channels.described)
 
     def link(self, scene: Scene, cached: CacheEntry) -> RecordedFile:
-        raise AssertionError("no label is found")
+        raise AssertionError("no label is stored")
 
     def remove(self, file: RecordedFile) -> None:
-        """Do nothing: the arrays of the next picture take the place."""
+        """Do nothing: the arrays of the next picture replace these."""

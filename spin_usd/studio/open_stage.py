@@ -1,4 +1,4 @@
-"""A stage kept open: its scenes as they are, or with what a request changes."""
+"""A stage kept open: its scenes as they are, or with the changes of a request."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,12 +17,12 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.studio.picture_request import PictureRequest
 from spin_usd.studio.recently_used import RecentlyUsed
 
-KEPT = 8  # readers of other variants, and stages opened to edit the same things again
+KEPT = 8  # readers of other variants, and stages opened for the same edits
 
 
 class OpenStage:
-    """The stage at `path`, shown in `variant` unless a request names another. `check_images`: as StageReader has it;
-    `kept`: variants that stay open."""
+    """The stage at `path`, shown in `variant` unless a request names another. `check_images`: as for StageReader;
+    `kept`: number of variants that stay open."""
 
     def __init__(
         self, path: str | Path, *, variant: str = NOMINAL, check_images: bool = True, kept: int = KEPT
@@ -48,7 +48,7 @@ class OpenStage:
         return self._readers.find(variant) is not None
 
     def frame(self, request: PictureRequest) -> FrameId:
-        """Return the frame that a request shows. Raises InputError where there is none."""
+        """Return the frame of a request. Raises InputError if there is none."""
         reader = self.reader(request.variant)
         frame = reader.frames[0] if request.frame is None else frame_named(reader.frames, request.frame, self.path)
         if request.time is not None:
@@ -59,7 +59,7 @@ class OpenStage:
         return replace(frame, name=request.called, source_file="") if request.called else frame
 
     def scene(self, request: PictureRequest, *, views: frozenset[str] = frozenset()) -> Scene:
-        """Read the scene that a request shows. Raises InputError for what the stage does not have."""
+        """Read the scene of a request. Raises InputError for anything that the stage does not have."""
         frame, edits = self.frame(request), edits_of(request)
         if any(edits.names):
             scene = self.edited(request.variant, frame, edits).scene(frame, edits, views=views)
@@ -68,14 +68,14 @@ class OpenStage:
         return self.finished(scene, request.values.get(BACKGROUND))
 
     def finished(self, scene: Scene, photograph: str | Path | None) -> Scene:
-        """Return the scene with the targets of the one before where they are equal, and a photograph behind, if any."""
+        """Return the scene with the targets of the scene before if they are equal, and a photograph behind, if any."""
         scene = self._targets.in_place(scene)
         if photograph is None:
             return scene
         return replace(scene, environment=self._photographs.behind(Path(photograph)))
 
     def edited(self, variant: str | None, frame: FrameId, edits: Edits) -> EditedStage:
-        """Return the stage opened to edit what these edits do; `frame`: one of its frames."""
+        """Return the stage opened for edits like these; `frame`: one of its frames."""
         variant = variant or self.variant
         key = (variant, edits.names)
         found = self._edited.find(key)
@@ -104,14 +104,14 @@ class Photographs:
         self._known: dict[Path, Environment] = {}
 
     def behind(self, file: Path) -> Environment:
-        """Return the surroundings that are the photograph in the file. Raises InputError."""
+        """Return the photograph in the file as surroundings. Raises InputError."""
         if file not in self._known:
             self._known[file] = Environment(back_plate=photograph(file))
         return self._known[file]
 
 
 def edits_of(request: PictureRequest) -> Edits:
-    """Return what a request changes of the stage."""
+    """Return the edits of a request."""
     return Edits(
         poses={name: np.array(pose) for name, pose in request.poses.items()},
         parts={name: np.array(moved) for name, moved in request.parts.items()},

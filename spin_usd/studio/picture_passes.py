@@ -1,4 +1,4 @@
-"""The passes of one picture, labels and light: what the cache has is taken from there, all else is made and written."""
+"""The passes of one picture, labels and light: taken from the cache if there, else made and written."""
 
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -23,12 +23,12 @@ from spin_usd.scene.scene import Scene
 from spin_usd.store.cache import CacheEntry
 from spin_usd.studio.record import CurrentPicture
 
-RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had
+RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whether from the cache or not
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
 
 
 class Sink(Protocol):
-    """The place where a picture's arrays go, with what it keeps of pictures before: a dataset, or memory. Its methods
+    """The destination of a picture's arrays, with results kept from earlier pictures: a dataset, or memory. Its methods
     are called from several threads."""
 
     def found_label(self, kind: str, key: str) -> CacheEntry | None: ...
@@ -48,15 +48,15 @@ class Sink(Protocol):
 
 
 class PicturePasses:
-    """Makes what pictures show, and gives it to their sinks."""
+    """Makes the contents of pictures, and gives them to their sinks."""
 
     def __init__(self, maker: PassMaker) -> None:
         self._maker = maker
         self._writers = ThreadPoolExecutor(max_workers=WRITERS)
 
     def write_all(self, picture: CurrentPicture, sink: Sink) -> dict[str, RecordedFile]:
-        """Write each file as soon as it is made; return their entries in the record. Where one fails none stays, for
-        no record would list it."""
+        """Write each file as soon as it is made; return their entries in the record. If one fails, all are removed, for
+        no record would list them."""
         writing: dict[str, Future[RecordedFile]] = {}
         try:
             self._labels(picture, sink, writing)  # written while the image is rendered
@@ -77,7 +77,7 @@ class PicturePasses:
             raise
 
     def _labels(self, picture: CurrentPicture, sink: Sink, writing: dict[str, Future[RecordedFile]]) -> None:
-        """Make the labels: those that the cache has, and one pass for those that it has not."""
+        """Make the labels: from the cache, and by one pass for the others."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
         keys = {kind: picture.keys.get(kind, picture.keys["geometry"]) for kind in wanted}
         with picture.watch("cache"):
@@ -95,15 +95,15 @@ class PicturePasses:
             picture.passes["labels"] = "made" if missing else "shared"
 
     def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
-        """Return the bodies that the cached labels show, where one of them says so."""
+        """Return the bodies in the cached labels, if one of them contains them."""
         with picture.watch("cache"):
             telling = ((kind, found[kind].file) for kind in found if kind in TELLING)
             shown = (shown_by_label(picture.scene, kind, read_array(file)) for kind, file in telling)
             return next(filter(None, shown), None)
 
     def _image(self, picture: CurrentPicture, sink: Sink, writing: dict[str, Future[RecordedFile]]) -> Future[Any]:
-        """Make the image and the radiance file, from the sink's render or a new one; the result is there once that is
-        kept."""
+        """Make the image and the radiance file, from the sink's render or a new one; return a future, done once that is
+        stored."""
         kept: Future[Any] = Future()
         kept.set_result(None)
         if RENDERED.isdisjoint(picture.kinds):

@@ -1,4 +1,4 @@
-"""A request for a picture of an open stage, and the values of users that it is made of."""
+"""A request for a picture of an open stage, and the users' values that it consists of."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -21,34 +21,34 @@ Matrix = list[list[float]]
 
 
 class DrawnFrom(Struct, frozen=True, kw_only=True):
-    """The source of a picture of a stream."""
+    """The source of a picture in a stream."""
 
     seed: int
     number: int
     """Number of the picture in the stream."""
     poses: str | None = None
-    """A sampling specification: its text, file or name; None where the request has the pose."""
+    """A sampling specification: its text, file or name; None if the request has the pose."""
     spec: str | None = None
-    """The file of a specification of augmentations, of which it has one; None for none."""
+    """The file of a specification of augmentations, one of which the picture takes; None for none."""
 
 
 class PictureRequest(Struct, frozen=True, kw_only=True):
-    """A request for a picture: a frame of the stage, and changes of it."""
+    """A request for a picture: a frame of the stage, and changes to it."""
 
     frame: str | None = None
-    """The frame's name, or its place as text; the first where None."""
+    """Name of the frame, or its place as text; None for the first."""
     variant: str | None = None
-    """None for the simulator's own."""
+    """Variant; None for the simulator's own."""
     time: float | None = None
     """Seconds of the stage, instead of a frame's."""
     name: str | None = None
     """Name of the picture, which decides its noise; made from its poses if None."""
     seed: int | None = None
-    """Seed of all that is random; None for the simulator's own."""
+    """Seed of all random values; None for the simulator's own."""
     poses: dict[str, Matrix] = {}
     """T_cam_body by target; "" is the first."""
     parts: dict[str, Matrix] = {}
-    """Places to which parts of the first target are moved, by part: target's axes, metres."""
+    """New places of parts of the first target, by part: target's axes, metres."""
     lights: dict[str, float] = {}
     """Factors on strengths by light."""
     values: dict[str, Any] = {}
@@ -56,11 +56,11 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
     selections: dict[str, str] = {}
     """Variants of the stage's other sets, by set."""
     drawn: DrawnFrom | None = None
-    """Source from which the rest is drawn before the picture is made."""
+    """Source of the remaining values, drawn before the picture is made."""
 
     @property
     def called(self) -> str | None:
-        """The picture's name; None for that of its frame. Raises InputError for what cannot name one."""
+        """The picture's name; None for its frame's. Raises InputError if it cannot name a picture."""
         if self.name is not None and not FRAME_NAME.fullmatch(self.name):
             raise InputError(f"{shortened(self.name)} cannot name a picture", do=FRAME_NAME_RULE)
         if self.name or not (self.poses or self.parts or self.time is not None):
@@ -71,7 +71,7 @@ class PictureRequest(Struct, frozen=True, kw_only=True):
 
 def pose_matrix(pose: Any, what: str) -> Matrix:
     """Return a pose as rows of a (4, 4) matrix: given as such, or as a quaternion (4,), scalar first, and a translation
-    (3,). Raises InputError for what is no pose of a rigid body."""
+    (3,). Raises InputError unless it is the pose of a rigid body."""
     try:
         if isinstance(pose, tuple | list) and len(pose) == 2:
             q, t = (np.asarray(each, np.float64) for each in pose)
@@ -91,21 +91,21 @@ def pose_matrix(pose: Any, what: str) -> Matrix:
 
 
 def finite_number(value: Any, what: str) -> float:
-    """Return a number of a user. Raises InputError for what is none, or not finite."""
+    """Return a number of a user. Raises InputError unless it is a finite number."""
     if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
         raise InputError(f"{what} is {shortened(value)}", do="give a finite number")
     return float(value)
 
 
 def whole_number(value: Any, what: str) -> int:
-    """Return a whole number of a user. Raises InputError for what is none."""
+    """Return a whole number of a user. Raises InputError for any other value."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise InputError(f"{what} is {shortened(value)}", do="give a whole number")
     return index(value)
 
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values of parameters as JSON has them: numbers, text, truths, and lists of those. Raises InputError."""
+    """Return values of parameters as for JSON: numbers, text, booleans, and lists of these. Raises InputError."""
     return {str(name): _plain(str(name), value) for name, value in values.items()}
 
 
@@ -119,6 +119,6 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def shortened(value: Any) -> str:
-    """Return what is said of a value in a message."""
+    """Return a value as text for a message."""
     said = repr(value)
     return said if len(said) <= LONGEST else f"{said[:LONGEST]} ..."

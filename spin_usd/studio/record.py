@@ -50,31 +50,31 @@ from spin_usd.scene.light import DistantLight, DomeLight, Light, PointLight
 from spin_usd.scene.scene import Rig, Scene
 
 OF_THE_SUN = RENDERED | {LIT.name}
-"""The kinds of file that depend on where the Sun is."""
+"""The kinds of file that depend on the Sun's direction."""
 
 
 @dataclass(kw_only=True)
 class CurrentPicture:
-    """A picture while it is made."""
+    """A picture in the making."""
 
     scene: Scene
     kinds: Sequence[str]
-    """Kinds of file that are wanted."""
+    """Wanted kinds of file."""
     keys: Mapping[str, str]
     """Keys of its content, by name."""
     settings: RenderSettings
     watch: Stopwatch
     """Seconds that it takes, by kind of work."""
     keep_render: bool = True
-    """Whether its sink keeps the render for other pictures."""
+    """Whether its sink stores the render for other pictures."""
     keep_labels: bool = True
-    """Whether its sink keeps the labels for other pictures."""
+    """Whether its sink stores the labels for other pictures."""
     recorded: bool = True
-    """Whether there will be a record, for which facts, notes, tones and laser are made."""
+    """Whether the picture gets a record, for which facts, notes, tones and laser are made."""
     passes: dict[str, str] = field(default_factory=dict)
     """For "labels" and "render": "made" for it, or "shared" with others."""
     shown: ShownBodies | None = None
-    """Bodies that its labels show, where a label has them."""
+    """Bodies in its labels, if a label contains them."""
     facts: Sequence[TargetFacts] = ()
     notes: dict[str, float] = field(default_factory=dict)
     """Numbers on how it was made, by name."""
@@ -96,7 +96,7 @@ def make_record(
     scene, files = picture.scene, picture.files
     sun = (
         sunlight(scene.lights, scene.bodies[0].T_cam_body) if files.keys() & OF_THE_SUN else None
-    )  # others stay when it moves
+    )  # others do not change with it
     measured = scene.lidar if files.keys() & CLOUD_LABELS.keys() else None
     return Record(
         frame=scene.frame.name,
@@ -146,7 +146,7 @@ def _provenance(
 
 
 def recorded_appearance(picture: CurrentPicture) -> RecordedAppearance:
-    """Return what the record says of the image's exposure, noise and light."""
+    """Return the record's facts on the image's exposure, noise and light."""
     scene, sensor = picture.scene, picture.scene.sensor
     plate, factor = scene.environment.back_plate, picture.notes.get("auto_exposure")
     placed = place_image(plate, background_seed(scene, picture.settings)) if plate else None
@@ -172,7 +172,7 @@ def _recorded_light(light: Light) -> RecordedLight:
 
 
 def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
-    """Return what the record says of a target."""
+    """Return the record's facts on a target."""
     return RecordedTarget(
         id=body.id,
         name=body.target.name,
@@ -208,7 +208,7 @@ def _keypoint(uv: Float, state: KeypointState) -> tuple[float | None, float | No
 
 
 def recorded_next(following: Scene) -> NextFrame:
-    """Return what the record says of the next frame."""
+    """Return the record's facts on the next frame."""
     return NextFrame(
         frame=following.frame.name,
         camera=RecordedCamera.of(following.camera),
@@ -217,33 +217,33 @@ def recorded_next(following: Scene) -> NextFrame:
 
 
 def recorded_pair(paired: Scene) -> PairedCamera:
-    """Return what the record says of the camera that is paired with the picture's."""
+    """Return the record's facts on the camera that is paired with the picture's."""
     return PairedCamera(
         variant=paired.frame.variant, camera=RecordedCamera.of(paired.camera), targets=posed_targets(paired)
     )
 
 
 def posed_targets(scene: Scene) -> list[PosedTarget]:
-    """Return where the targets of another view are, as the record says it."""
+    """Return the record's places of the targets in another view."""
     return [PosedTarget(id=body.id, pose=RecordedPose.of(body.T_cam_body)) for body in scene.targets]
 
 
 def recorded_rig(rig: Rig) -> RecordedRig:
-    """Return what the record says of the camera among several."""
+    """Return the record's facts on the camera among several."""
     pose = rig.T_first_cam
     return RecordedRig(camera=rig.camera, q_first_cam=pose.quaternion.tolist(), t_first_cam=pose.translation.tolist())
 
 
 def recorded_sun(sun: Sunlight) -> RecordedSun:
-    """Return what the record says of the Sun."""
+    """Return the record's facts on the Sun."""
     return RecordedSun(
         towards_cam=sun.towards_cam.tolist(), towards_body=sun.towards_body.tolist(), obscured=sun.obscured
     )
 
 
 def recorded_range(finder: RangeFinder, met: LaserRange | None) -> RecordedRangeFinder:
-    """Return what the record says of a laser range finder that meets that."""
-    assert met, "the worker asks for it where the scene has one"
+    """Return the record's facts on a laser range finder that met `met`."""
+    assert met, "called only for a scene that has one"
     return RecordedRangeFinder(
         origin=finder.T_cam_finder.translation.tolist(),
         direction=finder.T_cam_finder.rotation[:, 2].tolist(),
@@ -257,7 +257,7 @@ def recorded_range(finder: RangeFinder, met: LaserRange | None) -> RecordedRange
 
 
 def recorded_lidar(lidar: Lidar) -> RecordedLidar:
-    """Return what the record says of a LiDAR: its fields, with T_cam_lidar as quaternion and translation."""
+    """Return the record's facts on a LiDAR: its fields, with T_cam_lidar as quaternion and translation."""
     rest = {field.name: getattr(lidar, field.name) for field in fields(lidar) if field.name != "T_cam_lidar"}
     pose = lidar.T_cam_lidar
     return RecordedLidar(q_cam_lidar=pose.quaternion.tolist(), t_cam_lidar=pose.translation.tolist(), **rest)

@@ -20,7 +20,7 @@ from spin_usd.studio.record import CurrentPicture
 class Studio:
     """Makes pictures with the same settings, one after another.
 
-    The same arguments give the same picture, whatever was made before. The renderer opens when the first light is
+    The same arguments give the same picture, whatever the earlier pictures. The renderer opens when the first light is
     rendered, or when `open_renderer` is called.
     """
 
@@ -33,7 +33,7 @@ class Studio:
         self._passes = PicturePasses(self.maker)
 
     def open_renderer(self, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
-        """Return the renderer, opened now if it is not open yet. `crop` and `keep`: as open_renderer has them."""
+        """Return the renderer, opened now if it is not open yet. `crop` and `keep`: as for open_renderer."""
         if self.maker.renderer is None:
             name, device = self.settings.renderer, self.settings.device
             self.maker.renderer = opened(name, device=device, crop=crop, keep=keep, caster=self.caster)
@@ -47,7 +47,7 @@ class Studio:
             self.maker.renderer = None
 
     def keys(self, scene: Scene, settings: RenderSettings | None = None) -> Keys:
-        """Return the content keys of a scene; `settings`: others that differ in the seed alone."""
+        """Return the content keys of a scene; `settings`: settings that differ in the seed alone."""
         self._keys.seed = (settings or self.settings).seed
         return self._keys.keys(scene)
 
@@ -63,10 +63,10 @@ class Studio:
         keep_labels: bool = True,
         recorded: bool = True,
     ) -> CurrentPicture:
-        """Make these kinds of file of the scene from what the sink has kept, and give it the rest.
+        """Make these kinds of file of the scene, as far as the sink does not have them, and give them to it.
 
-        `settings`: others that differ in the seed alone. `keep_render`, `keep_labels`: whether the sink keeps them for
-        other pictures. `recorded`: whether a record will be made. A picture that fails leaves none of its files.
+        `settings`: settings that differ in the seed alone. `keep_render`, `keep_labels`: whether the sink stores them
+        for other pictures. `recorded`: whether a record will be made. A picture that fails leaves none of its files.
         """
         settings = settings or self.settings
         if RENDERED.intersection(kinds):

@@ -290,7 +290,7 @@ def test_what_a_selection_changes_of_the_render_is_refused(rendered, tmp_path) -
 
 def test_a_dataset_without_its_renders_is_refused(rendered, spec, tmp_path) -> None:
     bare = shutil.copytree(rendered, tmp_path / "bare", ignore=shutil.ignore_patterns("renders"))
-    with pytest.raises(SpinError, match="keeps no render of img000001 of nominal"):
+    with pytest.raises(SpinError, match="contains no render of img000001 of nominal"):
         assert FreshDataset(bare, spec)[0].image.any()
     with pytest.raises(SpinError, match="there is no epoch -1"):
         FreshDataset(rendered, spec).set_epoch(-1)

@@ -36,12 +36,12 @@ from spin_usd.stage.read.frames import frame_named
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.studio.studio import Studio
 
-MAX_LAYERS = 1000  # that are watched where nobody can say what a stage is made of
+MAX_LAYERS = 1000  # watched at most, if the stage's files are unknown
 
 
 class Viewer:
-    """A viewer that lives in a child process. What an edit leaves as it was is kept: decoded images, the same targets,
-    what is behind them; so what renderers made of these stays too."""
+    """A viewer that lives in a child process. It keeps everything that an edit does not change: decoded images, equal
+    targets, their background; so the renderers' data for these stay too."""
 
     def __init__(self, request: OpenViewer) -> None:
         self._settings = RenderSettings(renderer=request.renderer, effort=request.effort, seed=0)
@@ -55,7 +55,7 @@ class Viewer:
 
     def view(self, request: ViewStage) -> StageView:
         """Look at the picture."""
-        gc.collect()  # USD would show the layers of the stage before again, as they were
+        gc.collect()  # else USD would show the old layers of the stage again
         states = states_of(_files(request.stage))
         self._images = {key: image for key, image in self._images.items() if self._is_unchanged(key[0], states)}
         self._states = states
@@ -69,7 +69,7 @@ class Viewer:
         return StageView(files=states, seen=seen)
 
     def _is_unchanged(self, image: str, states: FileStates) -> bool:
-        """Return whether the file that holds the image, alone or in a package, is as it was."""
+        """Return whether the file that holds the image, alone or in a package, is unchanged."""
         file = image.partition("[")[0]
         return states.get(file) is not None and states[file] == self._states.get(file)
 
@@ -100,7 +100,7 @@ class Viewer:
         return develop(scene, radiance, behind, seed=picture_seed(scene, settings))
 
     def _sky(self, scene: Scene, seed: int) -> NDArray[Any] | None:
-        """Return the background; that of the view before where lights, surroundings and camera are the same."""
+        """Return the background; the one of the view before if lights, surroundings and camera are the same."""
         key = key_of([scene.lights, scene.environment, scene.camera, seed])
         if key != self._behind[0]:
             self._behind = key, sky(scene, seed=seed)
@@ -108,8 +108,8 @@ class Viewer:
 
 
 def _files(stage: str) -> list[str]:
-    """Return the paths of the files that the stage is made of, also of those that are not there; of a stage that does
-    not say so, of the layers below its folder."""
+    """Return the paths of the stage's files, also of missing ones; if the stage does not list them, of the layers below
+    its folder."""
     try:
         files = files_of(stage)
     except SpinError:
@@ -120,7 +120,7 @@ def _files(stage: str) -> list[str]:
 
 
 def _small(scene: Scene, max_width: int) -> Scene:
-    """Return the scene as a detector of fewer, larger pixels sees it, `max_width` or fewer in a row if that can be."""
+    """Return the scene as a detector of fewer, larger pixels sees it, `max_width` or fewer in a row if possible."""
     by = next((by for by in REDUCTIONS if scene.camera.width <= by * max_width), REDUCTIONS[-1])
     blur = {name: getattr(scene.optics, name) / by for name in ("psf_sigma", "glare_core")}
     return replace(reduced(scene, by), optics=replace(scene.optics, **blur))

@@ -30,14 +30,14 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 KEEP_ALIVE_S = 10.0
-QUIET_S = 30.0  # that a connection may say nothing of what it asks
+QUIET_S = 30.0  # that a connection may send no part of its request
 MAX_CHOICE_BYTES = 4096
 
 
 @contextmanager
 def page_server(shared: SharedState, port: int) -> Iterator[str]:
-    """Serve the shared state until the block ends, and give the page's address. Raises InputError where the port
-    cannot be had."""
+    """Serve the shared state until the block ends, and yield the page's address. Raises InputError if the port is not
+    available."""
     try:
         server = PageServer(shared, port)
     except (OSError, OverflowError) as error:
@@ -63,7 +63,7 @@ class PageServer(ThreadingHTTPServer):
         super().__init__((LOCAL, port), PageHandler)
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Say nothing of a browser that went away."""
+        """Print nothing about a browser that went away."""
 
 
 class PageHandler(BaseHTTPRequestHandler):
@@ -99,11 +99,11 @@ class PageHandler(BaseHTTPRequestHandler):
         """Keep the terminal for the user."""
 
     def _is_own(self) -> bool:
-        """Return whether our own page asks, or no page."""
+        """Return whether the request comes from our own page, or from no page."""
         return is_own(self.headers.get_all("Host", []), self.headers.get_all("Origin", []), LOCAL)
 
     def _choice(self) -> WatchedPicture | None:
-        """Read which picture is chosen; None for what is no such choice."""
+        """Read which picture is chosen; None if the request is not a choice."""
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > MAX_CHOICE_BYTES:
             return None

@@ -13,7 +13,7 @@ from spin_usd.processes.call import Call
 from spin_usd.scene.effort import Effort
 
 FileStates = Mapping[str, list[int] | None]
-"""By path the file's inode, size and time of change in nanoseconds; None for one that is not there."""
+"""By path the file's inode, size and time of change in nanoseconds; None for a missing one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +38,14 @@ class ViewStage(Struct, frozen=True, kw_only=True):
     frame: str
     variant: str
     max_width: int
-    """Columns of the picture at most, if that can be."""
+    """Largest number of columns of the picture, if possible."""
     labels: bool
     """Whether the usual labels are shown too."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WatchRequest:
-    """What is asked of the command."""
+    """The request of the command."""
 
     stage: Path
     """The root layer."""
@@ -57,7 +57,7 @@ class WatchRequest:
 
     @property
     def choice(self) -> WatchedPicture:
-        """The picture that is shown first."""
+        """First picture to show."""
         return WatchedPicture(frame=self.options.frame, variant=self.options.variant)
 
     def of(self, choice: WatchedPicture, *, labels: bool) -> ViewStage:
@@ -72,12 +72,12 @@ class WatchRequest:
 
 
 class SeenPicture(Struct, frozen=True, kw_only=True):
-    """A picture that a viewer made."""
+    """A picture made by a viewer."""
 
     frame: str
     place: int
     frames: int
-    """How many the stage has."""
+    """Number of frames of the stage."""
     variants: tuple[str, ...]
     notes: tuple[str, ...]
     pictures: dict[str, bytes]
@@ -85,13 +85,13 @@ class SeenPicture(Struct, frozen=True, kw_only=True):
 
 
 class StageView(Struct, frozen=True, kw_only=True):
-    """What a viewer answers: a picture, or a fault."""
+    """The answer of a viewer: a picture, or a fault."""
 
     files: FileStates = {}
     """States of the stage's files before they were read."""
     seen: SeenPicture | None = None
     fault: str = ""
-    """A sentence."""
+    """Fault in a sentence."""
     unknown: bool = False
     """Whether the fault is that the stage has no such picture."""
 

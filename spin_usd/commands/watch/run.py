@@ -1,4 +1,4 @@
-"""`spin-usd watch`: looks at a stage's files, and shows what becomes of an edit.
+"""`spin-usd watch`: watches a stage's files, and shows the result of each edit.
 
 Renders after the preview are made one at a time in a thread of their own, the older one cancelled for a newer.
 """
@@ -40,7 +40,7 @@ from spin_usd.scene.effort import Effort
 
 PREVIEW = "raycast"
 LOOK_S, SETTLE_S, MAX_SETTLE_S = 0.1, 0.03, 0.5
-SHARE = 20  # looking at the files takes this part of the time at most
+SHARE = 20  # checks of the files take at most this part of the time
 UPPER_HALF, RESET = "\u2580", "\x1b[0m"
 
 
@@ -64,7 +64,7 @@ def watch(request: WatchRequest, *, tell: Callable[[str], None], on_image: Calla
 
 
 class LightRender:
-    """Renders the picture that was last asked for, and posts it to the shared state."""
+    """Renders the picture that was requested last, and posts it to the shared state."""
 
     def __init__(self, request: WatchRequest, shared: SharedState, tell: Callable[[str], None]) -> None:
         self._request, self._shared, self._tell = request, shared, tell
@@ -97,7 +97,7 @@ class LightRender:
             self._changed.notify()
 
     def cancel(self) -> None:
-        """Render nothing more of what was asked for."""
+        """Drop the requested pictures."""
         with self._changed:
             self._wanted = None
             if self._busy and not self._cancelled:
@@ -105,7 +105,7 @@ class LightRender:
                 self._viewer.interrupt()
 
     def raise_defect(self) -> None:
-        """Raise here what ended the thread before its time, if anything did."""
+        """Raise here the error that ended the thread early, if any."""
         if self._defect is not None:
             raise self._defect
 
@@ -123,12 +123,12 @@ class LightRender:
             with self._changed:
                 self._busy = False
                 if self._cancelled:
-                    self._viewer.restart()  # it may have answered, and been interrupted then
+                    self._viewer.restart()  # it may have been interrupted after its answer
                 elif not self._ended:
                     self._post(view, time.monotonic() - edited)
 
     def _view(self, choice: WatchedPicture) -> StageView:
-        """Return what the child sees, or a fault."""
+        """Return the child's view, or a fault."""
         try:
             request = self._request.of(choice, labels=False)
             task = Task(call=VIEW_STAGE, request=request, within_s=RENDER_PATIENCE_S, tries=ONCE)
@@ -137,7 +137,7 @@ class LightRender:
             return StageView(fault=str(fault))
 
     def _next(self) -> tuple[WatchedPicture, float] | None:
-        """Wait for what is to be rendered; None at the end."""
+        """Wait for a picture to render; None at the end."""
         with self._changed:
             self._changed.wait_for(lambda: self._wanted is not None or self._ended)
             wanted, self._wanted = self._wanted, None
@@ -155,7 +155,7 @@ class LightRender:
 
 
 class Follower:
-    """Shows the stage as it is, and waits until it is another."""
+    """Shows the stage as it is, and waits until it changes."""
 
     light: LightRender | None = None
 
@@ -170,8 +170,8 @@ class Follower:
         self._viewer.close()
 
     def show(self, choice: WatchedPicture, *, first: bool = False) -> None:
-        """Read the stage, and post what is seen. Raises UnknownPictureError for a `first` choice that the stage does
-        not have; a later one may be there again after an edit."""
+        """Read the stage, and post its view. Raises UnknownPictureError for a `first` choice that the stage does not
+        have; a later one may exist again after an edit."""
         edited = time.monotonic()
         if self.light is not None:
             self.light.cancel()
@@ -191,7 +191,7 @@ class Follower:
                 self.light.render(choice, edited)
 
     def wait(self) -> None:
-        """Wait for an edit or another choice; of an edit until nothing is written any more."""
+        """Wait for another choice, or for an edit and the end of its writing."""
         while self._shared.choice == self._shown:
             began = time.monotonic()
             if self.light is not None:
@@ -210,7 +210,7 @@ class Follower:
                 return
 
     def _view(self, choice: WatchedPicture) -> StageView:
-        """Return what a child sees, another one where the first dies, as it may of other things than the stage."""
+        """Return a child's view, from a second child if the first dies: the cause may not be the stage."""
         try:
             return self._viewer.call(VIEW_STAGE, self._request.of(choice, labels=True))
         except ChildDiedError as died:

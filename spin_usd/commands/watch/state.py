@@ -1,4 +1,4 @@
-"""What the page and the terminal show: written by those who make pictures, read by those who wait for them."""
+"""What the page and the terminal show: written by threads that make pictures, read by threads that wait for them."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -18,12 +18,12 @@ READING, SHOWN, FAULTY = "reading", "shown", "faulty"
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """What is known at one time."""
+    """The state at one time."""
 
     status: str = READING
     """READING after an edit, SHOWN, or FAULTY."""
     message: str = ""
-    """Why it is faulty, while the last good pictures stay."""
+    """Fault, while the last good pictures stay."""
     frame: str = ""
     place: int = 0
     frames: int = 0
@@ -35,9 +35,9 @@ class State:
     rendering: bool = False
     """Whether another renderer is at work on it."""
     pictures: tuple[tuple[str, int], ...] = ()
-    """When each was made, by kind; other numbers are other pictures."""
+    """Times of making, by kind; other numbers are other pictures."""
     seconds: float = 0.0
-    """How long that took after the edit was noticed."""
+    """Seconds from the notice of the edit to the picture."""
 
 
 class SharedState:
@@ -53,7 +53,7 @@ class SharedState:
 
     @property
     def choice(self) -> WatchedPicture:
-        """The picture that is to be shown."""
+        """The picture to show."""
         with self._changed:
             return self._choice
 
@@ -63,13 +63,13 @@ class SharedState:
         return self._closed
 
     def choose(self, choice: WatchedPicture) -> None:
-        """Have another picture shown."""
+        """Choose another picture to show."""
         with self._changed:
             self._choice = choice
             self._changed.notify_all()
 
     def wait_for_choice(self, other_than: WatchedPicture, within_s: float) -> None:
-        """Wait until the choice is another, but no longer than that."""
+        """Wait until the choice changes, but no longer than that."""
         with self._changed:
             self._changed.wait_for(lambda: self._choice != other_than or self._closed, timeout=within_s)
 
@@ -85,7 +85,7 @@ class SharedState:
             self._on_image(pictures[IMAGE])
 
     def state_after(self, version: int, within_s: float) -> tuple[int, dict[str, Any] | None]:
-        """Wait for state later than `version`; return theirs and what they are as JSON, None where none came."""
+        """Wait for a state later than `version`; return its version, and the state as JSON, None if none came."""
         with self._changed:
             self._changed.wait_for(lambda: self._version > version or self._closed, timeout=within_s)
             if self._version <= version:
@@ -98,7 +98,7 @@ class SharedState:
             return self._pictures.get(kind)
 
     def close(self) -> None:
-        """Let all who wait go."""
+        """Wake all waiting threads."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""A Ray cluster, on which a run has as many workers as there are processors for at the time.
+"""A Ray cluster, on which the number of a run's workers follows the number of free processors.
 
 A connection leads to a worker's actor, which Ray runs on some node.
 """
@@ -21,7 +21,7 @@ from spin_usd.processes.cluster.remote_child import RemoteChild
 from spin_usd.processes.cluster.worker_actor import Message, WorkerActor, WorkerOpening
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 
-LOOK_S = 2.0  # between two looks at which nodes there are
+LOOK_S = 2.0  # between two listings of the nodes
 KNOCK_S = 10.0  # for the cluster's head to answer
 CLOSING_S = 10.0  # for workers to leave their nodes at the end
 MEMORY_PER_WORKER = 1 << 30  # bytes of its node that Ray keeps for each worker
@@ -32,7 +32,7 @@ LEAVING_S = 10.0  # for a worker to end, and its node's folder to be removed
 
 
 class NodeActor(WorkerActor):
-    """An actor of Ray's. It ends with its node's Ray: what is lost to the cluster must not go on writing."""
+    """An actor of Ray's. It ends with its node's Ray: a worker lost to the cluster must not go on writing."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -52,10 +52,10 @@ def _end_with(parent: int) -> None:
 
 
 class RayConnection:
-    """The connection to an actor on a node that Ray chooses, opened with what `opening` says of that node.
+    """The connection to an actor on a node that Ray chooses, opened with the result of `opening` for that node.
 
     Args:
-        post: A thread that takes in what comes from Ray, whose own threads must not wait.
+        post: A thread that handles results from Ray, whose own threads must not wait.
         lives: Whether a node is still in the cluster.
     """
 
@@ -90,7 +90,7 @@ class RayConnection:
         self._leave("close")
 
     def kill(self) -> None:
-        if self.node is None:  # it may never have one
+        if self.node is None:  # it may never get one
             self._end()
         else:
             self._leave("kill")
@@ -118,7 +118,7 @@ class RayConnection:
                 ray.kill(self._actor)
 
     def _ask(self, method: str, *arguments: Any) -> "Future[Any]":
-        """Ask the actor for that method's result, which comes in the thread `post`."""
+        """Call that method of the actor; its result comes in the thread `post`."""
         answer: Future[Any] = Future()
 
         def take(given: "Future[Any]") -> None:
@@ -128,14 +128,14 @@ class RayConnection:
                 answer.set_result(given.result())
 
         def post(given: "Future[Any]") -> None:
-            with suppress(RuntimeError):  # the run is over, and nobody waits for it
+            with suppress(RuntimeError):  # the run is over
                 self._post.submit(take, given)
 
         getattr(self._actor, method).remote(*arguments).future().add_done_callback(post)
         return answer
 
     def _in_our_words(self, error: BaseException) -> BaseException:
-        """Return the error that a pool knows in place of one of Ray's."""
+        """Convert an error of Ray's to one that a pool handles."""
         from ray.exceptions import RayActorError
 
         if not isinstance(error, RayActorError):
@@ -144,7 +144,7 @@ class RayConnection:
         if error.actor_init_failed:
             return InputError(f"a node cannot start a worker ({last})", do="install the same spin_usd on every node")
         if self.node and self._lives(self.node):
-            return ChildDiedError(f"what stands by the worker on its node ended ({last})", cause=DeathCause.KILLED)
+            return ChildDiedError(f"the actor of the worker ended on its node ({last})", cause=DeathCause.KILLED)
         return ChildDiedError("the node of the worker has gone", cause=DeathCause.LOST)
 
 
@@ -179,8 +179,8 @@ class RayCluster:
             ray.shutdown()
 
     def free_slots(self) -> int:
-        """Return for how many workers of this run there are processors and memory now; 1 at least, for a cluster may
-        grow only when it is asked for more. Raises RenderError where the cluster has gone."""
+        """Return the number of workers of this run that now have processors and memory; 1 at least, for a cluster may
+        grow only on demand. Raises RenderError if the cluster has gone."""
         if time.monotonic() - self._looked > LOOK_S:
             self._looked = time.monotonic()
             self._connections = [
@@ -190,7 +190,7 @@ class RayCluster:
         return self._free_slots
 
     def memory_per_worker(self) -> int:
-        """Return how many bytes a worker has on the node that has the least for each."""
+        """Return the bytes for each worker on the node with the least."""
         import ray
 
         alive = (node["Resources"] for node in ray.nodes() if node["Alive"])
@@ -198,7 +198,7 @@ class RayCluster:
         return min(shares, default=MEMORY_PER_WORKER)
 
     def start(self, opening: Callable[[int], WorkerOpening]) -> RemoteChild:
-        """Start a worker where Ray has room for it; `opening` says with what, of its number on that node."""
+        """Start a worker where Ray has room for it; `opening` returns its opening for its number on that node."""
         import ray
 
         actor = ray.remote(NodeActor).options(
@@ -222,7 +222,7 @@ class RayCluster:
         return min(here, own + free)
 
     def _number(self, node: str, connection: RayConnection) -> int:
-        """Take the lowest number on that node which no living worker of this run has."""
+        """Take the lowest number on that node that no living worker of this run has."""
         taken = self._numbers[node]
         number = next(number for number in range(len(taken) + 1) if number not in taken or taken[number].ended)
         taken[number] = connection
@@ -249,19 +249,19 @@ def _connect(address: str) -> bool:
         raise InputError("needs Ray, which is not installed", where="--cluster", do=INSTALL) from None
     if ray.is_initialized():
         return False
-    ray._private.worker._worker_logs_enabled = False  # it prints of nodes that died, on standard output
+    ray._private.worker._worker_logs_enabled = False  # it prints messages on dead nodes to standard output
     try:
         _knock(address if address != "auto" else str(ray._private.services.canonicalize_bootstrap_address(address)))
         with _own_signals():
             ray.init(address=address, log_to_driver=False, logging_level=logging.CRITICAL)
     except Exception as error:  # of many kinds: no cluster, another version of Ray or Python, a malformed address
-        found = f"no cluster of Ray's answers ({type(error).__name__}: {error})"
+        found = f"no Ray cluster answers ({type(error).__name__}: {error})"
         raise InputError(found, where=f"--cluster {address}", do=START) from error
     return True
 
 
 def _knock(address: str) -> None:
-    """Raise OSError where nobody listens at HOST:PORT; Ray itself tries that for two minutes."""
+    """Raise OSError if no process listens at HOST:PORT; Ray itself tries for two minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
         socket.create_connection((host.strip("[]"), int(port)), timeout=KNOCK_S).close()

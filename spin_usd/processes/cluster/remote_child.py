@@ -1,4 +1,4 @@
-"""A worker behind an actor, on another machine or in a thread, which a pool treats as a child process of its own."""
+"""A worker behind an actor, on another machine or in a thread, which a pool treats like a child process."""
 
 import os
 import threading
@@ -19,7 +19,7 @@ from spin_usd.processes.usage import Usage
 
 
 class ActorConnection(Protocol):
-    """The connection to a worker's actor. Its answers come later; a ChildDiedError where the actor has gone."""
+    """The connection to a worker's actor. Its answers come later; a ChildDiedError if the actor has gone."""
 
     def open(self) -> "Future[list[Message]]":
         """Open the actor, once there is a machine for it."""
@@ -28,7 +28,7 @@ class ActorConnection(Protocol):
         """Send the worker a call."""
 
     def receive(self) -> "Future[list[Message]]":
-        """Wait for what the worker says next."""
+        """Wait for the worker's next messages."""
 
     def close(self) -> None:
         """Let the idle worker end by itself, sooner or later."""
@@ -38,12 +38,12 @@ class ActorConnection(Protocol):
 
 
 class RemoteChild:
-    """What `Child` is to a pool; it was asked to open a worker."""
+    """A pool's child with the methods of `Child`; it was sent the opening call."""
 
     def __init__(self, connection: ActorConnection) -> None:
         self._connection = connection
         self._heard: deque[Message | BaseException] = deque()
-        self._readable, self._writable = os.pipe()  # it holds a byte for each that was heard
+        self._readable, self._writable = os.pipe()  # it contains a byte for each message received
         self._lock, self._ended = threading.Lock(), False
         self._heard_at = time.monotonic()
         self._usage: Usage | None = None  # as its actor reported it last
@@ -69,7 +69,7 @@ class RemoteChild:
         return returned(message)
 
     def received(self) -> Iterator[Mapping[str, Any]]:
-        """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
+        """Yield the results of `receive`, at least one, and more as long as none needs waiting."""
         yield self.receive()
         while not self._ended and readable(self._readable, 0):
             yield self.receive()
@@ -89,8 +89,8 @@ class RemoteChild:
         self._connection.kill()
 
     def overdue(self, patience: Patience) -> ChildDiedError | None:
-        """End the worker if it has run away or hangs, by what its actor reports, or nothing is heard of it; return what
-        to say of it."""
+        """End the worker if it has run away or hangs, by the reports of its actor, or if no message comes; return the
+        error for it."""
         died = self._missed(patience.limit_s)
         if died is None and self._usage is not None:
             died = patience.exhausted(self._usage, "a worker process on another machine")
@@ -99,11 +99,11 @@ class RemoteChild:
         return died
 
     def _missed(self, limit_s: float) -> ChildDiedError | None:
-        """Return what to say of a worker that has no machine yet, or of whose machine nothing was heard for so long."""
+        """Return the error for a worker that has no machine yet, or whose machine was silent for so long."""
         if time.monotonic() - self._heard_at <= limit_s:
             return None
         if self._opened.done():
-            return ChildDiedError(f"the worker's machine said nothing for {limit_s:g} s", cause=DeathCause.HUNG)
+            return ChildDiedError(f"the worker's machine sent nothing for {limit_s:g} s", cause=DeathCause.HUNG)
         return ChildDiedError(f"no processor was free for a worker within {limit_s:g} s", cause=DeathCause.LOST)
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
@@ -111,7 +111,7 @@ class RemoteChild:
         return None
 
     def _take(self, said: "Future[list[Message]]") -> None:
-        """Take in what was said, and listen for what is said next."""
+        """Store the messages, and wait for the next ones."""
         if error := said.exception():
             self._hear(error)
             return

@@ -1,7 +1,7 @@
-"""The actor beside a worker on its machine: it starts the worker, passes on what is said, and publishes its pictures.
+"""The actor beside a worker on its machine: it starts the worker, passes on messages, and publishes its pictures.
 
-It runs on a node of a cluster, or in a thread of the supervisor. It has the user's own rights, and those to the URL.
-The worker, which reads what strangers wrote, is a child process with a clean environment as ever.
+It runs on a node of a cluster, or in a thread of the supervisor. It has the user's own rights, and rights to the URL.
+The worker, which reads files of strangers, is a child process with a clean environment as ever.
 """
 
 import socket
@@ -23,25 +23,25 @@ from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.processes.readable import readable
 from spin_usd.store.publish.mirror import publish_picture
 
-LOOK_S = 1.0  # between two looks at whether a worker grows
-REPORT_S = 2.0  # between two reports of what a worker does with the processors
+LOOK_S = 1.0  # between two checks of a worker's memory
+REPORT_S = 2.0  # between two reports of a worker's processor usage
 LARGEST_SHARE = 0.9  # of the machine's memory, for all workers together
 MIN_MEMORY = 2 << 30  # bytes that a worker may always hold
 
 Message = Mapping[str, Any]
-"""Message of a worker, unchanged; {"died": {"found": ..., "cause": ...}} where it has ended, {"usage": {...}} for
-what it did with the processors."""
+"""Message of a worker, unchanged; {"died": {"found": ..., "cause": ...}} if it has ended, {"usage": {...}} for its
+processor usage."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerOpening:
-    """What an actor is opened with."""
+    """The opening of an actor."""
 
     output: Output
     call: Call[Any, Any]
     """Call that opens the worker."""
     request: Mapping[str, Any]
-    """Its request as JSON has it, without folders and processors."""
+    """Its request as JSON, without folders and processors."""
     versions: Mapping[str, str]
     """Versions of the supervisor's software."""
     number: int
@@ -59,7 +59,7 @@ class WorkerActor:
         self._child: Child | None = None
 
     def open(self, opening: WorkerOpening) -> list[Message]:
-        """Start the worker; it is asked to open. Returns an error where this machine is not fit for it."""
+        """Start the worker; it gets the opening call. Returns an error if this machine is not fit for it."""
         try:
             node = socket.gethostname()
             refuse_other_software(opening.versions, node)
@@ -79,8 +79,8 @@ class WorkerActor:
         self._child.send(call, request)
 
     def receive(self) -> list[Message]:
-        """Wait for what the worker says next, and return it; its pictures are published by then. At the latest after
-        REPORT_S its usage is returned."""
+        """Wait for the worker's next messages, and return them; its pictures are published by then. After REPORT_S at
+        the latest, return its usage."""
         assert self._child
         try:
             report_at = time.monotonic() + REPORT_S
@@ -110,7 +110,7 @@ class WorkerActor:
             raise died
 
     def _published(self, message: Message) -> Message:
-        """Publish the picture that the worker says it has made, where it goes elsewhere; return what to say of it."""
+        """Publish the picture that the worker has made, if the dataset is elsewhere; return the message for it."""
         made = message.get("result")
         if self._folder and self._folder.url and isinstance(made, dict) and "record" in made:
             try:
@@ -121,7 +121,7 @@ class WorkerActor:
 
 
 def as_message(error: SpinError) -> Message:
-    """Return the error as a worker would say it."""
+    """Return the error as a worker would send it."""
     where = None if error.where is None else str(error.where)
     trace = "".join(traceback.format_exception(error))
     kind = type(error).__name__
@@ -129,7 +129,7 @@ def as_message(error: SpinError) -> Message:
 
 
 def refuse_other_software(expected: Mapping[str, str], node: str) -> None:
-    """Raise InputError where `node`, this machine, has not the software of the supervisor: pictures would differ."""
+    """Raise InputError where `node`, this machine, does not have the supervisor's software: pictures would differ."""
     found = library_versions()
     for name in expected:
         if found[name] != expected[name]:

@@ -1,5 +1,5 @@
-"""Where the workers of a machine write: in the dataset's folder itself, or in one of the machine's own, from which what
-they made is published at a URL."""
+"""Folders in which the workers of a machine write: the dataset's own, or one of the machine's own, from which their
+pictures are published at a URL."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -29,7 +29,7 @@ from spin_usd.stage.usd.values import read
 
 PLACED = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "xformOp:scale": "double3"}
 """The operations that place a target, which USD interpolates well, and their types."""
-MOTION = "spin:motion:"  # what a target that is placed anew has none of
+MOTION = "spin:motion:"  # removed from a target that is placed anew
 PART, RESET = "xformOp:transform", "!resetXformStack!"
 
 
@@ -40,7 +40,7 @@ class Edits:
     poses: Mapping[str, Float] = field(default_factory=dict)
     """T_cam_body (4, 4) by the names of targets."""
     parts: Mapping[str, Float] = field(default_factory=dict)
-    """Places to which parts of the first target are moved, by name: (4, 4) in the target's axes, metres."""
+    """New places of parts of the first target, by name: (4, 4) in the target's axes, metres."""
     lights: Mapping[str, float] = field(default_factory=dict)
     """Factors on the strengths of lights, by their names or paths."""
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -50,24 +50,24 @@ class Edits:
 
     @property
     def names(self) -> tuple[tuple[str, ...], ...]:
-        """What is edited, and what is selected."""
+        """The edited things, and the selections."""
         edited = (self.poses, self.parts, self.lights, self.values)
         selected = tuple(f"{name}={chosen}" for name, chosen in sorted(self.selections.items()))
         return (*(tuple(sorted(each)) for each in edited), selected)
 
 
 class EditedStage:
-    """The stage of the reader `base`, over which the same things are edited for each picture.
+    """The stage of the reader `base`, whose same things are edited for each picture.
 
-    What is edited is authored in the session layer, in time samples of one value: so readers take it for what can
-    change, and the frame's own time stays that of all else.
+    Edits are authored in the session layer, in time samples of one value: so readers treat them as values that change
+    in time, and everything else keeps the frame's own time.
     """
 
     def __init__(self, path: str | Path, base: StageReader, frame: FrameId, edits: Edits) -> None:
-        """Open the stage at `path`. Raises InputError for what it does not have."""
+        """Open the stage at `path`. Raises InputError for anything that it does not have."""
         augmentation = augmentation_and_camera(base.variant)[0]
         self.stage: Usd.Stage = open_stage(path, variant=augmentation, selections=edits.selections)
-        under = base.stage  # which factors multiply
+        under = base.stage  # whose values factors multiply
         if edits.selections:
             under = open_stage(path, variant=augmentation, selections=edits.selections)
         self._layer = self.stage.GetSessionLayer()
@@ -100,7 +100,7 @@ class EditedStage:
 
 
 class Editor:
-    """Says which attributes of a stage edits decide, and how.
+    """Decides which attributes of a stage change with edits, and how.
 
     `base`: a reader of the stage; `under`: the stage as it is selected, whose values factors multiply; `frame`: one of
     its frames.
@@ -129,7 +129,7 @@ class Editor:
         return self._known[names]
 
     def moved(self, edits: Edits) -> list[Usd.Prim]:
-        """Return the prims that are placed anew. Raises InputError for a name that none has."""
+        """Return the prims to place anew. Raises InputError for an unknown name."""
         return [*(self._body(name).prim for name in edits.poses), *map(self._part, edits.parts)]
 
     def parts_at(self, paths: Collection[Sdf.Path]) -> list[str]:
@@ -137,7 +137,7 @@ class Editor:
         return [name for name, prim in self._parts.items() if prim.GetPath() in paths]
 
     def hold(self, prim: Usd.Prim, layer: Sdf.Layer) -> None:
-        """Let nothing but the operations of `values`, in `layer`, say where the prim is."""
+        """Place the prim by the operations of `values`, in `layer`, alone."""
         is_target = any(prim == body.prim for body in self.targets.values())
         over = Sdf.CreatePrimInLayer(layer, prim.GetPath())
         order = over.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
@@ -186,22 +186,22 @@ class Editor:
 
     def _part(self, name: str) -> Usd.Prim:
         if name not in self._parts:
-            do = f"choose among {', '.join(self._parts) or 'none: it is of one piece'}"
+            do = f"choose among {', '.join(self._parts) or 'none: it is one piece'}"
             raise InputError(f"there is no part {name!r} that can be moved", do=do)
         return self._parts[name]
 
     def _placed(
         self, frame: FrameId, body: BodyReader, world: UsdGeom.XformCache, T_cam_body: Float
     ) -> tuple[Gf.Vec3d, Gf.Quatd, Gf.Vec3d]:
-        """Return the translation, the rotation and the scale of the body's axes in the world's, in stage units, that
-        give the pose."""
+        """Return the translation, the rotation and the scale from the body's axes to the world's, in stage units, for
+        that pose."""
         _, scale = body.placed(world.GetTime(), world)
         pose = Transform(to="cam", of="body", rotation=T_cam_body[:3, :3], translation=T_cam_body[:3, 3])
         placed = self.base.T_world_cam(frame) @ pose
         return vec3d(placed.translation / self.base.metres), quatd(placed.quaternion), vec3d(np.full(3, scale))
 
     def _part_placed(self, prim: Usd.Prim, moved: Float, world: UsdGeom.XformCache) -> Float:
-        """Return the matrix (4, 4) from the part's axes to its parent's that moves it so in the target's axes."""
+        """Return the matrix (4, 4) from the part's axes to its parent's for that motion in the target's axes."""
         body = next(body for body in self.targets.values() if prim.GetPath().HasPrefix(body.prim.GetPath()))
         _, scale = body.placed(world.GetTime(), world)
         of_target = np.array(moved, np.float64)

@@ -1,7 +1,7 @@
-"""A stage that grows by a picture at a time: what was asked of a running simulator, to be rendered again.
+"""A stage that grows by a picture at a time: the requests to a running simulator, to render again.
 
-It lies in a folder of its own, over a copy of the stage that was simulated: time code i is picture i. Each picture is
-read from it as it will be when it is rendered again. The shutter is an instant: what comes after is not known yet.
+It is in a folder of its own, over a copy of the simulated stage: time code i is picture i. Each picture is read from it
+as for a later render. The shutter is an instant: the next picture is not known yet.
 """
 
 import time
@@ -37,13 +37,13 @@ from spin_usd.stage.usd.visibility import PROXIES
 ROOT, REQUESTS, STAGE = "dataset.usda", "requests.usdc", "stage"
 SAVE_S = 2.0
 SUN = "sun.direction"
-BEFORE = -1.0  # time code: with another sample there readers take an attribute for what can change
+BEFORE = -1.0  # time code: a sample there makes readers treat an attribute as one that changes
 
 
 def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path:
     """Copy the stage into the folder `log`, and write an empty log of it in that variant there, unless there is one;
-    return the copy's root layer. Raises InputError where another stage, variant or seed than these is logged there, or
-    something else is there; and StageError, OutputError."""
+    return the copy's root layer. Raises InputError if the folder contains anything else, or a log of another stage,
+    variant or seed; and StageError, OutputError."""
     copied = log / STAGE / stage.name
     if (log / ROOT).is_file():
         _refuse_other(stage, log, variant, seed)
@@ -52,7 +52,7 @@ def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path
     for name, below in ((REQUESTS, []), (ROOT, [f"./{REQUESTS}", f"./{STAGE}/{stage.name}"])):
         layer = Sdf.Layer.CreateAnonymous(Path(name).suffix)
         repeat(root, layer, [each for each in REPEATED if below or each != "renderSettingsPrimPath"])
-        layer.documentation = "What was asked of a simulator: time code i is picture i."
+        layer.documentation = "Requests to a simulator: time code i is picture i."
         layer.startTimeCode = layer.endTimeCode = 0.0
         layer.customLayerData = {schema.PROVENANCE: {"version": __version__, schema.LOG: True, "variant": variant}}
         layer.subLayerPaths = below
@@ -61,10 +61,10 @@ def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path
 
 
 def _refuse_other(stage: Path, log: Path, variant: str, seed: int | None) -> None:
-    """Raise InputError unless the log in the folder is of that stage, variant and seed, where one is given."""
+    """Raise InputError unless the log in the folder is of that stage, variant and seed, if given."""
     said = layer_at(log / ROOT).customLayerData.get(schema.PROVENANCE, {})
     if not said.get(schema.LOG):
-        raise InputError("holds a stage, and no log", where=log, do="give a new folder, or the one of a log")
+        raise InputError("contains a stage, and no log", where=log, do="give a new folder, or the one of a log")
     for file in files_of(stage).found:
         copy = log / STAGE / file.relative_to(stage.resolve().parent)
         if not copy.is_file() or sha256_of(copy) != sha256_of(file):
@@ -76,7 +76,7 @@ def _refuse_other(stage: Path, log: Path, variant: str, seed: int | None) -> Non
 
 
 def logged_seed(log: Path) -> int | None:
-    """Return the seed of the log in the folder; None where it has no picture."""
+    """Return the seed of the log in the folder; None if it has no picture."""
     layer = layer_at(log / REQUESTS)
     path = Sdf.Path.absoluteRootPath.AppendChild(layer.defaultPrim).AppendProperty(schema.CAPTURE_SEED)
     found = layer.GetAttributeAtPath(path)
@@ -84,9 +84,9 @@ def logged_seed(log: Path) -> int | None:
 
 
 class LoggedStage:
-    """The log in a folder where `start_log` began one; `base` reads the copied stage.
+    """The log that `start_log` began in a folder; `base` reads the copied stage.
 
-    `seed`: the dataset's; `parts`: names of parts of the first target that may be moved, beside those that it moves.
+    `seed`: the dataset's; `parts`: names of parts of the first target that may move, besides parts that it moves.
     """
 
     def __init__(self, log: Path, base: StageReader, *, seed: int, parts: Sequence[str]) -> None:
@@ -111,7 +111,7 @@ class LoggedStage:
             self._author_start(seed)
 
     def _author_start(self, seed: int) -> None:
-        """Author what holds for all pictures."""
+        """Author the values of all pictures."""
         for prim in self._editor.moved(Edits(poses=dict.fromkeys(self._editor.targets, np.eye(4)), parts=self._parts)):
             self._editor.hold(prim, self._layer)
         if self._sun:
@@ -133,11 +133,11 @@ class LoggedStage:
 
     @property
     def count(self) -> int:
-        """How many pictures it has."""
+        """Number of pictures."""
         return len(self._layer.ListTimeSamplesForPath(self._world.path.AppendProperty(schema.CAPTURE_FRAME)))
 
     def scene(self, number: int, frame: FrameId, edits: Edits, *, views: Collection[str] = ()) -> Scene:
-        """Write picture `number`, as `write` does, and read its scene. Where that cannot be shown it is not there."""
+        """Write picture `number`, as `write` does, and read its scene. If it cannot be shown, it is removed."""
         before, names = self._last_time, set(self._names)
         try:
             self.write(number, frame, edits)
@@ -156,24 +156,24 @@ class LoggedStage:
 
     def write(self, number: int, frame: FrameId, edits: Edits) -> None:
         """Write picture `number`, from 0, which shows the copied stage's `frame` with these edits under the frame's
-        name. Raises InputError for what cannot be edited in a log; then it is not there."""
+        name. Raises InputError for edits that a log cannot contain; then it is not written."""
         if frame.time_s is not None and frame.time_s <= self._last_time:
-            found = f"its time, {frame.time_s:g} s, is not after that of the picture before, {self._last_time:g} s"
-            raise InputError(found, do="ask for pictures in the order of their times, or without")
+            found = f"its time, {frame.time_s:g} s, is not after {self._last_time:g} s, the time of the picture before"
+            raise InputError(found, do="request pictures in the order of their times, or without times")
         if frame.name.lower() in self._names:
-            do = "give each its own; capitals do not count"
+            do = "give each its own name; capitals do not count"
             raise InputError(f"a picture of the log is called {frame.name!r} already", do=do)
         values = dict(self._values(frame, edits))
         new = {path: attribute for path, (attribute, _) in values.items() if path not in self._known}
         owns = {path: self._stages(attribute, frame) for path, attribute in new.items()}
         for path, own in owns.items():
-            if own is None and not new[path].name.startswith("xformOp:"):  # those are said of each picture
+            if own is None and not new[path].name.startswith("xformOp:"):  # those are written for each picture
                 found = f"{path} has no value in the stage, so it cannot be changed in a log"
                 raise InputError(found, do="author the stage with one")
         for path, attribute in self._known.items():
             if path not in values:
                 values[path] = attribute, self._stages(attribute, frame)
-        codes = {0.0, number - 1.0} if number else set()  # what is new was the stage's own so far
+        codes = {0.0, number - 1.0} if number else set()  # a new attribute had the stage's value so far
         samples = [(new[path], ((code, own),)) for path, own in owns.items() for code in codes]
         samples += [(attribute, ((float(number), value),)) for attribute, value in values.values()]
         if new:
@@ -197,8 +197,8 @@ class LoggedStage:
                 self._layer.EraseTimeSample(path, float(number))
 
     def saved(self, *, now: bool = False) -> bool:
-        """Write what was asked so far to disk where it was not for a while, or `now`; return whether all of it is
-        there. Raises OutputError."""
+        """Write unsaved requests to disk if the last time is a while ago, or `now`; return whether all are saved.
+        Raises OutputError."""
         if now or time.monotonic() - self._last_save > SAVE_S:
             root = layer_at(self._log / ROOT)
             root.endTimeCode = self._layer.endTimeCode = max(self.count - 1.0, 0.0)
@@ -209,11 +209,11 @@ class LoggedStage:
         return not self._layer.dirty
 
     def _values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[str, tuple[ChangedAttribute, Any]]]:
-        """Yield all that the picture has otherwise than the stage, by path: poses and the Sun's direction always."""
+        """Yield the picture's differences from the stage, by path: poses and the Sun's direction always."""
         poses = {name: body.pose_at(frame.time_code).matrix for name, body in self._editor.targets.items()}
         first = next(iter(poses))
         if unknown := [name for name in edits.parts if name not in self._parts]:
-            do = "name the parts that will move when the log is begun"
+            do = "name all moving parts when the log is begun"
             raise InputError(f"the part {unknown[0]} does not move in this log", do=do)
         values = dict(edits.values)
         if self._sun and SUN not in values:
@@ -241,7 +241,7 @@ class LoggedStage:
         return read(own, Usd.TimeCode(frame.time_code))
 
     def _opened(self, number: int) -> StageReader:
-        """Return a reader of the log that takes all that is known for what can change."""
+        """Return a reader of the log that treats all its attributes as values that change in time."""
         paths = list(map(_path, self._known.values()))
         with Sdf.ChangeBlock():
             for path in paths:
@@ -255,7 +255,7 @@ class LoggedStage:
             numbering=self._base.numbering,
             check_images=False,
         )
-        reader.scene(replace(self._base.frames[0], time_code=float(number)))  # bodies say what can change then
+        reader.scene(replace(self._base.frames[0], time_code=float(number)))  # bodies then list their changing values
         with Sdf.ChangeBlock():
             for path in paths:
                 self._layer.EraseTimeSample(path, BEFORE)
@@ -263,7 +263,7 @@ class LoggedStage:
 
 
 def _logged(layer: Sdf.Layer) -> Iterator[ChangedAttribute]:
-    """Yield the attributes of which the layer of a log has samples."""
+    """Yield the attributes with samples in the layer of a log."""
     for path in _samples(layer):
         if not path.name.startswith("spin:capture:"):
             of_type = str(layer.GetAttributeAtPath(path).typeName)
@@ -282,7 +282,7 @@ def _path(attribute: ChangedAttribute) -> Sdf.Path:
 
 
 def _varying(base: StageReader) -> Iterator[ChangedAttribute]:
-    """Yield the attributes of the stage that change in time, but for what says where targets are."""
+    """Yield the attributes of the stage that change in time, except for the places of targets."""
     targets = {body.prim.GetPath() for body in base.bodies}
     for prim in Usd.PrimRange.Stage(base.stage, PROXIES):
         for attribute in prim.GetAuthoredAttributes():

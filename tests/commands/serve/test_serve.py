@@ -88,7 +88,7 @@ def test_its_log_is_rendered_to_the_same_pictures(small_stage, spin_usd, tmp_pat
                 for child in psutil.Process(process.pid).children():
                     child.kill()
             got.append(client.picture(**asked))
-        assert "is not after that of the picture before" in client.ask(pose=approach(0), time=0.0)["error"]
+        assert "the time of the picture before" in client.ask(pose=approach(0), time=0.0)["error"]
     made = spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", *RENDERER, "--labels", "depth", "--json")
     assert '"made": 12' in made.stdout.replace('"made":', '"made": ').replace("  ", " ")
     for (answer, arrays), stored in zip(got, Dataset(tmp_path / "dataset"), strict=True):

@@ -135,6 +135,6 @@ def test_no_cluster_is_one_sentence(python, small_stage, tmp_path) -> None:
     process = started(python, small_stage, tmp_path / "dataset", "127.0.0.1:1")
     _, warned = process.communicate()
     assert process.returncode == 2
-    assert "--cluster 127.0.0.1:1: no cluster of Ray's answers" in warned
+    assert "--cluster 127.0.0.1:1: no Ray cluster answers" in warned
     assert len(warned.strip().splitlines()) == 1
     assert not (tmp_path / "dataset").exists()
