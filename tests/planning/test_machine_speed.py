@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from spin_usd.planning import machine_speed, speed_trial
+from spin_usd.planning import in_child, machine_speed
 from spin_usd.planning.machine_speed import TRIAL_S, keep_trial, kept_trial, slower_by
 
 
@@ -61,7 +61,7 @@ def test_without_a_folder_that_is_named_it_is_in_the_home(tmp_path, monkeypatch)
 
 def test_no_ray_leaves_the_body_of_the_trial() -> None:
     """Every edge has a face on either side, and every face some extent."""
-    points, faces = speed_trial._hollow_body()
+    points, faces = in_child._hollow_body()
     firsts = points[faces[:, 0]]
     areas = np.linalg.norm(np.cross(points[faces[:, 1]] - firsts, points[faces[:, 2]] - firsts), axis=1)
     assert areas.min() > 0
@@ -70,7 +70,7 @@ def test_no_ray_leaves_the_body_of_the_trial() -> None:
         tuple(sorted(edge)) for face in welded.tolist() for edge in zip(face, face[1:] + face[:1], strict=True)
     )
     assert set(edges.values()) == {2}
-    assert speed_trial.trial_seconds() > 0
+    assert in_child.trial_seconds() > 0
 
 
 def test_the_command_tries_once_and_says_so(spin_usd, small_stage, monkeypatch) -> None:

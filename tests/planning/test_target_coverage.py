@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spin_usd.planning.target_coverage import Coverage
+from spin_usd.planning.picture_columns import Coverage
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.scenes import SPEEDPLUS

@@ -1,6 +1,10 @@
 """The Blender renderer: Cycles, held open from frame to frame."""
 
-from collections.abc import Collection, Mapping, Sequence
+import ctypes
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +29,6 @@ from spin_usd.renderers.blender.lamp import LightSetup
 from spin_usd.renderers.blender.light_links import group_names, keep_apart, needs_groups, pass_name
 from spin_usd.renderers.blender.material import label_material
 from spin_usd.renderers.blender.nodes import assign
-from spin_usd.renderers.blender.one_thread import one_thread
 from spin_usd.renderers.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
@@ -230,3 +233,35 @@ def _inside(band: Region, region: Region) -> tuple[slice, slice]:
     """Index of the band in an array of the region."""
     rows, columns = band.y0 - region.y0, band.x0 - region.x0
     return slice(rows, rows + band.height), slice(columns, columns + band.width)
+
+
+# What global_control's own constructor and destructor call.
+CREATE, DESTROY = (f"_ZN3tbb6detail2r1{name}ERNS0_2d114global_controlE" for name in ("6create", "7destroy"))
+MOST_THREADS = 0  # oneTBB's global_control::max_allowed_parallelism
+
+
+class GlobalControl(ctypes.Structure):
+    """oneTBB's class of that name: what it controls, and its value."""
+
+    _fields_ = (("value", ctypes.c_size_t), ("reserved", ctypes.c_ssize_t), ("parameter", ctypes.c_int))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let oneTBB, by which Blender, Cycles and Embree share out work, use the calling thread alone, until the end; on
+    Linux, for elsewhere its functions have other names."""
+    if sys.platform != "linux":
+        yield
+        return
+    control = ctypes.byref(GlobalControl(value=1, parameter=MOST_THREADS))
+    _library()[CREATE](control)
+    try:
+        yield
+    finally:
+        _library()[DESTROY](control)
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Return Blender's copy of oneTBB."""
+    return ctypes.CDLL(str(Path(bpy.utils.resource_path("LOCAL")).parent / "lib" / "libtbb.so.12"))

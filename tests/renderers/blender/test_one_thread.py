@@ -18,7 +18,7 @@ GLOWING = Material(path="/glowing", emissive_color=(3.0, 2.0, 1.0))
 NESTED = """
 import json, os
 os.sched_setaffinity(0, range(os.cpu_count()))
-from spin_usd.renderers.blender.one_thread import MOST_THREADS, _library, one_thread
+from spin_usd.renderers.blender.renderer import MOST_THREADS, _library, one_thread
 most = lambda: _library()["_ZN3tbb6detail2r127global_control_active_valueEi"](MOST_THREADS)
 found = [most()]
 with one_thread():
