@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from msgspec import to_builtins
@@ -10,12 +10,14 @@ from msgspec import to_builtins
 import spin_usd
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.augment.options import AugmentOptions
-from spin_usd.commands.author.reports import ParameterRow
 from spin_usd.errors import InputError
 from spin_usd.options import run_with
 from spin_usd.terminal.lines import NAME, Line, Painted, print_out
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
+
+if TYPE_CHECKING:
+    from spin_usd.commands.author.reports import ParameterRow  # which loads numpy
 
 MAX_LISTED = 10
 
@@ -50,7 +52,7 @@ def augment(
     print_out(f"{report.root}   ({pluralise(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
-def _in_lines(rows: Sequence[ParameterRow]) -> Iterator[Line]:
+def _in_lines(rows: "Sequence[ParameterRow]") -> Iterator[Line]:
     """Yield two lines for each parameter: its name, values and units; then its description."""
     for row in rows:
         unit, *others = row.units or ("",)
