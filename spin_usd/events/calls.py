@@ -53,7 +53,7 @@ class OpenedEvents(Struct, frozen=True, kw_only=True):
     chunk_key: str
     """Key of the chunks in the cache."""
     exposure: float
-    """Factor of an automatic exposure; 1 where it is given."""
+    """Factor of an automatic exposure; 1 if it is given."""
 
 
 class ChunkMade(Struct, frozen=True, kw_only=True):

@@ -37,7 +37,7 @@ def tone_findings(record: Record, name: str) -> Iterator[Finding]:
 
 
 def counted_faults(counts: Mapping[str, int], pictures: int) -> str:
-    """Return a sentence's part on how many of all pictures have each fault; "" where none has."""
+    """Return a sentence's part on how many of all pictures have each fault; "" if none has one."""
     return ", ".join(f"{count} of {pictures} {WORDS[fault]}" for fault, count in counts.items() if count)
 
 

@@ -70,7 +70,7 @@ Made = tuple[str, NDArray[Any], Channels]
 def make_labels(
     scene: Scene, label_pass: LabelPass, kinds: Sequence[str], watch: Stopwatch, caster: RayCaster | None = None
 ) -> Iterator[Made]:
-    """Make the labels of pixels among `kinds` from one `label_pass`; those that cast rays of their own by the
+    """Make the labels of pixels among `kinds` from one `label_pass`; labels that cast their own rays use the
     `caster`."""
     labels = [label for kind, label in PIXEL_LABELS.items() if kind in kinds]
     if not labels:

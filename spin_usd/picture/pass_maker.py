@@ -20,7 +20,7 @@ class PassMaker:
         self.caster, self.renderer = caster, renderer
 
     def labels(self, scene: Scene, kinds: Sequence[str], settings: RenderSettings, watch: Stopwatch) -> Iterator[Made]:
-        """Make the labels among `kinds`, those of pixels first."""
+        """Make the labels among `kinds`, labels of pixels first."""
         yield from make_labels(scene, self.caster, kinds, watch, self.caster)
         if any(kind in CLOUD_LABELS for kind in kinds):
             yield from make_clouds(scene, self.caster.first_faces, kinds, watch, seed=render_seed(scene, settings))

@@ -22,7 +22,7 @@ TELLING = (SEGMENTATION.name, INSTANCE.name, *SUPPORTS)
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShownBodies:
     """ids (rows, columns) int32: the id of the body that the ray through each pixel centre of `region` meets first, 0
-    of an occluder, NOTHING where it meets none. Outside the region there are none."""
+    of an occluder, NOTHING if it meets none. Outside the region there are no bodies."""
 
     region: Region
     ids: NDArray[np.int32]

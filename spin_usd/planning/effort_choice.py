@@ -91,9 +91,9 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
     outcome = outcome_of(measurement, Configuration(renderer=renderer, effort=effort))
     if outcome is None:
         return effort, chosen
-    said = f"the quality {name}: {expectation(measurement, outcome)}"
+    text = f"the quality {name}: {expectation(measurement, outcome)}"
     basis = _basis(measurement, file)
-    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), note=said)
+    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), note=text)
 
 
 def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
@@ -111,12 +111,12 @@ def doubts(chosen: Chosen | None, stages: Mapping[str, StageProvenance]) -> list
     provenance by variant."""
     if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):
         return []
-    basis, said = chosen.basis, [chosen.note] if chosen.note else []
+    basis, doubts = chosen.basis, [chosen.note] if chosen.note else []
     if basis.variant in stages and not chosen.is_of(stages):
-        said.append("the measurement is of the stage as it was, or of another; run spin-usd measure to have its own")
+        doubts.append("the measurement is of the stage as it was, or of another; run spin-usd measure to have its own")
     if {*stages} != {basis.variant}:
-        said.append(f"only the variant {basis.variant} was measured; errors in others may be greater")
-    return said
+        doubts.append(f"only the variant {basis.variant} was measured; errors in others may be greater")
+    return doubts
 
 
 def _basis(measurement: Measurement, file: Path) -> Basis:

@@ -59,7 +59,7 @@ class Plan:
     skipped: tuple[SkippedCount, ...] = ()
     """Work that they do not need, if it was counted."""
     notes: tuple[str, ...] = ()
-    """Sentences on what is rendered differently from what the stage authors."""
+    """Sentences on differences between the render and the stage."""
     views: Views | None = None
     """Summary of the pictures' contents."""
     trial_s: float | None = None
@@ -200,7 +200,7 @@ def sharing(pictures: int, processes: int) -> int:
 
 
 def _pictures(answers: Sequence[list[PlannedPart]]) -> Iterator[PlannedPicture]:
-    """Yield all pictures; equal keys are one string, for most are those of the variant before."""
+    """Yield all pictures; equal keys are one string, for most are the same as in the variant before."""
     known: dict[str, str] = {}
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     before: list[dict[str, list[Any]]] = [{} for _ in answers]

@@ -82,7 +82,7 @@ class PicturePlanner:
     def columns(
         self, reader: StageReader, chosen: Sequence[int], views: ViewCollector, progress: Callable[[int], None]
     ) -> dict[str, list[Any]]:
-        """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
+        """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` comes from Extents."""
         views_taken = other_views(self._labels)
         columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
         for done, frame in enumerate((reader.frames[place] for place in chosen), 1):

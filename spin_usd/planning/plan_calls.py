@@ -83,7 +83,7 @@ class PlanPart(Struct, frozen=True, kw_only=True):
     """Places of the frames in the stage."""
     settings: RenderSettings
     image_suffix: str | None
-    """Suffix of the image files; None where there are none."""
+    """Suffix of the image files; None without images."""
     labels: tuple[str, ...]
     """Wanted labels."""
     renders: bool = True
@@ -103,7 +103,7 @@ class PlannedPart(Struct, frozen=True, kw_only=True):
     skipped: list[Any]
     """Work that the scenes do not need, from SkippedWorkCounter.taken."""
     notes: list[str]
-    """Sentences on what is rendered differently from what the stage authors."""
+    """Sentences on differences between the render and the stage."""
     views: Views | None
     columns: dict[str, list[Any] | None]
     """Columns by the names of COLUMNS, one entry a picture; None for the same column as in the variant before."""

@@ -97,7 +97,7 @@ ANOTHER_RENDERER = "choose " + " or ".join(f"--renderer {entry.name}" for entry 
 
 
 def renderer_entry(name: str) -> RendererEntry:
-    """Return the entry of the renderer `name`. Raises InputError where there is none."""
+    """Return the entry of the renderer `name`. Raises InputError if there is none."""
     if name not in RENDERERS:
         raise InputError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
     return RENDERERS[name]

@@ -74,7 +74,7 @@ class Tasks(Protocol[T]):
         """Return how many tasks wait, for workers that are idle or still to be started."""
 
     def take(self, worker: Worker[T]) -> T | None:
-        """Return the next task for this idle worker; None where it has to wait."""
+        """Return the next task for this idle worker; None if it has to wait."""
 
     def put_back(self, task: T) -> None:
         """Take back a task that is to be tried again."""

@@ -26,7 +26,7 @@ class ArrayWorkers(Executor[Content]):
     """Does tasks in at most `workers` processes, each with memory of its own for arrays.
 
     `request`: returns the request of the `opening` call for a worker's number and the descriptor of its memory;
-    `memory`: bytes of address space of each, as Child has it.
+    `memory`: bytes of address space of each, as for Child.
     """
 
     def __init__(

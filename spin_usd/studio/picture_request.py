@@ -120,5 +120,5 @@ def _plain(name: str, value: Any) -> Any:
 
 def shortened(value: Any) -> str:
     """Return a value as text for a message."""
-    said = repr(value)
-    return said if len(said) <= LONGEST else f"{said[:LONGEST]} ..."
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."

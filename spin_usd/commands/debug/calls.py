@@ -26,7 +26,7 @@ class WrittenBlend(Struct, frozen=True, kw_only=True):
     frame: str
     """Name of the frame."""
     notes: tuple[str, ...]
-    """Sentences on what is rendered differently from what the stage authors."""
+    """Sentences on differences between the render and the stage."""
 
 
 WRITE_BLEND = Call("spin_usd.commands.debug.in_child:write_blend", WriteBlend, WrittenBlend)

@@ -47,7 +47,7 @@ develops into an image. Save it as OpenEXR to keep its numbers; the screen shows
 - bodies: one surface each, its parts as vertex groups, its materials by the names of their prims."""
 LACKING = """\
 Not in it: optics (blur, glare, vignetting), detector (exposure, noise, rows, encoding) and labels, which come after the
-render or beside it. Labels see no blur. What several lights share of the noise differs a little, for Blender chooses
+render or beside it. Labels see no blur. The share of noise between several lights differs a little, for Blender chooses
 among lights by their own strengths; and Cycles denoises the sum of all light, spin_usd each light by itself. What lies
 behind is a picture: it does not move with the camera."""
 
@@ -77,13 +77,13 @@ def write_blend(request: WriteBlend, progress: Progress) -> WrittenBlend:
 
 
 def _in_own_light(effort: Effort, scene: Scene) -> Effort:
-    """Return the effort for a render in the lights' own strengths, which its clamp is in proportion to."""
+    """Return the effort for a render in the lights' own strengths, with the clamp scaled to them."""
     brightest = max((sum(gain) / 3 for gain in in_unit_light(scene).gains), default=1.0)
     return replace(effort, clamp=float(effort.clamp * brightest))
 
 
 def _exposure(scene: Scene, settings: RenderSettings) -> float:
-    """Return the factor from radiance to the detector's full scale, by a preview where the detector meters itself."""
+    """Return the factor from radiance to the detector's full scale, by a preview if the detector meters itself."""
     if scene.sensor.auto_exposure is None:
         return scene.sensor.exposure
     preview = replace(settings, effort=Effort(samples=1))

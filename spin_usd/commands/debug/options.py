@@ -9,7 +9,7 @@ from spin_usd.options import EffortOptions, Frame, Listening, Option, Seed, Stag
 
 @dataclass(frozen=True)
 class DebugOptions(EffortOptions, Listening):
-    """The picture whose scene is written, and how it would be rendered."""
+    """The picture whose scene is written, and its render settings."""
 
     stage: Stage
     frame: Frame

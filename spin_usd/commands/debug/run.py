@@ -19,7 +19,7 @@ from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.stage_path import existing_stage
 
 SUFFIX = ".blend"
-NAME = "spin_usd-debug"  # of the folder where the file is until it is whole
+NAME = "spin_usd-debug"  # of the folder of the file until it is complete
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,21 +27,20 @@ class DebugFile:
     """A .blend that was written."""
 
     path: Path
-    """Where it lies."""
+    """Path of the file."""
     frame: str
     """Frame of the picture that it shows."""
     variant: str
     """Variant of that picture."""
     notes: tuple[str, ...]
-    """Sentences on what is rendered otherwise than the stage authors it."""
+    """Sentences on differences between the render and the stage."""
 
 
 @takes(DebugOptions)
 def debug(options: DebugOptions) -> DebugFile:
     """Write the scene of a picture as a .blend, which Blender opens and renders to the picture before the detector.
 
-    Raises InputError where the stage has no such frame or the file exists, StageError, UnsupportedError without
-    Blender.
+    Raises InputError if the stage has no such frame or the file exists, StageError, UnsupportedError without Blender.
     """
     root = existing_stage(Path(options.stage))
     setting, _ = setting_of(root, options, renderer=DEFAULT_RENDERER)
@@ -74,7 +73,7 @@ def write_debug_file(
     require_renderer(DEFAULT_RENDERER)
     file = Path(f"{frame}_{variant}{SUFFIX}".replace("/", "_")) if out is None else out
     if file.suffix != SUFFIX:
-        raise InputError("is not the name of a .blend", where=file, do="let it end in .blend")
+        raise InputError("is not the name of a .blend", where=file, do="choose a name that ends in .blend")
     if file.exists():
         raise InputError("exists already", where=file, do="remove it, or choose another --out")
     written: list[WrittenBlend] = []

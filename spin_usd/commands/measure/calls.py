@@ -9,7 +9,7 @@ from spin_usd.processes.call import Call
 from spin_usd.scene.effort import Effort
 
 Keys = list[str]
-"""Keys of renders that were kept."""
+"""Keys of stored renders."""
 
 
 class OpenMeasuring(Struct, frozen=True, kw_only=True):
@@ -18,7 +18,7 @@ class OpenMeasuring(Struct, frozen=True, kw_only=True):
     stage: str
     variant: str
     folder: str
-    """Folder of the renders that were made."""
+    """Folder of the renders."""
     work: str
     """Folder for temporary files."""
     cpus: list[int]
@@ -35,7 +35,7 @@ class MakeRuns(Struct, frozen=True, kw_only=True):
     """Place of the picture in the stage."""
     effort: Effort
     seeds: dict[str, int]
-    """Seeds by the keys under which the renders are kept."""
+    """Seeds by the keys under which the renders are stored."""
 
 
 class SeedPairs(Struct, frozen=True, kw_only=True):
@@ -53,7 +53,7 @@ class MakePairs(Struct, frozen=True, kw_only=True):
     work: list[str]
     seeds: list[int]
     pairs: SeedPairs
-    """Keys under which the renders are kept."""
+    """Keys under which the renders are stored."""
 
 
 class RenderOnce(Struct, frozen=True, kw_only=True):
@@ -89,7 +89,7 @@ class FindFigures(Struct, frozen=True, kw_only=True):
     reference: Keys
     reference_samples: int
     capped: bool
-    """Whether the reference ended before it was good enough."""
+    """Whether the reference was cut off before it was good enough."""
     settings: list[Configuration]
     runs: list[Keys]
     """Renders of each setting."""
@@ -103,12 +103,12 @@ class FoundFigures(Struct, frozen=True, kw_only=True):
 
 
 class FindSavings(Struct, frozen=True, kw_only=True):
-    """The request for what leaving work out of a picture saves and changes."""
+    """The request for the savings and changes by leaving work out of a picture."""
 
     index: int
     reference: Keys
     runs: dict[str, SeedPairs]
-    """Renders by the work."""
+    """Renders by the work left out."""
 
 
 _WORKER = "spin_usd.commands.measure.worker:MeasuringWorker"

@@ -16,8 +16,8 @@ from spin_usd.picture.planned_picture import PlannedPicture
 from spin_usd.scene.effort import Effort
 
 BLENDER, RAYCAST = ProcessKind(renderer="blender"), ProcessKind(renderer="raycast")
-OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
-PART = 2  # times the most samples of a setting, the samples of a part of the reference
+OVERHEAD_SAMPLES = 8  # cost of a render besides its samples, in samples
+PART = 2  # samples of a part of the reference, over the most samples of a setting
 PERCENT = 100
 
 
@@ -48,7 +48,7 @@ class PercentDone:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key."""
+    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and stored by key."""
 
     kind: ProcessKind
     effort: Effort
@@ -58,10 +58,10 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Campaign:
-    """All that the parts of a measurement share.
+    """The values that the parts of a measurement share.
 
-    request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software · machine:
-    what it is measured on · processes(count): that number of processes.
+    request · runs: the results so far · seed: of the dataset · stage: its hash · versions: of the software · machine:
+    the machine that is measured on · processes(count): that number of processes.
     """
 
     request: MeasureOptions
@@ -74,7 +74,7 @@ class Campaign:
     processes: Callable[[int], Processes]
 
     def measurement(self, **found: Any) -> Measurement:
-        """Return the measurement that holds what was `found`, by the names of Measurement."""
+        """Return the measurement with the results `found`, by the names of Measurement."""
         return Measurement(
             stage=self.stage,
             variant=self.request.variant,
@@ -85,11 +85,11 @@ class Campaign:
         )
 
     def key(self, *of: Any) -> str:
-        """Return the key of what was made from `of`, JSON, with this software on this machine."""
+        """Return the key of a result of `of`, JSON, with this software on this machine."""
         return digest(dict(self.versions), dict(self.machine), list(of))
 
     def result_key(self, *of: Any) -> str:
-        """Return the key of figures that were made from `of`, JSON, by today's formulas."""
+        """Return the key of figures from `of`, JSON, by today's formulas."""
         return self.key("formulas", FORMULAS, *of)
 
     def seeds(self, purpose: str, numbers: range) -> tuple[int, ...]:
@@ -103,12 +103,12 @@ class Campaign:
         return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
 
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
-        """Count renders to come."""
+        """Count expected renders."""
         for series in wanted:
             self.percent_done.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
 
     def make(self, processes: Processes, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
-        """Render what is missing of the series. Return for each why it failed, None where all of it is there."""
+        """Render the missing parts of the series. Return for each why it failed, None if it is complete."""
         self.expect(picture, wanted)
         failed: dict[int, str] = {}
         for kind in dict.fromkeys(series.kind for series in wanted):
@@ -121,12 +121,12 @@ class Campaign:
                     requests[number] = MakeRuns(index=picture.index, effort=series.effort, seeds=missing)
             answers = processes.run(kind, MAKE_RUNS, list(requests.values()), lambda key: self.percent_done.did([key]))
             for number, answer in zip(requests, answers, strict=True):
-                self.percent_done.did(wanted[number].keys)  # what failed is not waited for
+                self.percent_done.did(wanted[number].keys)  # a failed series counts as done
                 if isinstance(answer, SpinError):
                     failed[number] = str(answer)
         return [failed.get(number) for number in range(len(wanted))]
 
 
 def weight(picture: PlannedPicture, effort: Effort) -> int:
-    """Return about what a render costs, in samples of a pixel."""
+    """Return the approximate cost of a render, in samples of a pixel."""
     return picture.region_pixels * (effort.samples + OVERHEAD_SAMPLES)

@@ -18,7 +18,7 @@ from spin_usd.terminal.progress import shown
 def measure(context: typer.Context, options: MeasureOptions, *, as_json: Json = False) -> None:
     """Measure the cost and the error of render settings on a few pictures of a stage.
 
-    Another run, for example with another --count or --seeds, replaces the results and renders only what is missing.
+    Another run, for example with another --count or --seeds, replaces the results and renders only missing pictures.
     Another stage or variant needs another --out.
     """
     from spin_usd.accuracy.report import in_short

@@ -38,7 +38,7 @@ class ExecutionTask:
             base_effort(campaign.request.max_samples),
             campaign.seeds("setting", range(campaign.request.seeds)),
         )
-        ordered = sorted(pictures, key=lambda each: -each.region_pixels)  # the long ones first: none is waited for
+        ordered = sorted(pictures, key=lambda each: -each.region_pixels)  # the long ones first: no process waits
         self._largest = ordered[0].frame
         self._renders = [
             RenderOnce(index=picture.index, effort=effort, seed=seed) for picture in ordered for seed in seeds
@@ -55,11 +55,11 @@ class ExecutionTask:
 
     @property
     def keys(self) -> set[str]:
-        """Keys of all results that are kept of it."""
+        """Keys of all its stored results."""
         return set(self._keys.values())
 
     def measured(self) -> tuple[tuple[Execution, ...], tuple[Failure, ...]]:
-        """Return what each way took, and the ways that failed."""
+        """Return the times of each way, and the ways that failed."""
         made, failures = {}, []
         for way, key in self._keys.items():
             known = self._campaign.runs.known(key) or self._run(way)
@@ -87,7 +87,7 @@ class ExecutionTask:
         """Render in that way. Return seconds of wall clock and each render's digest, or why it failed."""
         kind = ProcessKind(renderer="blender", crop=way.crop)
         with self._campaign.processes(way.processes) as processes:
-            processes.run(kind, RENDER_DIGEST, self._renders[-1:] * way.processes)  # opens each
+            processes.run(kind, RENDER_DIGEST, self._renders[-1:] * way.processes)  # opens each process
             began = time.perf_counter()
             answers = processes.run(kind, RENDER_DIGEST, self._renders)
             wall_s = time.perf_counter() - began

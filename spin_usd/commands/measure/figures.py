@@ -1,4 +1,4 @@
-"""A picture's figures, worked out from its runs by the formulas of `accuracy`."""
+"""A picture's figures, computed from its runs by the formulas of `accuracy`."""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from spin_usd.scene.scene import Scene
 from spin_usd.sensor.develop import develop, developed_without_noise
 from spin_usd.sensor.exposure import exposed
 
-HALF = 0.5  # of the most that a pixel is covered
+HALF = 0.5  # of the largest coverage of a pixel
 NOISE_PICTURES = 4  # with the detector's noise, each with its own seed
 
 
@@ -32,9 +32,9 @@ NOISE_PICTURES = 4  # with the detector's noise, each with its own seed
 class DevelopedReference:
     """The reference after the detector.
 
-    scene: exposed as the reference asks · sky: the background · image (H, W) or (H, W, 3): without noise or rounding,
-    digital numbers · variance: of the image, over the target's pixels, by the reference's own error · noise: root mean
-    square of the detector's own noise and rounding there.
+    scene: exposed as metered on the reference · sky: the background · image (H, W) or (H, W, 3): without noise or
+        rounding, digital numbers · variance: of the image, over the target's pixels, by the reference's own error ·
+        noise: root mean square of the detector's own noise and rounding there.
     """
 
     scene: Scene
@@ -63,8 +63,8 @@ class PictureFigures:
 
     @cached_property
     def _target(self) -> NDArray[np.bool_]:
-        """(rows, columns) of the region: pixels that the target covers by half or more, as those of the labels; of one
-        smaller than a pixel, or smeared, by half or more of the most."""
+        """(rows, columns) of the region: pixels that the target covers by half or more, like pixels of labels; for a
+        target smaller than a pixel, or smeared, by half or more of the largest coverage."""
         covered = self._whole.radiance[:, 3].reshape(self._region.shape)
         return np.asarray((covered > 0) & (covered >= HALF * covered.max(initial=0.0)))
 
@@ -82,7 +82,7 @@ class PictureFigures:
 
     def developed(self, seed: int) -> DevelopedReference:
         """Return the reference after the detector, its exposure as metered on the reference; `seed` of the dataset.
-        Raises InputError where it shows nothing of the target."""
+        Raises InputError if it shows nothing of the target."""
         if not self._target.any():
             found, do = "no ray of the reference meets the target", "measure pictures that show it larger"
             raise InputError(found, where=self.scene.frame.name, do=do)
@@ -102,14 +102,14 @@ class PictureFigures:
         )
 
     def _own_variance(self, scene: Scene, behind: NDArray[np.float32] | None) -> float:
-        """Return the variance of the reference's image by its own error: from what two halves of its parts differ
-        by."""
+        """Return the variance of the reference's image by its own error: from the difference between two halves of its
+        parts."""
         halves = [self._parts[half::2] for half in range(2)]
         one, other = (developed_without_noise(scene, self._mean(half), behind) for half in halves)
         return self._square(one - other) / (len(self._parts) * sum(1 / len(half) for half in halves))
 
     def measured(self, image: DevelopedReference, *, samples: int, capped: bool) -> MeasuredPicture:
-        """Return the picture and its reference, of so many `samples`, as a measurement has them."""
+        """Return the picture and its reference, of so many `samples`, for a measurement."""
         region, frame = self._region, self.scene.frame
         return MeasuredPicture(
             name=frame.name,
@@ -126,7 +126,7 @@ class PictureFigures:
         self, image: DevelopedReference, setting: Configuration, keys: Sequence[str], *, capped: bool = False
     ) -> Figures:
         """Return the figures of the setting, from its runs; `capped`: the reference may be less exact than they are.
-        Raises InputError where one of them is not there any more."""
+        Raises InputError if one of them is missing."""
         linear, pictures = self.linear_error(keys), [self._image_of(key, image) for key in keys]
         squares = [self._square(picture - image.image) for picture in pictures]
         off = max(fmean(squares) - image.variance, 0.0)
@@ -146,8 +146,8 @@ class PictureFigures:
         )
 
     def cost(self, keys: Sequence[str]) -> dict[str, Any]:
-        """Return the fields of Figures on the runs' cost. The times are of runs that were not the first of their kind
-        in a process, if there are any."""
+        """Return the fields of Figures on the runs' cost. Times are of runs that were not the first of their kind in a
+        process, if possible."""
         costs = [self._runs.cost(key) for key in keys]
         timed = [cost for cost in costs if cost.warm] or costs
         return {
@@ -157,7 +157,7 @@ class PictureFigures:
         }
 
     def saving(self, what: str, with_it: Sequence[str], without: Sequence[str]) -> Saving:
-        """Return what is saved by leaving that work out, from runs that differ in it alone, seed by seed, and that took
+        """Return the savings by leaving that work out, from runs that differ in it alone, seed by seed, made in
         turns."""
         pairs = zip(with_it, without, strict=True)
         ratios = [self._runs.cost(one).cpu_s / self._runs.cost(other).cpu_s for one, other in pairs]
@@ -173,7 +173,7 @@ class PictureFigures:
         )
 
     def difference(self, ones: Sequence[str], others: Sequence[str]) -> float:
-        """Relative root mean square difference between runs, each of the ones and the other in its place."""
+        """Relative root mean square difference between pairs of runs, one of each list."""
         pairs = zip(ones, others, strict=True)
         apart = [self.radiance(a).rgb.astype(np.float64) - self.radiance(b).rgb for a, b in pairs]
         return math.sqrt(fmean(self.reference.relative(each[self._target]) for each in apart))
@@ -192,7 +192,7 @@ class PictureFigures:
         return max(1 - float(found.mean()), 0.0)
 
     def _square(self, deviation: Float) -> float:
-        """Return the mean square over the target's pixels of an image's deviation (H, W) or (H, W, C)."""
+        """Return the mean square of an image's deviation (H, W) or (H, W, C) over the target's pixels."""
         inside: Float = deviation[self._region.slices][self._target]
         return float((inside * inside).mean())
 

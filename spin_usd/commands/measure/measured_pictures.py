@@ -1,4 +1,4 @@
-"""The pictures that are measured: planned, chosen among those of the stage, and how long a render of one may take."""
+"""The pictures to measure: their plan, their choice among the stage's pictures, and the timeout of a render."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -22,12 +22,12 @@ WITHOUT_NOISE = (
     "the detector has no noise (spin:sensor:gain is 0), so --error auto, which goes by that noise, will not work with "
     'this measurement; --error X will; spin:sensor:gain, a preset or an augmentation\'s camera = "rich" gives it noise'
 )
-MIN_S = 600.0  # figures of many large renders take minutes, and are not in what a picture is expected to take
-TURNS = 2  # renders from one word to the next
+MIN_S = 600.0  # figures of many large renders take minutes, which a picture's expected time does not contain
+TURNS = 2  # renders from one message to the next
 
 
 def plan_measured(request: MeasureOptions, stage: Path, copy_to: Path) -> Plan:
-    """Plan the pictures that are asked for, of the stage copied into that folder."""
+    """Plan the requested pictures of the stage, copied into that folder."""
     options = PictureOptions(
         stage, variants=request.variant, frames=request.frames, labels="none", labels_only=True, radiance=True
     )
@@ -36,7 +36,7 @@ def plan_measured(request: MeasureOptions, stage: Path, copy_to: Path) -> Plan:
 
 
 def choose(plan: Plan, stage: Path, count: int) -> list[PlannedPicture]:
-    """Choose the pictures to measure. Raises InputError where none shows the target."""
+    """Choose the pictures to measure. Raises InputError if none shows the target."""
     pixels = {place: picture.region_pixels for place, picture in enumerate(plan.pictures)}
     chosen = representative(pixels, count)
     if not chosen:
@@ -59,7 +59,7 @@ def frame_pixels(plan: Plan) -> int:
 def time_limit(
     pictures: Iterable[PlannedPicture], *, max_samples: int, frame_pixels: int, workers: int, cores: int
 ) -> float:
-    """Return seconds: what the longest render of these pictures may take, the slowest setting of `max_samples`."""
+    """Return the timeout, seconds, of the longest render of the pictures, with the slowest setting of `max_samples`."""
     samples = min(TURNS * max(STEP, PART) * max_samples, MAX_SAMPLES)
     effort = Effort(samples=samples, denoiser="high")
     kinds = (IMAGE, *DEFAULT_LABELS)

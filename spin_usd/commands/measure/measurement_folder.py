@@ -1,4 +1,4 @@
-"""The folder of a measurement: whether one may be written there, of what, and the files that it then holds."""
+"""The folder of a measurement: whether and of which subject one may be written there, and its files."""
 
 import json
 import os
@@ -24,33 +24,33 @@ OURS = (FILE, TABLES, PLOT, RUNS)
 
 
 def prepare(folder: Path) -> None:
-    """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
-    else, or not a measurement, OutputError where it is not a folder."""
+    """Check that a measurement may be written here; write nothing. Raises InputError if the folder contains anything
+    else, or not a measurement, OutputError if it is not a folder."""
     held = Store(root=folder).contents()
     refuse_special_files(Folder(folder), OURS)
     own = held and Folder(folder).type_of(f"{RUNS}/{render_file(SUBJECT)}") is NodeType.FILE
     runs = (name for name in Folder(folder).files(RUNS) if not is_render_file(name.removeprefix(f"{RUNS}/")))
     strays = [*(name for name in held if not own or name not in OURS), *runs]
     if strays:
-        raise InputError(f"holds {strays[0]}, which is not of a measurement", where=folder, do="choose an empty folder")
+        raise InputError(f"contains {strays[0]}, not part of a measurement", where=folder, do="choose an empty folder")
 
 
 def subject_of(stage: Path, variant: str, folder: Path) -> dict[str, str]:
-    """Return the name of what is measured: it stays the same when the stage is edited, or moved with the folder."""
+    """Return the name of the subject: it stays the same when the stage is edited, or moved with the folder."""
     root = os.path.relpath(stage.resolve(), folder.resolve())
     return {"stage": Path(root).as_posix(), "variant": variant}
 
 
 def refuse_another(runs: RenderStore, subject: Mapping[str, str], folder: Path) -> None:
-    """Raise InputError where the folder holds a measurement of anything but the subject."""
+    """Raise InputError if the folder contains a measurement of another subject."""
     held = runs.known(SUBJECT) or subject
     if held != subject:
-        found = f"holds a measurement of variant {held['variant']} of {held['stage']}"
+        found = f"contains a measurement of variant {held['variant']} of {held['stage']}"
         raise InputError(found, where=folder, do="give another folder with --out")
 
 
 def write_measurement(folder: Folder, measurement: Measurement, work: Path) -> None:
-    """Write the measurement as JSON, which is checked before it is there."""
+    """Write the measurement as JSON, checked before it is in place."""
 
     def write(temporary: Path) -> None:
         text = json.dumps(to_builtins(measurement), indent=1, allow_nan=False) + "\n"
@@ -61,7 +61,7 @@ def write_measurement(folder: Folder, measurement: Measurement, work: Path) -> N
 
 
 def write_report(folder: Path, measurement: Measurement, *, work: Path) -> None:
-    """Write both files into `folder`, over what is there. Raises OutputError."""
+    """Write both files into `folder`, over existing ones. Raises OutputError."""
     shown = f"{in_full(measurement)}\n![Error against CPU seconds]({PLOT})\n"
     for name, text in ((TABLES, shown), (PLOT, plot(measurement))):
         write_text(Folder(folder), name, text, work=work)

@@ -8,7 +8,7 @@ from spin_usd.errors import InputError
 from spin_usd.options import MAX_WORKERS, Frames, ListeningToNotes, Option, Stage
 from spin_usd.scene.effort import MAX_SAMPLES
 
-MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is caught
+MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond any use, to catch slips of the hand
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class MeasureOptions(ListeningToNotes):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        few = f"make it 1 to {MAX_PICTURES}: they stand for the others"
+        few = f"make it 1 to {MAX_PICTURES}: they represent the others"
         _refuse_unless(1 <= self.count <= MAX_PICTURES, f"count is {self.count}", few)
         spread = f"make it 2 to {MAX_SEEDS}: their spread is measured"
         _refuse_unless(2 <= self.seeds <= MAX_SEEDS, f"seeds is {self.seeds}", spread)

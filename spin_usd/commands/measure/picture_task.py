@@ -1,4 +1,4 @@
-"""One picture measured: its settings' renders, a reference that is good enough for them, and what comes of both."""
+"""One picture measured: its settings' renders, a reference that is good enough for them, and their figures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,15 +37,15 @@ from spin_usd.processes.call import Answer, Call, Request
 from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.store.measurement_file import read_measurement
 
-FIRST_PARTS = 4  # whose spread gives the reference's error well enough to say how many more are needed
-MARGIN = 1.1  # times as many parts as seem to be needed
-REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what they still carry
+FIRST_PARTS = 4  # whose spread estimates the reference's error, and so how many more are needed
+MARGIN = 1.1  # factor on the estimated number of parts
+REFERENCE_BOUNCES = 32  # paths end at random long before, in proportion to the light they still carry
 EVERYTHING = "everything"  # all of the work at once
-RENDERS = 2  # for each that is timed: the one before it warms the process up
+RENDERS = 2  # for each timed one: the first warms the process up
 
 
 class PictureTask:
-    """The measurement of one picture; with `savings` also of what is saved by leaving work out of it."""
+    """The measurement of one picture; with `savings` also of the savings by leaving work out of it."""
 
     def __init__(self, campaign: Campaign, picture: PlannedPicture, *, savings: bool = False) -> None:
         self._campaign, self._picture = campaign, picture
@@ -70,7 +70,7 @@ class PictureTask:
 
     def measured(self, processes: Processes) -> Measurement:
         """Measure all of it. A picture whose reference failed is not among the frames, a setting that failed not among
-        the figures; the failures say why, and what was made is kept for the next run."""
+        the figures; the failures give the reasons, and renders are kept for the next run."""
         runs = self._campaign.runs
         try:
             found = read_measurement(runs.result(self.key))
@@ -86,7 +86,7 @@ class PictureTask:
 
     @property
     def keys(self) -> set[str]:
-        """Keys of all that there can be of the picture."""
+        """Keys of all possible results of the picture."""
         series = [*self._settings.values(), *self._parts(self._most_parts)]
         saved = self._savings.keys if self._savings else ()
         return {self.key, *saved, *(key for each in series for key in each.keys)}
@@ -112,7 +112,7 @@ class PictureTask:
         )
 
     def _rendered(self, processes: Processes, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
-        """Render these settings, and return those whose renders are all there."""
+        """Render these settings, and return the settings whose renders are complete."""
         reasons = self._campaign.make(processes, self._picture, list(wanted.values()))
         failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
         for setting, why in failed.items():
@@ -121,7 +121,7 @@ class PictureTask:
 
     def _reference(self, processes: Processes, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
         """Return keys of the parts of a reference that is good enough for the settings with these runs, and whether it
-        ended before it was; no keys where it failed."""
+        was cut off before that; no keys if it failed."""
         count = FIRST_PARTS if runs else 0
         while count:
             parts = self._parts(count)
@@ -159,7 +159,7 @@ class PictureTask:
     def _asked(
         self, processes: Processes, kind: ProcessKind, what: str, call: Call[Request, Answer], request: Request
     ) -> Answer | None:
-        """Return the answer of a process of that kind; None where it failed, which is noted as `what` failed."""
+        """Return the answer of a process of that kind; if it fails, note that `what` failed and return None."""
         (answer,) = processes.run(kind, call, [request])
         if isinstance(answer, SpinError):
             self._fail(what, str(answer))
@@ -191,15 +191,15 @@ class SavingsTask:
 
     @property
     def keys(self) -> set[str]:
-        """Keys of what was rendered for it."""
+        """Keys of its renders."""
         return {key for runs in self._runs.values() for key in (*runs.with_it, *runs.without)}
 
     def render(self, processes: Processes) -> None:
-        """Render the picture with and without each work that is left out of it, and with and without all of it."""
+        """Render the picture with and without each work that it leaves out, and with and without all of them."""
         campaign, index = self._campaign, self._picture.index
         (found,) = processes.run(BLENDER, FIND_SKIPPED_WORK, [RenderOnce(index=index, effort=self._effort)])
         if isinstance(found, SpinError):
-            self._fail("what is left out", str(found))
+            self._fail("work left out", str(found))
         works = _works([] if isinstance(found, SpinError) else found)
         self._runs = {what: self._pairs(what, work) for what, work in works.items()}
         missing = [what for what in works if not self._is_there(what)]
@@ -217,7 +217,7 @@ class SavingsTask:
                 campaign.percent_done.did([*failed.with_it, *failed.without])
 
     def savings(self, processes: Processes, reference: Sequence[str]) -> tuple[Saving, ...]:
-        """Return the savings, weighted by the reference, which is given by its parts' keys."""
+        """Return the savings, weighted by the reference, given by its parts' keys."""
         asked = FindSavings(index=self._picture.index, reference=list(reference), runs=self._runs)
         (found,) = processes.run(RAYCAST, FIND_SAVINGS, [asked])
         if isinstance(found, SpinError):
@@ -226,7 +226,7 @@ class SavingsTask:
         return tuple(found)
 
     def _pairs(self, what: str, work: Sequence[str]) -> SeedPairs:
-        """Return keys of the renders with and without that work, seed by seed, and count them as work to come."""
+        """Return keys of the renders with and without that work, seed by seed, and count them as expected work."""
         of = [self._picture.radiance, asdict(self._effort), what, list(work)]
         with_it, without = (
             [self._campaign.key("saving", side, of, seed) for seed in self._seeds] for side in ("with_it", "without")
@@ -236,7 +236,7 @@ class SavingsTask:
         return SeedPairs(with_it=with_it, without=without)
 
     def _is_there(self, what: str) -> bool:
-        """Return whether all renders of it are there: what was timed in another process is not compared."""
+        """Return whether all its renders are there: times of different processes are not compared."""
         keys = [*self._runs[what].with_it, *self._runs[what].without]
         there = all(self._campaign.runs.has(key) for key in keys)
         if there:
@@ -248,6 +248,6 @@ class SavingsTask:
 
 
 def _works(names: Sequence[str]) -> dict[str, list[str]]:
-    """Return each work that is left out by itself, and all together where it is more than one."""
+    """Return each work that is left out by itself, and all together if there are several."""
     together = {EVERYTHING: list(names)} if len(names) > 1 else {}
     return {name: [name] for name in names} | together

@@ -1,4 +1,4 @@
-"""A measurement as a plot: what settings cost and how far they are off, in linear light and after the detector.
+"""A measurement as a plot: cost and error of settings, in linear light and after the detector.
 
 SVG with its text as text, the same to the byte from the same numbers.
 """
@@ -30,9 +30,9 @@ BELOW_LEFT: dict[str, Any] = {
     "size": 6.5,
     "color": INK,
 }
-ROOM = (0.12, 0.03)  # that a name takes, of the panel
-MAX_SPREAD = 10  # times less than the most that the least is drawn
-LOOKS = {  # by kind of setting: marker and colour, which colour-blind people tell apart (Okabe and Ito)
+ROOM = (0.12, 0.03)  # of a name, as a share of the panel
+MAX_SPREAD = 10  # largest ratio between the ends of a line
+LOOKS = {  # by kind of setting: marker and colour, distinct for colour-blind people (Okabe and Ito)
     "plain samples": ("o", "#0072b2"),
     "denoised": ("s", "#d55e00"),
     "adaptive": ("^", "#009e73"),
@@ -51,7 +51,7 @@ def plot(measurement: Measurement) -> str:
         "font.sans-serif": ["DejaVu Sans"],
         "font.size": 8,
     }
-    with matplotlib.style.context(["default", style]):  # whatever the user's own matplotlibrc says
+    with matplotlib.style.context(["default", style]):  # whatever the user's own matplotlibrc contains
         figure = Figure(figsize=SIZE_INCHES, facecolor="white", layout="constrained")
         FigureCanvasSVG(figure)
         light, image = figure.subplots(1, 2)
@@ -97,7 +97,7 @@ def _panel(axes: Axes, found: Sequence[Outcome], criterion: Criterion, title: st
 
 
 def _lines(axes: Axes, best: Sequence[Outcome], criterion: Criterion) -> None:
-    """Draw the front, and a line from each of its points down to what is expected of the picture with the least
+    """Draw the front, and a line from each of its points down to the expected error of the picture with the least
     error."""
     x, most = [each.cpu_s for each in best], [each.error(criterion).at_most for each in best]
     least = [min(error.expected for error in each.errors(criterion)) for each in best]
@@ -122,7 +122,7 @@ def _scales(axes: Axes) -> None:
 def _names(
     axes: Axes, points: Sequence[tuple[Configuration, tuple[float, float]]], best: Container[Configuration]
 ) -> None:
-    """Write the names of the named qualities, and of the front's other points for which there is room."""
+    """Write the names of the named qualities, and of the front's other points that have room."""
     qualities = {Configuration(renderer="blender", effort=effort): f"{name}: " for name, effort in QUALITIES.items()}
     axes.autoscale_view()
     place = (axes.transData - axes.transAxes).transform
@@ -139,22 +139,22 @@ def _names(
 
 
 def _short(setting: Configuration) -> str:
-    """Return the setting's text, with what all settings have left unsaid: `16 fast`."""
-    said = (
+    """Return the setting's text without the values that all settings share: `16 fast`."""
+    label = (
         setting.effort.text.removeprefix("samples=")
         .replace("denoiser=", "")
         .replace("filter_glossy=", "filter ")
         .replace(",", " ")
     )
-    return said if setting.renderer == "blender" else f"{setting.renderer} {said}"
+    return label if setting.renderer == "blender" else f"{setting.renderer} {label}"
 
 
 def _detector(axes: Axes, noise_dn: Sequence[float]) -> None:
-    """Shade where the error is less than AUTO of the noise: there, what costs more buys nothing."""
+    """Shade where the error is less than AUTO of the noise: there, higher cost brings nothing."""
     low, high = axes.get_ylim()
     low = min(low, AUTO / 2)
     axes.set_ylim(low, high)
     axes.axhspan(low, AUTO, color="#eef3ea", zorder=0)
     dn = " to ".join(dict.fromkeys(f"{AUTO * each:.2g}" for each in (min(noise_dn), max(noise_dn))))
-    said, corner = f"shaded: at most the detector's noise, {dn} DN", {"ha": "left", "va": "bottom"}
-    axes.annotate(said, (0, 0), xycoords="axes fraction", **(BELOW_LEFT | corner | {"xytext": (5, 4)}))
+    note, corner = f"shaded: at most the detector's noise, {dn} DN", {"ha": "left", "va": "bottom"}
+    axes.annotate(note, (0, 0), xycoords="axes fraction", **(BELOW_LEFT | corner | {"xytext": (5, 4)}))

@@ -1,4 +1,4 @@
-"""The processes of a measurement: a few, each with one renderer, that are given tasks; a crash ends one task."""
+"""The processes of a measurement: a few, each with one renderer, that get tasks; a crash ends one task."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
@@ -22,15 +22,15 @@ from spin_usd.store.dataset_folder import Lease
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessKind:
-    """The renderer of a process, and how it is opened (see processes.open_renderer)."""
+    """The renderer of a process, and its opening (see processes.open_renderer)."""
 
     renderer: str
     crop: bool = True
 
 
 class Processes:
-    """`count` processes at work at most, of one kind at a time; others wait. `start(kind, number)` starts one that was
-    already sent OPEN_MEASURING; one at work that sends nothing for `within_s` seconds is killed."""
+    """At most `count` processes at work, of one kind at a time; others wait. `start(kind, number)` starts one that was
+    already sent OPEN_MEASURING; a busy one that sends nothing for `within_s` seconds is killed."""
 
     def __init__(self, count: int, start: Callable[[ProcessKind, int], Child], *, within_s: float) -> None:
         self._count, self._start, self.within_s = count, start, within_s
@@ -52,8 +52,8 @@ class Processes:
     ) -> list[Answer | SpinError]:
         """Do the calls in their order as processes of that kind become free; return each answer, or why it failed.
 
-        `on_made` is called with the key of each render as it is made. Raises OutputError where results cannot be
-        written, and what opening a process raises.
+        `on_made` is called with the key of each render as it is made. Raises OutputError if results cannot be written,
+        and the errors of opening a process.
         """
         if kind not in self._executors:
             executor = Executor(partial(self._start, kind), workers=self._count, opening=OPEN_MEASURING)
@@ -80,6 +80,6 @@ def start_process(plan: Plan, runs: RenderStore, lease: Lease, count: int, kind:
         renderer=kind.renderer,
         crop=kind.crop,
     )
-    with suppress(ChildDiedError):  # the end of its answers says so too
+    with suppress(ChildDiedError):  # the end of its answers reports it too
         child.send(OPEN_MEASURING, request)
     return child

@@ -1,4 +1,4 @@
-"""The store of what a measurement has made so far, by content: renders with what they cost, and results."""
+"""The store of a measurement's results so far, by content: renders with their costs, and figures."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -20,7 +20,7 @@ from spin_usd.picture.render_file import RENDER_SUFFIX, encoded_render, read_ren
 from spin_usd.scene.passes import Radiance
 from spin_usd.store.atomic import write_atomically, write_json
 
-SUBJECT = "subject"  # the key of what they are of
+SUBJECT = "subject"  # the key of their subject
 SUFFIXES = (".json", RENDER_SUFFIX)
 NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escape, SUFFIXES))})")
 
@@ -44,13 +44,13 @@ class RenderCost:
     wall_s: float
     """Seconds of wall clock."""
     memory_bytes: int
-    """The most bytes that its process held meanwhile."""
+    """Largest number of bytes that its process held meanwhile."""
     warm: bool
     """Whether that process had rendered the same picture with the same effort just before."""
 
 
 class KeptRender(Struct, frozen=True, kw_only=True):
-    """What is written beside a render."""
+    """The file beside a render."""
 
     cost: RenderCost
     sha256: str
@@ -63,7 +63,7 @@ class RenderStore:
     runs/<2>/<key>.exr    a render in unit light (picture.render_file)
     runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
 
-    <2> is the key's start. The JSON is written last, so that where it is all is.
+    <2> is the key's start. The JSON is written last, so that it marks complete results.
     """
 
     root: Path
@@ -76,15 +76,15 @@ class RenderStore:
         return False
 
     def cost(self, key: str) -> RenderCost:
-        """Return the cost of a render that is there."""
+        """Return the cost of an existing render."""
         return self._kept(key).cost
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
-        """Read the render of that key. Raises InputError where it is not there, or damaged."""
+        """Read the render of that key. Raises InputError if it is missing or damaged."""
         file = FileIn(self._folder, render_file(key, RENDER_SUFFIX))
         found = read_render(file, region, groups=groups)
         if found is None:
-            raise InputError("is not the render that was written", where=file.path, do="run the measurement again")
+            raise InputError("is damaged or replaced", where=file.path, do="run the measurement again")
         return found
 
     def keep(self, key: str, radiance: Radiance, cost: RenderCost) -> None:
@@ -98,7 +98,7 @@ class RenderStore:
         return self.root / render_file(key)
 
     def known(self, key: str) -> dict[str, Any] | None:
-        """Return the result of that key; None where it is not there, or damaged."""
+        """Return the result of that key; None if it is missing or damaged."""
         with suppress(InputError, ValueError):
             return typed_json(self._read(key), dict[str, Any])
         return None
@@ -107,13 +107,13 @@ class RenderStore:
         write_json(self._folder, render_file(key), value, work=self.work)
 
     def remove(self, keys: Iterable[str]) -> None:
-        """Forget these renders and results."""
+        """Remove these renders and results."""
         for key in keys:
             for suffix in SUFFIXES:
                 remove_file(self._folder, render_file(key, suffix))
 
     def remove_all(self, *, but: Iterable[str]) -> None:
-        """Forget all but these, and remove the folders that they leave empty."""
+        """Remove all but these, and the folders that become empty."""
         keep = set(but)
         for name in list(self._folder.files()):
             if is_render_file(name) and PurePosixPath(name).stem not in keep:

@@ -1,4 +1,4 @@
-"""`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
+"""`spin-usd measure`: cost and error of render settings on a few pictures. Another run resumes."""
 
 from functools import partial
 from importlib.metadata import version
@@ -42,24 +42,24 @@ from spin_usd.store.stage_path import existing_stage
 
 @takes(MeasureOptions)
 def measure(options: MeasureOptions) -> Measurement:
-    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage; needs Blender.
+    """Measure the cost and the error of render settings on a few pictures of a stage; needs Blender.
 
-    Writes measure.json, measure.md and measure.svg. Run again with another `count`, `seeds` or the like, it replaces
-    the figures, and renders only what is missing. Another stage or variant takes another `out`. `on_note` is called
-    before anything is rendered, with what the measurement will not serve for.
+    Writes measure.json, measure.md and measure.svg. Another run with another `count`, `seeds` or the like replaces the
+    figures, and renders only missing pictures. Another stage or variant needs another `out`. `on_note` is called before
+    anything is rendered, with the uses that the measurement will not serve.
 
-    Raises InputError, OutputError, UnsupportedError where Blender is not installed, and RenderError where no picture
-    could be measured.
+    Raises InputError, OutputError, UnsupportedError if Blender is not installed, and RenderError if no picture could be
+    measured.
     """
     root = existing_stage(Path(options.stage))
     return measure_stage(options, root, folder_of(root) if options.out is None else Path(options.out))
 
 
 def measure_stage(request: MeasureOptions, stage: Path, out: Path) -> Measurement:
-    """Measure the `stage` into the folder `out`, or what is missing there: writes measure.json, .md and .svg.
+    """Measure the `stage` into the folder `out`, or the missing parts: write measure.json, .md and .svg.
 
-    Raises InputError, also where the folder holds a measurement of another stage or variant, OutputError, and
-    RenderError where no picture could be measured.
+    Raises InputError, also if the folder contains a measurement of another stage or variant, OutputError, and
+    RenderError if no picture could be measured.
     """
     require_renderer("blender")
     folder = out.absolute()
@@ -95,7 +95,7 @@ def measure_stage(request: MeasureOptions, stage: Path, out: Path) -> Measuremen
 
 
 def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) -> tuple[Measurement, set[str]]:
-    """Return all that was measured, and the keys of what the next run can use."""
+    """Return all results, and the keys that the next run can use."""
     smallest = min(pictures, key=lambda each: each.region_pixels)
     tasks = [PictureTask(campaign, each, savings=each is smallest) for each in pictures]
     execution = ExecutionTask(campaign, pictures)

@@ -1,6 +1,6 @@
 """The child's part of a measurement: one renderer kept open, whose renders are timed and kept.
 
-With the time of each goes the most memory that this process held meanwhile.
+The time of each is stored with the most memory that this process held meanwhile.
 """
 
 import time
@@ -66,9 +66,9 @@ class MeasuringWorker:
             self._on_made(key)
 
     def make_pairs(self, request: MakePairs) -> None:
-        """Render a picture with each of the seeds with the work and without any, keep each under its key, and report
-        each. The two take turns, so that what drifts does so for both; and each is rendered twice, of which the second
-        is kept, so that both are timed warm."""
+        """Render a picture with each of the seeds with the work and without any, store each under its key, and report
+        each. The two alternate, so that drifts affect both; and each is rendered twice, of which the second is kept, so
+        that both are timed warm."""
         scene, pairs = self._scene(request.index), request.pairs
         for number, (seed, *keys) in enumerate(zip(request.seeds, pairs.with_it, pairs.without, strict=True)):
             turns = list(zip((request.work, []), keys, strict=True))
@@ -84,8 +84,8 @@ class MeasuringWorker:
         return digest(radiance.groups, radiance.coverage)
 
     def labels(self, index: int) -> LabelFigures:
-        """Compare the labels of picture `index`, of its first target alone, by this renderer's own label pass with
-        those that datasets hold."""
+        """Compare the labels of picture `index`, of its first target alone, by this renderer's own label pass with the
+        labels of datasets."""
         scene, own, usual = self._scene(index).one_body_scenes[0], self._studio.open_renderer(), self._studio.caster
         assert isinstance(own, LabelPass), f"{own.name} makes images alone"
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
@@ -115,12 +115,12 @@ class MeasuringWorker:
         return [each.what for each in required.skipped]
 
     def savings(self, request: FindSavings) -> list[Saving]:
-        """Return what leaving work out saves and changes."""
+        """Return the savings and changes by leaving work out."""
         picture = self._picture(request.index, request.reference)
         return [picture.saving(work, runs.with_it, runs.without) for work, runs in request.runs.items()]
 
     def _do(self, work: list[str]) -> None:
-        """Do that work in each render from now on, needed or not."""
+        """Do that work in each later render, needed or not."""
         if work != self._work:
             self._studio.close()
             self._studio.open_renderer(crop=self._crop, keep=work)
@@ -157,8 +157,8 @@ def _labels(scene: Scene, label_pass: LabelPass) -> LabelImages:
 
 
 def watch_memory() -> Callable[[], int]:
-    """Begin a stretch; the function that comes back returns the most bytes held since. Where the system keeps no peak
-    that can be reset, it returns what is held at the end."""
+    """Begin a stretch; the returned function returns the most bytes held since. If the system has no peak that can be
+    reset, it returns the bytes held at the end."""
     try:
         Path("/proc/self/clear_refs").write_text(RESET_PEAK, encoding="ascii")
     except OSError:

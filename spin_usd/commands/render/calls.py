@@ -21,11 +21,11 @@ class MakePicture(Struct, frozen=True, kw_only=True):
     index: int
     """Place of the frame in the stage."""
     kinds: tuple[str, ...]
-    """Kinds of file that are wanted."""
+    """Wanted kinds of file."""
     keep_render: bool = True
-    """Whether the cache keeps the render for other pictures."""
+    """Whether the cache stores the render for other pictures."""
     keep_labels: bool = True
-    """Whether the cache keeps the labels for other pictures."""
+    """Whether the cache stores the labels for other pictures."""
 
 
 class MadePicture(Struct, frozen=True, kw_only=True):
@@ -36,7 +36,7 @@ class MadePicture(Struct, frozen=True, kw_only=True):
     seconds: dict[str, float]
     """Seconds by kind of work."""
     memory: int
-    """Bytes that the worker uses now."""
+    """Bytes of memory that the worker uses now."""
     passes: dict[str, str]
     """For "labels" and "render", where the picture has them: "made" now, or "shared" with others."""
     faults: tuple[str, ...]

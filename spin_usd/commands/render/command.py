@@ -34,7 +34,7 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
 
 
 def _sentence(report: "RenderReport", options: RenderOptions) -> str:
-    """Return one line on what was made and what existed already."""
+    """Return one line on the pictures made and the existing ones."""
     removed = f", {report.pruned} removed" if options.prune or report.pruned else ""
     events = f", events of {pluralise(report.events, 'variant')}" if report.events else ""
     made = f"{pluralise(report.made, 'picture')} made, {report.reused} already there{removed}{events}"

@@ -1,4 +1,4 @@
-"""One run of `render` in a folder that it holds: plan, put the stage there, find what is left, and have it made."""
+"""One run of `render` in a folder that it holds: plan, put the stage there, find missing pictures, and make them."""
 
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -21,28 +21,28 @@ from spin_usd.store.names import DESCRIPTION, STAGE
 
 
 class DatasetRun:
-    """Brings the dataset of a run to what its request asks for."""
+    """Makes the pictures of a run that its dataset lacks."""
 
     def __init__(self, run: RenderRun) -> None:
         self._run, self._request = run, run.request
         self._processes = WorkerProcesses(run)
         self._new = run.store.folder.type_of(DESCRIPTION) is None
         self._making = PictureMaking(run, self._processes, names_first=self._new)
-        self._foretold = self._new and not run.destination.cluster  # whose costs nobody knows
+        self._foretold = self._new and not run.destination.cluster  # whose costs are unknown
 
     def complete(self) -> RenderReport:
-        """Make all that is missing, and return what was made."""
+        """Make all missing pictures, and return the report."""
         with self._worker_ahead():
             return self._completed()
 
     def _worker_ahead(self) -> AbstractContextManager[None]:
-        """Start a worker before the plan is made where it will be wanted here: in a new dataset there is something to
+        """Start a worker before the plan is made if it will be needed here: in a new dataset there is something to
         make."""
         elsewhere = self._run.destination.mirror or self._run.destination.cluster
         return self._processes.one_ahead() if self._new and not elsewhere else nullcontext()
 
     def _planned(self) -> Plan:
-        """Plan the pictures of the run, and note what its user should know about devices."""
+        """Plan the pictures of the run, and print notes on devices."""
         run, request = self._run, self._request
         try:
             planned = plan(
@@ -53,12 +53,12 @@ class DatasetRun:
                 had=run.store.kinds,
                 timed=self._foretold,
             )
-        except OutputError as e:  # about a file of the copy, in a folder that is gone by now
+        except OutputError as e:  # about a file of the copy, whose folder is removed by now
             raise OutputError(f"the stage's copy {e.found}", where=run.store.root, do=e.do) from e
         if request.device == AUTO:
             run.note(f"--device auto: light is rendered on {planned.settings.device}")
         if planned.settings.device != CPU:
-            run.note("before its first picture on a device a driver may compile for minutes, and keeps what it made")
+            run.note("a driver may compile for minutes before the first picture on a device, and keeps the result")
         if (only := run.only) is not None:
             planned = replace(planned, pictures=tuple(each for each in planned.pictures if each.name in only))
         for variant in planned.variants if run.event_labels is not None else ():

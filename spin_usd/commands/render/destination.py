@@ -1,6 +1,6 @@
-"""Where the pictures of a run go, and on which machines they are made.
+"""The destination of a run's pictures, and the machines that make them.
 
-What clusters and URLs need is imported where a run has one: most have neither, and it takes as long as all the rest.
+Libraries for clusters and URLs are imported when needed: most runs have neither, and they load for as long as the rest.
 """
 
 from collections.abc import Callable, Iterator
@@ -32,20 +32,20 @@ StartWorker = Callable[[int], ChildProtocol]
 
 @dataclass(frozen=True, kw_only=True)
 class Destination:
-    """A dataset in the folder of `store`: the dataset's own, or that of the `mirror` of one at a URL; made on this
-    machine, or on a `cluster`."""
+    """A dataset in the folder of `store`: the dataset's own, or the folder of the `mirror` of a dataset at a URL; made
+    on this machine, or on a `cluster`."""
 
     store: Store
     mirror: "Mirror | None" = None
     cluster: "RayCluster | None" = None
 
     def publish(self) -> None:
-        """Bring a URL to what the folder is. Raises OutputError."""
+        """Copy the folder to the URL, if there is one. Raises OutputError."""
         if self.mirror:
             self.mirror.publish()
 
     def start(self, options: WorkerOptions, lease: Lease, workers: int) -> StartWorker | None:
-        """Return what starts a worker by its number of so many; None where it is a plain child process."""
+        """Return a function that starts a worker by its number of so many; None for a plain child process."""
         if not self.mirror and not self.cluster:
             return None
         from spin_usd.processes.cluster.remote_child import LocalConnection, RemoteChild

@@ -1,4 +1,4 @@
-"""Messages at the end of a render about pictures that show little, and about those that failed."""
+"""Messages at the end of a render about pictures that show little, and about failed pictures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
-    """Say on standard error how many pictures show little, where any does."""
+    """Print on standard error how many pictures show little, if any."""
     from spin_usd.picture.brightness import counted_faults
 
     if text := counted_faults(report.faults, report.made + report.reused):
@@ -21,7 +21,7 @@ def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
 
 
 def exit_if_failed(report: "RenderReport") -> None:
-    """Name the pictures that failed on standard error, and end the command where there are any."""
+    """Name the pictures that failed on standard error, and end the command if there are any."""
     for each in report.failed:
         print_err((Painted("failed:", BAD), f" {each.picture}: {each.reason}"))
     if report.failed:

@@ -1,4 +1,4 @@
-"""The making of the pictures that are left: what workers are told, how many there are, what the pictures took."""
+"""The making of the missing pictures: the workers' options, their number, the pictures' times."""
 
 import shlex
 from collections import Counter
@@ -31,7 +31,7 @@ from spin_usd.store.names import EVENT_CHUNKS, record_of
 
 
 class PictureMaking:
-    """The making of pictures of a run by the `processes`. `names_first`: whether a note names the first one's file."""
+    """The making of pictures of a run by the `processes`. `names_first`: whether a note names the first file."""
 
     def __init__(self, run: RenderRun, processes: WorkerProcesses, *, names_first: bool) -> None:
         self._run, self._processes, self._names_first = run, processes, names_first
@@ -42,7 +42,7 @@ class PictureMaking:
         return workers_and_cores(tasks, self._options.workers, cluster=self._run.destination.cluster is not None)
 
     def make(self, planned: Plan, root: str, tasks: list[RenderTask], report: RenderReport) -> None:
-        """Have the pictures made, and write down what they took."""
+        """Make the pictures, and write down their times."""
         count, cores = self.workers(len(tasks))
         shared = common_work(self._request, planned)
         again = partial(command_of, self._request, self._store.root, self._options.picture_timeout)
@@ -72,7 +72,7 @@ class PictureMaking:
                 write_measured(self._store.folder, MEASURED, listener.measured, work=self._run.lease.work)
 
     def make_events(self, planned: Plan, root: str, report: RenderReport, *, labelled: bool) -> None:
-        """Have the events of each variant made, between the first and the last of its pictures."""
+        """Make the events of each variant, between the first and the last of its pictures."""
         workers, _ = workers_and_cores(MAX_WORKERS, self._options.workers, cluster=False)
         options = self._worker_options(planned, root, renders=True)
         with postponed() as stop:
@@ -89,18 +89,18 @@ class PictureMaking:
                     progress=self._run.progress,
                 )
                 if not run.make(stop):
-                    self._run.note(f"the events of {variant} are not all made")
+                    self._run.note(f"the events of {variant} are not complete")
                     return
                 report.events += 1
-        remove_tree(self._store.folder, EVENT_CHUNKS)  # also those of a stage or settings that there were before
+        remove_tree(self._store.folder, EVENT_CHUNKS)  # also chunks of an earlier stage or of earlier settings
 
     def _first(self, picture: PlannedPicture) -> str:
-        """Return the path of the picture's image, or of its record where it has none."""
+        """Return the path of the picture's image, or of its record if it has none."""
         image = f"{IMAGE}/{picture.variant}/{picture.frame}{self._request.image_suffix}"
         return str(self._store.root / (image if self._request.image else record_of(picture.variant, picture.frame)))
 
     def _worker_options(self, planned: Plan, root: str, *, renders: bool) -> WorkerOptions:
-        if renders:  # a picture made again keeps the image that it had, whatever is asked for
+        if renders:  # a picture made again keeps its image, whatever is requested
             require_renderer(self._request.renderer, instead=ANOTHER_RENDERER)
         return WorkerOptions(
             root=str(self._store.root),
@@ -120,7 +120,7 @@ def _keep_only_shared_renders(tasks: list[RenderTask]) -> None:
 
 
 def _keep_only_shared_labels(tasks: list[RenderTask]) -> None:
-    """The pictures' own files leave this machine; what the cache keeps stays on its disk as long as the run goes on."""
+    """The pictures' own files leave this machine; the cache stays on its disk as long as the run goes on."""
     wanted = Counter(key for task in tasks for key in task.label_keys)
     for task in tasks:
         task.keep_labels = any(wanted[key] > 1 for key in task.label_keys)
@@ -136,8 +136,8 @@ def command_of(request: RenderRequest, out: Path, picture_timeout: float | None,
 
 
 def _options(request: RenderRequest) -> Iterator[str]:
-    """Yield the options that decide the picture, where they are not as usual: what an effort was chosen by is that
-    effort by now."""
+    """Yield the options that decide the picture and differ from the defaults: a chosen quality or error appears as its
+    effort."""
     said = {"renderer": request.renderer, "effort": request.effort.text}
     left_out = {"stage", "frames", "variants", *(field.name for field in fields(EffortOptions)), "error", "measured"}
     for field in fields(PictureOptions):

@@ -1,4 +1,4 @@
-"""The stage and dataset.json put into a dataset's folder; pictures of another stage are removed from it before."""
+"""Puts the stage and dataset.json into a dataset's folder; removes pictures of another stage first."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -35,8 +35,8 @@ MEANINGS = {
 
 
 def put_stage(run: RenderRun, planned: Plan, root: str, kinds: Sequence[str]) -> int:
-    """Put the stage, whose root layer is `root` then, and dataset.json, by which pictures are of these kinds, into the
-    folder of the run, and return how many pictures of another stage were removed from it."""
+    """Put the stage, with its new root layer `root`, and dataset.json, with these kinds of file, into the run's folder;
+    return how many pictures of another stage were removed."""
     store, work = run.store, run.lease.work
     with postponed():
         if not run.owns_stage:
@@ -52,8 +52,8 @@ def put_stage(run: RenderRun, planned: Plan, root: str, kinds: Sequence[str]) ->
 
 
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
-    """Return dataset.json by schema dataset-1; what earlier runs made of the same stage's other variants and kinds
-    stays listed."""
+    """Return dataset.json by schema dataset-1; other variants and kinds that earlier runs made of the same stage stay
+    listed."""
     before = read_dataset_json(store.folder) if store.folder.type_of(DESCRIPTION) else None
     if before and same_stage.differences(before, plan):
         before = None
@@ -75,10 +75,10 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
 
 
 def _remove_unwanted(store: Store, planned: Plan, options: RunOptions) -> int:
-    """Remove pictures that are not of this stage, and return how many.
+    """Remove pictures of other stages, and return how many.
 
-    With `replace` all pictures of another stage go; with `prune` those that the stage does not have. Raises InputError
-    where there are some and the option is not given.
+    With `replace` all pictures of another stage go; with `prune` pictures that the stage does not have. Raises
+    InputError if there are some and the option is not given.
     """
     other = same_stage.other_origin(store, planned)
     if other:
@@ -94,7 +94,7 @@ def _remove_unwanted(store: Store, planned: Plan, options: RunOptions) -> int:
 
 
 def _adopt_stage(store: Store, work: Path) -> None:
-    """Put the copied stage in its place, unless the same is there, which others may be reading; what was there goes
+    """Put the copied stage in its place, unless the same is there, which others may be reading; the old one is removed
     with the work folder."""
     try:
         write_sums(work / STAGE)

@@ -22,11 +22,11 @@ class RenderRun:
     request: RenderRequest
     options: RunOptions
     shard: Shard | None = None
-    """Shard whose pictures alone are made; None for all."""
+    """Shard to make; None for all."""
     only: frozenset[str] | None = None
-    """Names of the pictures that are made, whatever their records contain; None for all that are missing."""
+    """Names of the pictures to make, whatever their records contain; None for all missing ones."""
     event_labels: bool | None = None
-    """Whether events have the ids of what they show; None for no events."""
+    """Whether events contain the ids of target and part; None for no events."""
     progress: Progress
     note: Note
 
@@ -42,5 +42,5 @@ class RenderRun:
 
     @property
     def copied(self) -> Path:
-        """Folder that the planned stage lies in: a copy's, unless it is the dataset's own."""
+        """Folder of the planned stage: a copy's, unless it is the dataset's own."""
         return self.store.stage.resolve() if self.owns_stage else self.lease.work / STAGE

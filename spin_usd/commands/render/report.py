@@ -16,31 +16,31 @@ from spin_usd.planning.work import CommonWork, PictureWork
 
 
 class FailedPicture(JsonStruct, frozen=True, kw_only=True):
-    """A picture that was not made."""
+    """A picture that failed."""
 
-    picture: Annotated[str, Meta(description="Its variant and frame, such as nominal/img000001.")]
-    reason: Annotated[str, Meta(description="Ends with the command that makes it again.")]
+    picture: Annotated[str, Meta(description="Variant and frame, such as nominal/img000001.")]
+    reason: Annotated[str, Meta(description="Reason, and the command that makes the picture again.")]
 
 
 class RenderReport(Struct, kw_only=True, tag_field="schema", tag="render-report-1"):
-    """What spin-usd render --json prints. The exit code is 1 where a picture failed, 0 otherwise."""
+    """Output of spin-usd render --json. The exit code is 1 if a picture failed, 0 otherwise."""
 
-    pictures: Annotated[Count, Meta(description="How many were asked for.")]
-    made: Annotated[Count, Meta(description="How many of those were made.")] = 0
-    reused: Annotated[Count, Meta(description="How many were there already.")] = 0
+    pictures: Annotated[Count, Meta(description="How many were requested.")]
+    made: Annotated[Count, Meta(description="How many of them were made.")] = 0
+    reused: Annotated[Count, Meta(description="How many existed already.")] = 0
     pruned: Annotated[
         Count,
         Meta(description="Pictures removed: the stage does not have them, or they were another stage's."),
     ] = 0
-    label_passes: Annotated[Count, Meta(description="How many of those made took a label pass of their own.")] = 0
-    labels_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
-    renders: Annotated[Count, Meta(description="How many of those made took a render of their own.")] = 0
-    renders_shared: Annotated[Count, Meta(description="How many took another picture's, from the cache.")] = 0
-    events: Annotated[Count, Meta(description="How many variants have their events, where these were asked for.")] = 0
+    label_passes: Annotated[Count, Meta(description="How many of the made ones needed a label pass of their own.")] = 0
+    labels_shared: Annotated[Count, Meta(description="How many used another picture's, from the cache.")] = 0
+    renders: Annotated[Count, Meta(description="How many of the made ones needed a render of their own.")] = 0
+    renders_shared: Annotated[Count, Meta(description="How many used another picture's, from the cache.")] = 0
+    events: Annotated[Count, Meta(description="How many variants have their events, if these were requested.")] = 0
     failed: list[FailedPicture] = []
     seconds: Annotated[Size, Meta(description="Wall-clock.")] = 0.0
     work: Annotated[dict[str, Size], Meta(description="Seconds by kind of work, over all workers.")] = {}
-    doubts: Annotated[list[str], Meta(description="About the choice of the effort.")] = []
+    doubts: Annotated[list[str], Meta(description="Doubts about the choice of the effort.")] = []
     faults: Annotated[
         dict[Annotated[str, one_of(*WORDS)], Count],
         Meta(
@@ -56,10 +56,10 @@ class RenderReport(Struct, kw_only=True, tag_field="schema", tag="render-report-
 
 
 class RunListener:
-    """Counts in the report what workers do, and measures what each picture took beside what was expected of it.
+    """Counts the workers' results in the report, and measures each picture's time against the expected one.
 
-    `alone` turns a worker's seconds by kind of work into those of one core; `again` gives the command that makes a
-    picture again; `first`, where the first picture is to be told, the path to look at.
+    `alone` turns a worker's seconds by kind of work into seconds of one core; `again` gives the command that makes a
+    picture again; `first`, if the first picture is to be announced, the path to look at.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class RunListener:
     def done(self, picture: PlannedPicture, made: MadePicture) -> None:
         self.report.made += 1
         if self.first and self.report.made == 1:
-            self.note(f"the first picture is there: {self.first(picture)}")
+            self.note(f"the first picture is made: {self.first(picture)}")
         self.report.add(made.faults)
         match made.passes.get("labels"):
             case "made":
@@ -111,7 +111,7 @@ class RunListener:
 
     def stopped(self) -> None:
         made, all_pictures = self.report.reused + self.report.made, self.report.pictures
-        self.note(f"{made} of {all_pictures} pictures are made, {all_pictures - made} are left")
+        self.note(f"{made} of {all_pictures} pictures are made; {all_pictures - made} are missing")
 
     def _report_progress(self) -> None:
         report = self.report

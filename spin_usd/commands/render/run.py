@@ -1,4 +1,4 @@
-"""A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
+"""A stage to a dataset: plan, skip finished pictures, supervise the workers. Another run resumes."""
 
 import time
 from pathlib import Path
@@ -22,12 +22,12 @@ from spin_usd.store.dataset_folder import Store
 
 @takes(RenderOptions)
 def render(options: RenderOptions) -> RenderReport:
-    """Render and label a stage into a dataset. Run again, it makes what is missing.
+    """Render and label a stage into a dataset. Another run makes the missing pictures.
 
-    Pictures that fail do not raise: the report's `failed` has their names and reasons. Ctrl-C lets running pictures be
-    finished, which `on_note` is told, and raises KeyboardInterrupt then; pressed again it raises that at once.
+    Failed pictures do not raise: the report's `failed` lists their names and reasons. Ctrl-C lets running pictures
+    finish, with a note by `on_note`, and raises KeyboardInterrupt then; a second one raises it at once.
 
-    Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
+    Raises InputError, StageError and UnsupportedError if the stage cannot be rendered, and OutputError.
     """
     request = RenderRequest.of(options)
     if options.event_labels and not options.events:
@@ -48,13 +48,13 @@ def render_dataset(
     progress: Progress,
     note: Note = no_note,
 ) -> RenderReport:
-    """Make the dataset in the folder or at the URL `out`, or what is missing of it, as the `options` say; and the
-    events of each variant, with `event_labels` or without, unless that is None.
+    """Make the dataset in the folder or at the URL `out`, or its missing pictures, by the `options`; and the events of
+    each variant, unless `event_labels` is None, with their labels if it is true.
 
-    Once nothing is missing, the cache loses what no record uses any more; with `no_cache` it loses everything, and
-    renders that only one picture needs are not kept in the first place. With `only` nothing but the pictures of these
-    names is made, and those are made whatever their records say. The first signal that asks to stop lets running
-    pictures be finished, as `note` is told; a second stops the run at once. Raises InputError and OutputError.
+    Once nothing is missing, the cache loses files that no record uses any more; with `no_cache` it loses everything,
+    and never stores renders that only one picture needs. With `only`, just the pictures of these names are made,
+    whatever their records contain. The first signal to stop lets running pictures finish, with a note; a second stops
+    the run at once. Raises InputError and OutputError.
     """
     began = time.monotonic()
     shard = None if options.shard is None else Shard.parse(options.shard)
@@ -63,7 +63,7 @@ def render_dataset(
         raise InputError("--shard and --cluster are given together", do=do)
     if event_labels is not None and (shard or options.cluster is not None or is_url(out)):
         do = "render events into a folder of this machine, a variant at a time where there are several machines"
-        raise InputError("events are asked for of a shard, a cluster or a URL", do=do)
+        raise InputError("events are requested with a shard, a cluster or a URL", do=do)
     if options.cluster is not None and request.device != CPU:
         do = "leave --device out: the workers of a cluster render on processors"
         raise InputError("--device and --cluster are given together", do=do)
@@ -76,7 +76,7 @@ def render_dataset(
         raise InputError(f"is a URL, where {option} is not possible", where=out, do=do)
     with opened(out, options.cluster) as destination:
         store = destination.store
-        store.prepare(special_files_stay=only is not None)  # a repair leaves it where it is
+        store.prepare(special_files_stay=only is not None)  # a repair leaves them in place
         with store.locked() as lease:
             run = RenderRun(
                 destination=destination,
@@ -92,15 +92,14 @@ def render_dataset(
             report = DatasetRun(run).complete()
             if not report.failed and not destination.mirror:
                 _tidy(store, report, keep=not options.no_cache)
-                if shard is None and only is None:  # a run of its own now, of which nobody waits for other shards
+                if shard is None and only is None:  # a whole run now, not one of several shards
                     remove_manifest(store)
     report.seconds = time.monotonic() - began
     return report
 
 
 def _tidy(store: Store, report: RenderReport, *, keep: bool) -> None:
-    """Remove from the cache what no record uses; where no picture was made or removed, none has ceased to be
-    used."""
+    """Remove files that no record uses from the cache; they exist only if a picture was made or removed."""
     if not keep:
         remove_entries(store, but=set())
     elif report.made or report.pruned or report.events:

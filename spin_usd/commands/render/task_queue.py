@@ -1,4 +1,4 @@
-"""The pictures that a run still has to make, and the order in which workers take them."""
+"""The missing pictures of a run, and the order in which workers take them."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -22,15 +22,15 @@ class RenderTask(Task[MadePicture]):
     request: Any = None
     picture: PlannedPicture
     kinds: tuple[str, ...]
-    """Kinds of file that are wanted."""
+    """Wanted kinds of file."""
     keep_render: bool = True
-    """Whether the cache keeps the render for other pictures."""
+    """Whether the cache stores the render for other pictures."""
     keep_labels: bool = True
-    """Whether the cache keeps the labels for other pictures."""
+    """Whether the cache stores the labels for other pictures."""
 
     @property
     def needs(self) -> set[str]:
-        """The keys of the passes that it needs, which other pictures may need too."""
+        """Keys of the passes that it may share with other pictures."""
         return self.label_keys | ({self.picture.radiance} if self.renders else set())
 
     @property
@@ -43,8 +43,8 @@ class RenderTask(Task[MadePicture]):
 
 
 class TaskQueue:
-    """Tasks in order, of which no two that need the same pass are out at once unless it was made: the second waits
-    for the first one's, others go before it."""
+    """Tasks in order. Two tasks that need the same pass are not in work at once unless the pass is made: the second
+    waits for the first, and others go before it."""
 
     def __init__(self, tasks: Iterable[RenderTask], limit_s: Callable[[RenderTask], float]) -> None:
         """`limit_s`: returns the seconds that a picture may take once its stage is open."""
@@ -57,12 +57,12 @@ class TaskQueue:
         return len(self._tasks)
 
     def close(self) -> None:
-        """Forget the tasks that are not out, and those that come back."""
+        """Drop the tasks that are not in work, and tasks that are put back."""
         self.closed = True
         self._tasks.clear()
 
     def take(self, worker: Worker[RenderTask]) -> RenderTask | None:
-        """Take the next task that need not wait; None where all must."""
+        """Take the next task that need not wait; None if all must."""
         being_made = {key for task in self._out for key in task.needs} - self._made
         for place, task in enumerate(self._tasks):
             if not task.needs & being_made:
@@ -72,22 +72,22 @@ class TaskQueue:
         return None
 
     def finish(self, task: RenderTask) -> None:
-        """Note that `task` was done: what it needed is there now."""
+        """Note that `task` was done: its passes are in the cache now."""
         self._out.remove(task)
         self._made |= task.needs
 
     def give_up(self, task: RenderTask) -> None:
-        """Note that `task` has failed: others make what it needed."""
+        """Note that `task` has failed: others make its passes."""
         self._out.remove(task)
 
     def put_back(self, task: RenderTask) -> None:
-        """Put `task` back, which was not done, as the next."""
+        """Put the unfinished `task` back, as the next."""
         self._out.remove(task)
         if not self.closed:
             self._tasks.appendleft(task)
 
     def opened(self, worker: Worker[RenderTask], task: RenderTask) -> float:
-        """Note that the worker has opened the stage of the task; return the seconds that this may take now."""
+        """Note that the worker has opened the stage of the task; return the timeout of the task, seconds."""
         worker.holds, task.within_s = task.picture.variant, self._limit_s(task)
         return task.within_s
 

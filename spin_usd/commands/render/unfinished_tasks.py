@@ -1,4 +1,4 @@
-"""What is left to make of the planned pictures, and why some are made again that the dataset has."""
+"""The missing pictures of a plan, and the reasons why some existing ones are made again."""
 
 from collections import Counter
 from functools import partial
@@ -22,7 +22,7 @@ OTHER_SOFTWARE = "made by another version of spin_usd"
 
 
 def wanted_files(run: RenderRun, kinds: tuple[str, ...]) -> WantedFiles:
-    """Return which files of each picture the run wants, of these kinds."""
+    """Return the wanted files of each picture, of these kinds."""
     return WantedFiles(
         kinds=kinds,
         options=run.request.options.recorded,
@@ -35,8 +35,8 @@ def wanted_files(run: RenderRun, kinds: tuple[str, ...]) -> WantedFiles:
 def unfinished_tasks(
     run: RenderRun, planned: Plan, root: str, wanted: WantedFiles, report: RenderReport
 ) -> list[RenderTask]:
-    """Return what is left to make of the planned pictures, whose root layer is `root` in the dataset; the report counts
-    the others."""
+    """Return the tasks for the missing pictures of the plan, whose root layer in the dataset is `root`; the report
+    counts the others."""
     stages = {variant: structs.replace(stage, root=root) for variant, stage in planned.stages.items()}
     again = Counter[str]()
     left = partial(
@@ -57,8 +57,8 @@ def unfinished_tasks(
 
 
 def why_outdated(record: Record, settings: RenderSettings, stage: StageProvenance) -> str:
-    """Say which of options, stage and software is another for the picture of a `record` than for one with other keys,
-    of these settings and this `stage`: the first that is."""
+    """Return the first of options, stage and software that differs between a picture's `record` and a record with other
+    keys, these settings and this `stage`."""
     if RENDERED & record.files.keys() and record.settings != settings:
         return OTHER_OPTIONS
     return OTHER_SOFTWARE if record.provenance.stage == stage else OTHER_STAGE

@@ -21,8 +21,8 @@ from spin_usd.studio.studio import Studio
 
 
 class RenderWorker:
-    """A worker that lives in a child process. `progress` is called in each picture once its scene is read: what follows
-    takes time by the picture, not by the stage."""
+    """A worker that lives in a child process. `progress` is called in each picture once its scene is read: the time of
+    the rest depends on the picture, not on the stage."""
 
     def __init__(self, request: OpenWorker, progress: Callable[[], None] = lambda: None) -> None:
         if request.cpus:
@@ -43,7 +43,7 @@ class RenderWorker:
         return self.studio.versions
 
     def picture(self, request: MakePicture) -> MadePicture:
-        """Make a picture as `make` does, and return what it took."""
+        """Make a picture as `make` does, and return its costs."""
         picture, record = self.make(request)
         return MadePicture(
             record=record_of(record.variant, record.frame),
@@ -54,8 +54,8 @@ class RenderWorker:
         )
 
     def make(self, request: MakePicture) -> tuple[CurrentPicture, Record]:
-        """Make a picture from what the cache has, and keep there what it has not, as the request says. One that fails
-        leaves none of the files that it wrote, except those in the cache."""
+        """Make a picture with passes from the cache, and store new ones there if requested. A picture that fails leaves
+        none of its files, except those in the cache."""
         watch, variant = Stopwatch(), request.variant
         with watch("stage" if self.stage.has(variant) else "opening"):
             reader = self.stage.reader(variant)

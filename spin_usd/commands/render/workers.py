@@ -1,6 +1,6 @@
-"""The worker processes of a run: how many, on which processors, with how much memory.
+"""The worker processes of a run: their number, processors and memory.
 
-They are fed picture by picture; what goes on outlives their crashes and hangs.
+They get one picture at a time; the run survives their crashes and hangs.
 """
 
 from collections.abc import Callable, Iterator
@@ -38,13 +38,13 @@ USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all worker
 
 
 def default_workers() -> int:
-    """Return as many as there are processors and memory for."""
+    """Return the number of workers for the processors and the memory."""
     return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
 
 
 def workers_and_cores(tasks: int, asked: int | None, *, cluster: bool) -> tuple[int, int]:
-    """Return how many workers there are at most for so many tasks, and how many processors these share: in a cluster
-    each has its own. `asked`: how many workers the user wants."""
+    """Return the largest number of workers for so many tasks, and the number of processors that they share: in a
+    cluster each has its own. `asked`: the user's number of workers."""
     if cluster:
         count = min(asked or MAX_WORKERS, tasks)
         return count, count
@@ -56,8 +56,8 @@ def workers_and_cores(tasks: int, asked: int | None, *, cluster: bool) -> tuple[
 class WorkerProcesses:
     """Starts the workers of a run.
 
-    The first of this machine can be started ahead, before anybody knows what it is to do: a renderer loads for longer
-    than a few pictures are planned.
+    The first worker of this machine can be started before its task is known: a renderer loads for longer than the plan
+    of a few pictures takes.
     """
 
     def __init__(self, run: RenderRun) -> None:
@@ -69,7 +69,7 @@ class WorkerProcesses:
 
     @contextmanager
     def one_ahead(self) -> Iterator[None]:
-        """Start a process, which is ended with the block unless it became a worker."""
+        """Start a process, which ends with the block unless it became a worker."""
         self._ahead = self._process()
         try:
             yield
@@ -78,12 +78,12 @@ class WorkerProcesses:
                 self._ahead.kill()
 
     def starter(self, options: WorkerOptions, workers: int) -> StartWorker:
-        """Return what starts a worker by its number, of so many at most."""
+        """Return the function that starts a worker by its number, of so many at most."""
         return self.destination.start(options, self._lease, workers) or partial(self._start, options, workers)
 
     def _start(self, options: WorkerOptions, workers: int, number: int) -> Child:
         child, self._ahead = self._ahead or self._process(), None
-        with suppress(ChildDiedError):  # the end of its answers says so too
+        with suppress(ChildDiedError):  # the end of its answers reports it too
             child.send(OPEN_WORKER, OpenWorker(options=options, cpus=share_of(number, workers)))
         return child
 
@@ -101,7 +101,7 @@ def make_pictures(
     time_limits: TimeLimits,
     stop: StopRequest,
 ) -> None:
-    """Make the pictures of the tasks in so many worker processes at most; those that are running where `stop` is asked.
+    """Make the pictures of the tasks in at most so many workers; once `stop` is requested, only the running ones.
     Raises as supervise does."""
     start_worker, cluster = processes.starter(options, workers), processes.destination.cluster
 
@@ -122,14 +122,14 @@ def make_pictures(
 
 
 def _share_of_memory(share: float, workers: int) -> int:
-    """Return bytes for each of so many workers, which together take that share of the machine's memory, or what a
-    worker is expected to need."""
+    """Return the bytes for each of so many workers: their part of that share of the machine's memory, or the expected
+    need of a worker."""
     return max(int(share * machine_memory()) // workers, MEMORY_PER_WORKER)
 
 
 class Listener(Protocol):
-    """A listener that is called when a worker is ready for its first picture, when a picture ends, and when so many are
-    the last."""
+    """A listener that is called when a worker is ready for its first picture, when a picture ends, and when only so
+    many are left."""
 
     def ready(self) -> None: ...
 
@@ -159,10 +159,10 @@ def supervise(
     memory: MemoryLimits,
     stop: StopRequest,
 ) -> None:
-    """Make all pictures with children; return when each is done or has failed too often, or once `stop` is requested
-    and those at work are.
+    """Make all pictures with children; return when each is done or has failed too often, or, once `stop` is requested,
+    when the running ones are.
 
-    `free_slots()`: how many workers there may be now. `start(number)`: starts a child that was already sent
+    `free_slots()`: the current limit of the number of workers. `start(number)`: starts a child that was already sent
     OPEN_WORKER. Raises OutputError when results cannot be written, RenderError when no worker starts.
     """
     with Crew(start, queue, slots=free_slots, opening=OPEN_WORKER, memory=memory.largest) as crew:
@@ -197,10 +197,10 @@ def _handle(
 
 
 def _why(task: RenderTask, reason: Exception) -> str:
-    """Return why the task is given up, with what can be done about a picture that ran away or hangs."""
+    """Return why the task is given up, with the remedy for a picture that ran away or hangs."""
     cause = reason.cause if isinstance(reason, ChildDiedError) else None
     if cause is DeathCause.RAN_AWAY and task.within_s != PATIENCE_S:
-        return f"{reason}; --picture-timeout gives it more"
+        return f"{reason}; --picture-timeout allows more"
     if cause is DeathCause.HUNG:
         return f"{reason}; look at the disk, network or driver that it waits for"
     return str(reason)

@@ -15,13 +15,13 @@ class Reproduce(Struct, frozen=True, kw_only=True):
     record: str
     """Name of the record."""
     folder: str
-    """Folder for the files that are made."""
+    """Folder for the new files."""
     device: str
     """Device that renders the light."""
 
 
 class Comparison(Struct, frozen=True, kw_only=True):
-    """One file of the picture: its digest as recorded, as it lies in the dataset (None: missing), and as made again."""
+    """One file of the picture: its digest in the record, in the dataset (None: missing), and as made again."""
 
     kind: str
     path: str
@@ -38,10 +38,9 @@ class Reproduction(Struct, frozen=True, kw_only=True):
     """A picture made again."""
 
     files: tuple[Comparison, ...]
-    """A comparison of each."""
+    """Comparison of each file."""
     versions: Mapping[str, tuple[str, str]]
-    """The libraries that are another version now, by name, with the recorded version and today's, "" where there is
-    none."""
+    """Libraries whose version has changed, by name, with the recorded version and today's, "" if there is none."""
     devices: tuple[str, str]
     """Devices that rendered the light: the recorded one and today's."""
 

@@ -10,14 +10,14 @@ MAX_MESSAGE = 1 << 20  # bytes that a client may send
 
 
 class Asked(Struct, forbid_unknown_fields=True, kw_only=True):
-    """A message to the server. `ask` is "picture", "stage" or "ping"; the rest is of pictures, as `Simulator.request`
-    has it."""
+    """A message to the server. `ask` is "picture", "stage" or "ping"; the other fields are for pictures, as in
+    `Simulator.request`."""
 
     ask: str = "picture"
     arrays: tuple[str, ...] = ("image",)
-    """Kinds of array that are sent."""
+    """Kinds of array to send."""
     record: bool = False
-    """Whether the record is sent too."""
+    """Whether to send the record too."""
     frame: str | int | None = None
     pose: Any = None
     sun: list[float] | None = None
@@ -32,10 +32,10 @@ class Asked(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class SentArray(Struct, frozen=True, kw_only=True):
-    """An array, row by row from the top, in the byte order that its type names."""
+    """An array, row by row from the top, in the byte order of its type."""
 
     dtype: Any
-    """As numpy describes it, such as "|u1"; of a table a list of columns."""
+    """Type as numpy describes it, such as "|u1"; of a table a list of columns."""
     shape: list[int]
     data: bytes
 
@@ -50,30 +50,30 @@ class SentPicture(Struct, frozen=True, kw_only=True):
     pose: RecordedPose
     arrays: dict[str, SentArray]
     logged: int | UnsetType = UNSET
-    """Its place in the log."""
+    """Place in the log."""
     record: str | UnsetType = UNSET
     """JSON."""
 
 
 class SentError(Struct, frozen=True, kw_only=True):
-    """Why there is no picture, in a sentence."""
+    """Reason why there is no picture, in a sentence."""
 
     error: str
 
 
 class SentStage(Struct, frozen=True, kw_only=True):
-    """What is served."""
+    """The served stage."""
 
     frames: list[str]
     variants: list[str]
     seed: int
     targets: dict[str, dict[str, list[float]]]
-    """By name the keypoints of each, metres, its own axes."""
+    """Keypoints of each target by name, metres, its own axes."""
     version: str
 
 
 class SentPong(Struct, frozen=True, kw_only=True):
-    """That the server is there."""
+    """The server's reply to "ping"."""
 
     waiting: int
-    """Pictures that are asked for and not made."""
+    """Requested pictures that are not made yet."""

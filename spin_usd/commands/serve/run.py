@@ -1,6 +1,6 @@
 """`spin-usd serve`: pictures of a stage for programs in any language, by ZeroMQ and msgpack.
 
-A client sends a request and gets one reply to each, in its own order. Several clients take turns as they come.
+A client gets one reply to each request, in its own order. Requests of several clients are answered as they come.
 """
 
 import os
@@ -47,13 +47,13 @@ ON_THIS_MACHINE = ("tcp://127.", "tcp://localhost:", "tcp://[::1]:", "ipc://")
 
 
 def serve(options: ServeOptions, *, tell: Callable[[str], None]) -> None:
-    """Serve pictures until a signal stops it; `tell` takes lines for the user. Raises InputError where it cannot
-    listen, and what opening the stage does."""
+    """Serve pictures until a signal stops it; `tell` takes lines for the user. Raises InputError if it cannot listen,
+    and the errors of opening the stage."""
     at = HERE if options.at is None else options.at
     with suppress(Stopped), _listening(at) as socket, _simulator(options) as simulator:
         where = socket.getsockopt_string(zmq.LAST_ENDPOINT)
         if not at.startswith(ON_THIS_MACHINE):
-            tell(f"note: {where} can be reached from other machines, and nobody is asked who they are")
+            tell(f"note: {where} can be reached from other machines; there is no authentication")
         tell(f"{where}   ({len(simulator)} frames; Ctrl-C ends)")
         Server(socket, simulator).run()
 
@@ -65,15 +65,15 @@ def _listening(at: str) -> Iterator["zmq.Socket[bytes]"]:
         socket.setsockopt(zmq.LINGER, 1000)
         if at.startswith("ipc://") and os.path.exists(at.removeprefix("ipc://")):
             do = "end the server that uses it, or remove it"
-            raise InputError("is there already", where=at.removeprefix("ipc://"), do=do)
+            raise InputError("exists already", where=at.removeprefix("ipc://"), do=do)
         port = ADDRESS.fullmatch(at)
         if port is None or int(port[1] or 0) > MAX_PORT:
-            raise InputError(f"{at} is no address", do="give one such as tcp://127.0.0.1:8644, or ipc://FILE")
+            raise InputError(f"{at} is not an address", do="give one such as tcp://127.0.0.1:8644, or ipc://FILE")
         try:
             socket.bind(at)
         except zmq.ZMQError as error:
-            do = "choose another port, or end what listens there; addresses are like tcp://127.0.0.1:8644 or ipc://PATH"
-            raise InputError(f"{at} cannot be listened at ({error.strerror})", do=do) from None
+            do = "choose another port, or free it; addresses are like tcp://127.0.0.1:8644 or ipc://PATH"
+            raise InputError(f"{at} is not available ({error.strerror})", do=do) from None
         if at.startswith("ipc://"):
             os.chmod(at.removeprefix("ipc://"), 0o600)
         yield socket
@@ -98,11 +98,11 @@ class Server:
 
     def __init__(self, socket: "zmq.Socket[bytes]", simulator: Simulator) -> None:
         self._socket, self._simulator, self._workers = socket, simulator, simulator.workers
-        self._waiting: dict[SimulatorTask, tuple[bytes, list[bytes]]] = {}  # who waits for each picture
+        self._waiting: dict[SimulatorTask, tuple[bytes, list[bytes]]] = {}  # the clients that wait for each picture
         self._decoder, self._encoder = Decoder(Asked), Encoder()
 
     def run(self) -> None:
-        """Answer, until a signal stops it."""
+        """Answer messages until a signal stops it."""
         poller = zmq.Poller()
         poller.register(self._socket, zmq.POLLIN)
         poller.register(self._workers.fileno(), zmq.POLLIN)
@@ -114,7 +114,7 @@ class Server:
                 self._reply(task)
 
     def _receive(self) -> None:
-        """Hear what has come."""
+        """Receive messages."""
         with suppress(zmq.Again):
             while True:
                 client, *envelope, body = self._socket.recv_multipart(zmq.NOBLOCK)
@@ -123,27 +123,27 @@ class Server:
                     self._send(client, envelope, answer)
 
     def answer(self, client: bytes, envelope: list[bytes], body: bytes) -> Struct | None:
-        """Return the answer to a message, whatever it is; None where it takes a picture to be made."""
+        """Return the answer to any message; None if it has to wait for a picture."""
         try:
             return self._heard(client, envelope, body)
         except SpinError as error:
             return SentError(error=str(error))
-        except Exception as defect:  # one message must not end the server of all others
+        except Exception as defect:  # one message must not end the server for all others
             traceback.print_exception(defect)
-            return SentError(error=f"the server met a defect of its own: {defect!r}")
+            return SentError(error=f"the server has a defect: {defect!r}")
 
     def _heard(self, client: bytes, envelope: list[bytes], body: bytes) -> Struct | None:
-        """Return the answer to a message; None where it takes a picture to be made. Raises InputError."""
+        """Return the answer to a message; None if it has to wait for a picture. Raises InputError."""
         try:
             asked = self._decoder.decode(body)
         except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
-            raise InputError(f"the message is not understood: {error}", do=f"send {KEYS} as msgpack") from None
+            raise InputError(f"the message cannot be read: {error}", do=f"send {KEYS} as msgpack") from None
         if asked.ask == "ping":
             return SentPong(waiting=len(self._waiting))
         if asked.ask == "stage":
             return self._stage()
         if asked.ask != "picture":
-            raise InputError(f"there is nothing to ask called {asked.ask!r}", do="ask for picture, stage or ping")
+            raise InputError(f"ask is {asked.ask!r}", do="make it picture, stage or ping")
         if sum(address[0] == client for address in self._waiting.values()) >= MAX_WAITING:
             raise InputError(f"{MAX_WAITING} of your pictures wait already", do="take their replies first")
         self._waiting[self._ask(asked)] = client, envelope
@@ -154,7 +154,7 @@ class Server:
         if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
             raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
         if BACKGROUND in (asked.values or {}):
-            do = "draw photographs where the stage is, by Simulator.stream"
+            do = "draw photographs on the server's machine, by Simulator.stream"
             raise InputError(f"{BACKGROUND} names a file of the server's machine", do=do)
         own = {name: getattr(asked, name) for name in ASKED}
         request = self._simulator.request(**own)
@@ -183,7 +183,7 @@ class Server:
         )
 
     def _send(self, client: bytes, envelope: list[bytes], answer: Struct) -> None:
-        with suppress(zmq.Again):  # it takes no replies
+        with suppress(zmq.Again):  # the client takes no replies
             self._socket.send_multipart([client, *envelope, self._encoder.encode(answer)], zmq.NOBLOCK)
 
 

@@ -1,4 +1,4 @@
-"""What the page and the terminal show: written by threads that make pictures, read by threads that wait for them."""
+"""State shown by page and terminal: written by threads that make pictures, read by threads that wait for them."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace

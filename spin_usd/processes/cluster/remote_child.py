@@ -59,7 +59,7 @@ class RemoteChild:
         self._connection.send(call, request)
 
     def receive(self) -> Mapping[str, Any]:
-        """Receive the next message. Raises what the worker raised, or ChildDiedError."""
+        """Receive the next message. Raises the error of the worker, or ChildDiedError."""
         os.read(self._readable, 1)
         message = self._heard.popleft()
         if isinstance(message, BaseException):

@@ -180,7 +180,7 @@ def test_a_measurement_of_something_else_is_not_overwritten(measured, killed, ti
     for asked in ((tiny_stage, "--variant", "dark"), (other, "--out", killed)):
         told = spin_usd("measure", *asked, *OPTIONS, "--quiet", code=2).stderr
         assert told.endswith(
-            "holds a measurement of variant nominal of ../dataset.usda; give another folder with --out\n"
+            "contains a measurement of variant nominal of ../dataset.usda; give another folder with --out\n"
         )
     assert (killed / "measure.json").read_bytes() == before
 
@@ -359,7 +359,7 @@ def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name)
     path = tmp_path / "out" / name
     path.parent.mkdir(parents=True)
     path.write_text("mine")
-    with pytest.raises(InputError, match="which is not of a measurement"):
+    with pytest.raises(InputError, match="not part of a measurement"):
         spin_usd_api.measure(small_stage, out=tmp_path / "out")
     assert [each for each in (tmp_path / "out").rglob("*") if each.is_file()] == [path]
 
@@ -407,7 +407,7 @@ def test_a_crash_ends_one_job(opened) -> None:
     assert isinstance(first, str)
     assert first == last
     assert "SIGKILL" in str(crashed)
-    assert "is not the render that was written" in str(refused)
+    assert "is damaged or replaced" in str(refused)
 
 
 def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:

@@ -152,8 +152,8 @@ def test_exposures_of_pictures_make_no_events(tmp_path) -> None:
     ("options", "said"),
     [
         ({"event_labels": True, "events": False}, "event_labels is given without events"),
-        ({"shard": "0/2"}, "of a shard, a cluster or a URL"),
-        ({"frames": "0:1"}, "there is one"),
+        ({"shard": "0/2"}, "with a shard, a cluster or a URL"),
+        ({"frames": "0:1"}, "there is only one"),
     ],
 )
 def test_what_does_not_go_together_is_refused(stage, tmp_path, options, said) -> None:
@@ -162,7 +162,7 @@ def test_what_does_not_go_together_is_refused(stage, tmp_path, options, said) ->
 
 
 def test_a_stage_without_an_event_camera_or_without_times_is_refused(small_stage, tmp_path) -> None:
-    with pytest.raises(InputError, match="when its pictures are taken"):
+    with pytest.raises(InputError, match="the times of its pictures"):
         render(small_stage, out=tmp_path / "set", **OPTIONS)
     plain = author_moving(tmp_path / "plain", sensor=None)
     with pytest.raises(InputError, match="has no event camera"):

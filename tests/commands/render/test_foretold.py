@@ -25,7 +25,7 @@ def test_a_new_dataset_is_foretold_and_its_first_picture_told(said, tmp_path) ->
     assert re.fullmatch(r"2 pictures with 1 worker: about \d+ s", expected)
     path = tmp_path / "made" / "image" / "nominal" / "img000001.png"
     assert path.is_file()
-    assert first == f"the first picture is there: {path}"
+    assert first == f"the first picture is made: {path}"
     assert said(frames="0:3") == []
 
 
@@ -33,4 +33,4 @@ def test_without_images_the_first_record_is_told(said, tmp_path) -> None:
     first = said(frames="0:1", labels_only=True, samples=None, renderer=None)[-1]
     path = tmp_path / "made" / "records" / "nominal" / "img000001.json"
     assert path.is_file()
-    assert first == f"the first picture is there: {path}"
+    assert first == f"the first picture is made: {path}"

@@ -111,7 +111,7 @@ def test_a_picture_that_takes_too_long_has_failed_and_the_run_goes_on(small_stag
     report = rendered(small_stage, tmp_path, effort=Effort(samples=10**6), picture_timeout=1)
     assert [each.picture for each in report.failed] == ["nominal/img000001", "nominal/img000002"]
     for index, reason in enumerate(each.reason for each in report.failed):
-        assert "s of processor time, more than its limit of 1 s, twice; --picture-timeout gives it more; to" in reason
+        assert "s of processor time, more than its limit of 1 s, twice; --picture-timeout allows more; to" in reason
         assert reason.endswith(" --picture-timeout 1")
         assert (
             f"spin-usd render {small_stage} --out {tmp_path} --frames {index}:{index + 1} --variants nominal" in reason

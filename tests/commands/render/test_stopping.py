@@ -82,7 +82,7 @@ def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_pat
     assert "stopped by SIGTERM; run the same command again" in said
     made = assert_left_well(tmp_path, children)
     assert 1 <= made < 8
-    assert f"note: {made} of 8 pictures are made, {8 - made} are left" in said
+    assert f"note: {made} of 8 pictures are made; {8 - made} are missing" in said
 
 
 @pytest.mark.slow

@@ -134,12 +134,12 @@ def test_a_stage_that_goes_away_is_said_and_may_come_back(small_stage, tmp_path)
 @pytest.mark.parametrize(
     ("body", "said"),
     [
-        (b"", "the message is not understood"),
-        (b"\xff\x00rubbish", "the message is not understood"),
-        (b"\x91" * 100_000, "the message is not understood"),
+        (b"", "the message cannot be read"),
+        (b"\xff\x00rubbish", "the message cannot be read"),
+        (b"\x91" * 100_000, "the message cannot be read"),
         (msgspec.msgpack.encode({"posse": 1}), "unknown field `posse`"),
-        (msgspec.msgpack.encode({"sun": "up"}), "the message is not understood"),
-        (msgspec.msgpack.encode({"ask": "quit"}), "there is nothing to ask called 'quit'"),
+        (msgspec.msgpack.encode({"sun": "up"}), "the message cannot be read"),
+        (msgspec.msgpack.encode({"ask": "quit"}), "ask is 'quit'"),
         (msgspec.msgpack.encode({"arrays": ["colour"]}), "there is no 'colour'"),
         (msgspec.msgpack.encode({"pose": [1, 2, 3]}), "is not a pose"),
         (msgspec.msgpack.encode({"pose": {"a": None}}), "is not a pose"),
@@ -161,7 +161,7 @@ def test_bad_messages_get_a_sentence(server, body, said) -> None:
 
 def test_a_defect_is_an_answer_too(capsys) -> None:
     server = Server(None, SimpleNamespace(workers=None))  # which has none of what a stage is told from
-    assert "a defect of its own" in server.answer(b"client", [], msgspec.msgpack.encode({"ask": "stage"})).error
+    assert "the server has a defect" in server.answer(b"client", [], msgspec.msgpack.encode({"ask": "stage"})).error
     assert "Traceback" in capsys.readouterr().err
 
 
@@ -203,12 +203,12 @@ def test_replies_are_in_the_order_of_requests(server) -> None:
 
 def test_an_address_that_is_taken_is_said(server, small_stage, spin_usd, tmp_path) -> None:
     done = spin_usd("serve", small_stage, "--at", server, *RENDERER, code=2)
-    assert "cannot be listened at" in done.stderr
+    assert "is not available" in done.stderr
     for at in ("inproc://x", "tcp://127.0.0.1:99999", "tcp://*:8701x", "8701"):
-        assert "is no address" in spin_usd("serve", small_stage, "--at", at, *RENDERER, code=2).stderr
+        assert "is not an address" in spin_usd("serve", small_stage, "--at", at, *RENDERER, code=2).stderr
     (tmp_path / "taken").touch()
     done = spin_usd("serve", small_stage, "--at", f"ipc://{tmp_path}/taken", *RENDERER, code=2)
-    assert "is there already" in done.stderr
+    assert "exists already" in done.stderr
 
 
 def test_the_client_in_the_documents_works(server) -> None:
