@@ -21,13 +21,13 @@ EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes"
 FAILURES = ("what", "picture", "why")
 SAVINGS = ("skipped", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
 MEANINGS = f"""
-Seconds are of a picture, the mean of the pictures; errors are those of the one whose error may be the greatest. Error:
-relative, in linear light, of each of the target's pixels its deviation over the root of its radiance squared plus the
-square of {FLOOR:g} x the target's mean, root mean square, and how much more it is with its square's uncertainty added:
-the standard error over the seeds, and the reference's own error where that took as many samples as allowed. Its square
-is the sum of those of bias and noise; a bias within the uncertainty is shown as 0. Brightness: how much more or less
-light the target has. DN: digital numbers after the detector, and likewise how much more, beside the detector's own
-noise, without which it was measured. Structure: 1 - SSIM. Front: no other setting is as cheap and surely as exact, in
+Seconds are per picture, the mean of the pictures; errors are of the picture with the largest possible error. Error:
+relative, in linear light: for each of the target's pixels, its deviation over the root of its radiance squared plus the
+square of {FLOOR:g} x the target's mean; root mean square; then its increase by the uncertainty of its square: the
+standard error over the seeds, and the reference's own error if that took as many samples as allowed. The square is the
+sum of the squares of bias and noise; a bias within the uncertainty is shown as 0. Brightness: relative change of the
+target's light. DN: digital numbers after the detector, with its increase likewise, next to the detector's own noise,
+which the error does not contain. Structure: 1 - SSIM. Front: no other setting is as cheap and surely as exact, in
 linear light (`light`) or after the detector (`image`); `--error` chooses from it.
 """
 

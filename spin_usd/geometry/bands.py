@@ -95,7 +95,7 @@ def _cheapest_cuts(low: NDArray[np.int64], high: NDArray[np.int64], band_cost_px
     count = len(low)
     cost, cut = [0.0] + [np.inf] * count, [0] * (count + 1)
     for end in range(1, count + 1):
-        # Widths of the bands that end here, by where they begin.
+        # Widths of the bands that end here, by their beginnings.
         wide = np.maximum.accumulate(high[end - 1 :: -1][:end]) - np.minimum.accumulate(low[end - 1 :: -1][:end])
         for begin in range(end - 1, -1, -1):
             width = max(int(wide[end - 1 - begin]), 0)

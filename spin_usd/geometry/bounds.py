@@ -21,7 +21,7 @@ ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)
 ALONG_ARC = np.linspace(0, 1, 257, endpoint=False)  # of up to half a turn, none bowed by more than 2e-5 f
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
-NEAR = 1e-6  # metres before the camera: what is nearer has no place in the picture
+NEAR = 1e-6  # metres before the camera: nearer points have no place in the picture
 
 
 def region_of_interest(

@@ -18,7 +18,7 @@ SHARP, FLAT, MAX_TILT, MAX_TILT_OF_SIDE = np.cos(np.radians((35.0, 1.0, 50.0, 55
 """Cosines of the angles at which an edge is sharp, below which faces are one plane, and of the largest tilts of an
 uncut region and of one on a box's side, whose corner is at arccos(1 / sqrt(3)) = 54.7 degrees."""
 STEEP = 0.95  # of the cosine to the body's z above which a region has its t along y instead
-SNAP = 1e-4  # to the body's own axes, so that what is modelled along them is projected exactly along them
+SNAP = 1e-4  # to the body's own axes, so that surfaces modelled along them are projected exactly along them
 HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 Int = NDArray[np.int64]
 

@@ -1,6 +1,6 @@
 """A facet: the plane region of a mesh around one of its triangles, however it is cut into triangles.
 
-Its corners, edges and centre are what a person sees of the surface, and what a picked point can snap to.
+A person sees its corners, edges and centre, and a picked point can snap to them.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Facet:
 
     @cached_property
     def edges(self) -> Float:
-        """(E, 2, 3) the ends of the straight edges around it: those between its own triangles are none."""
+        """(E, 2, 3) the ends of the straight edges around it, without edges between its own triangles."""
         points, ends = _welded_edges(self.corners)
         ends, counts = np.unique(ends, axis=0, return_counts=True)
         return _joined(points, ends[counts == 1])

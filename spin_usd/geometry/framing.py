@@ -115,7 +115,7 @@ def _pyramid(low: Float, high: Float) -> Float:
 
 def framed_shares(camera: Camera, hull: Float, rotations: Float, translations: Float) -> Iterator[float]:
     """Yield for each pose the share, 0 to 1, of the outline of a convex hull that lies in the frame; 0 where the camera
-    is inside. What is not asked for costs little.
+    is inside. Anything not requested costs little.
 
     hull: corners (N, 3), body frame, metres; seen at the poses T_cam_body of `rotations` (M, 3, 3) and `translations`
     (M, 3). Areas are those of the image plane without distortion, for there the outline has an area outside the frame

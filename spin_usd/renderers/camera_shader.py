@@ -1,4 +1,4 @@
-"""The start of camera rays: where it is, and the text of the camera shader that sets it.
+"""The start of camera rays: its place, and the text of the camera shader that sets it.
 
 Blender's world here has a camera's axes (x right, y up, looking along -z). Up to NEAR_RADII target radii its origin is
 the camera, whose rays start there. Further off its origin is the target's centre, and each ray starts just before the

@@ -86,7 +86,7 @@ def _angle(light: Light, scene: Scene) -> float:
 
 
 Reason = tuple[str, str] | None
-"""Why some work may be skipped and how surely nothing changes; None where it may not."""
+"""Why some work may be skipped and how surely nothing changes; None if it may not."""
 
 
 def _filter_glossy(facts: Facts) -> Reason:

@@ -1,4 +1,4 @@
-"""Appearances of a specification, one of which a picture is drawn to have, and the photographs behind."""
+"""Appearances of a specification, one of which is drawn for each picture, and the photographs behind."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from spin_usd.stage.augment.background import is_picture
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Appearance:
-    """An augmentation of the specification in `folder`; `others` are samples but that of the background."""
+    """An augmentation of the specification in `folder`; `others`: all samples except the background's."""
 
     entry: AugmentationEntry
     folder: Path
@@ -23,15 +23,15 @@ class Appearance:
     background: Choice | Fixed | None
 
     def photograph(self, seed: int, name: str, frame: str) -> dict[str, str]:
-        """Draw the photograph behind a picture, if there is to be one: its file, by the parameter."""
+        """Draw the photograph behind a picture, if any: its file, by the parameter."""
         if self.background is None:
             return {}
         return {BACKGROUND: str(self.background.sample(stream(seed, name, BACKGROUND, frame)))}
 
 
 def read_appearances(spec: str) -> list[Appearance]:
-    """Return the augmentations of the specification in that file. Raises InputError for one whose backgrounds are not
-    all photographs."""
+    """Return the augmentations of the specification in that file. Raises InputError for one with backgrounds other than
+    photographs."""
     return [_appearance(entry, spec) for entry in read_augmentation_spec(spec).augmentations]
 
 

@@ -19,7 +19,7 @@ from spin_usd.specifications.sample_table import SampleEntry, samples_of
 
 SCHEMA = "augment-1"
 IN_TURN = "in_turn"
-RESERVED = {NOMINAL: "the stage without augmentation", "all": "every variant together"}  # as --variants has them
+RESERVED = {NOMINAL: "the stage without augmentation", "all": "every variant together"}  # names that --variants uses
 LONGEST_NAME = 100  # it names files too, beside a suffix
 
 
@@ -43,7 +43,7 @@ class AugmentationTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields
     name: Annotated[str, Meta(pattern="^[a-z0-9_]+$", description="The variant's name.")]
     count: Annotated[
         Annotated[int, Meta(ge=1, le=1000)] | None,
-        Meta(description="How many of it; they are named NAME_1, NAME_2, ..."),
+        Meta(description="Number of copies; they are named NAME_1, NAME_2, ..."),
     ] = None
     select: Annotated[
         dict[str, SetName | Names],
@@ -59,7 +59,7 @@ class AugmentationTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields
         return map(self._entry, names, range(len(names)))
 
     def _entry(self, name: str, turn: int) -> AugmentationEntry:
-        """Return the augmentation `name` with entry `turn`, counted from 0, of each list to be taken in turn."""
+        """Return the augmentation `name` with entry `turn`, counted from 0, of each list."""
         sample = {
             parameter: _fixed(words, turn) if words["distribution"] == IN_TURN else words
             for parameter, words in self.sample.items()
@@ -76,7 +76,7 @@ class AugmentationTables(Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Augmentations of a stage: each is a variant, which selects among others and samples values of its own."""
 
     schema: Literal["augment-1"]
-    seed: Annotated[int, Meta(description="Of all samples; 0 unless given.")] = 0
+    seed: Annotated[int, Meta(description="Seed of all samples; 0 unless given.")] = 0
     augmentation: Annotated[tuple[AugmentationTable, ...], Meta(min_length=1)]
 
 
@@ -94,15 +94,14 @@ class Specification:
 
 
 def spec_path(given: str | Path) -> Path:
-    """Return the file of the specification of that name, or the file itself. Raises InputError that lists those there
-    are."""
+    """Return the file of the specification of that name, or the file itself. Raises InputError that lists the names."""
     if Path(given).suffix.lower() == ".toml":
         return Path(given)
     return bundled("specification", str(given))
 
 
 def read_augmentation_spec(path: str | Path) -> Specification:
-    """Read the specification in the file at `path`. Raises InputError that names the key that is wrong."""
+    """Read the specification in the file at `path`. Raises InputError that names the wrong key."""
     path = Path(path)
     data = read_bytes(path, MAX_SPECIFICATION)
     document = tables_in(data, path)

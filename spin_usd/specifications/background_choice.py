@@ -26,7 +26,7 @@ def background_choice(sample: SampleEntry, folder: Path) -> Choice | Fixed:
 
 
 def _listed(words: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the words of a choice with the pictures of the `folder` that it names for its values. Raises
+    """Return the words of a choice, with the pictures of its `folder` as its values. Raises
     InputError."""
     if "folder" not in words:
         return words
@@ -38,17 +38,17 @@ def _listed(words: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
 
 
 def images_in(path: Path, what: str) -> list[Path]:
-    """Return the images in the folder `path`, in order, or the image that it is. Raises InputError, which calls them
-    `what`, for a folder without any, and for a file that is not an image, or cannot be opened."""
+    """Return the images in the folder `path`, in order, or the image `path`. Raises InputError, which calls them
+    `what`, for a folder without any, and for a file that is not an image or cannot be opened."""
     files = [path]
     if path.is_dir():
-        listed = (file for file in path.iterdir() if not file.name.startswith("."))  # of macOS: ._a.jpg, no picture
+        listed = (file for file in path.iterdir() if not file.name.startswith("."))  # not macOS' ._a.jpg
         files = sorted(file for file in listed if file.suffix.lower() in PICTURES)
         if not files:
-            raise InputError(f"holds no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
+            raise InputError(f"contains no {what}", where=path, do=f"put {', '.join(PICTURES)} files there")
     elif path.exists() and path.suffix.lower() not in PICTURES:
         do = f"give a folder, or one of {', '.join(PICTURES)}"
         raise InputError(f"is not a supported {what}", where=path, do=do)
     for file in files:
-        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe or a huge file
     return files

@@ -21,7 +21,7 @@ from spin_usd.specifications.sample_pictures import SampledPictures, sample_pict
 from spin_usd.specifications.sampling_spec import SamplingPart, SamplingSpec
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
 
-DECIMALS = 12  # of results of sines and cosines, whose last bit differs between machines
+DECIMALS = 12  # of sines and cosines, whose last bits differ between machines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,14 +44,14 @@ class PartPicture:
 
 
 def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPicture, ...]:
-    """All pictures, or `count` of them, each part's share: its first pictures; for a single sequence evenly over all of
-    it.
+    """All pictures, or `count` of them: from each part its share, the first ones; from a single sequence at even
+    intervals.
 
-    Raises InputError for more than there are, for none, and for names that are invalid or not unique.
+    Raises InputError for a count beyond the pictures, for 0, and for names that are invalid or not unique.
     """
     count = spec.count if count is None else count
     if not 1 <= count <= spec.count:
-        raise InputError(f"count {count} is not 1 to {spec.count}", where=spec.source, do="give one of those")
+        raise InputError(f"count {count} is not 1 to {spec.count}", where=spec.source, do="give a number in this range")
     found: list[PartPicture] = []
     before = 0
     for part in spec.parts:
@@ -66,7 +66,7 @@ def part_pictures(spec: SamplingSpec, count: int | None = None) -> tuple[PartPic
 
 
 def _check_names(names: Sequence[str], source: str) -> None:
-    """Raise InputError for names that cannot be a picture's, and for one that two pictures have."""
+    """Raise InputError for names that cannot name a picture, and for a name of two pictures."""
     if bad := next((name for name in names if not FRAME_NAME.fullmatch(name)), None):
         raise InputError(f"{bad!r} cannot name a picture", where=source, do=FRAME_NAME_RULE)
     if pair := repeated_name(names):
@@ -84,7 +84,7 @@ def sample_poses(
 ) -> PoseList:
     """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
 
-    Raises InputError that names the picture or the sequence for one that cannot be had.
+    Raises InputError that names the picture or the sequence that cannot be sampled.
     """
 
     @cache
@@ -154,13 +154,13 @@ def _inertial_suns(of_part: Sequence[PartPicture], seed: int) -> list[tuple[floa
 
 
 def _refuse_two_suns(part: SamplingPart, constraints: Mapping[str, float]) -> None:
-    """Raise InputError where the part's orbit fixes the Sun, and something else is to decide about it."""
+    """Raise InputError if the part's orbit fixes the Sun, and a sample or constraint would decide it too."""
     if isinstance(part.law, PoseLaw) or part.law.sun is None:
         return
     others = [entry.parameter for entry in part.sample if entry.parameter in SUN]
     others += [name for name in constraints if SUN[0] in CONSTRAINTS[name].bears_on]
     if others:
-        found = f"has a Sun of its trajectory, which {others[0]} does not decide"
+        found = f"has a Sun fixed by its trajectory, and {others[0]}"
         raise InputError(found, where=f"part {part.table.name!r}", do=f"leave out {others[0]}, or the trajectory's sun")
 
 

@@ -29,7 +29,7 @@ from spin_usd.stage.usd.values import Range
 MAX_TRIES = 1000
 EACH = "material.each."
 ALWAYS = Constraint(
-    description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
+    description="The whole target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
 Check = Callable[[Value], None]
 
@@ -40,8 +40,8 @@ class SampledPictures:
 
     names: Sequence[str]
     shared: Shared = field(default_factory=dict)
-    """The name for which each picture's value is sampled, for parameters per frame whose value several pictures share.
-    They change together where a constraint has it sampled again."""
+    """Name for which each picture's value is sampled, for parameters per frame whose value several pictures share. They
+    change together if a constraint requires another sample."""
 
     def sampled_for(self, parameter: str) -> Sequence[str]:
         return self.shared.get(parameter, self.names)
@@ -149,7 +149,7 @@ class _AskedConstraint:
 
 
 class _Resampling:
-    """Samples again, group after group, where constraints are not met."""
+    """Samples again, group after group, until constraints are met."""
 
     def __init__(
         self, base: BaseStage, pictures: SampledPictures, samples: Sequence[Sample], seed: int, name: str
@@ -164,7 +164,7 @@ class _Resampling:
         if not wanted and not moves_planet:
             return draws
         sky = read_sky(self._base)
-        if moves_planet and sky.planet is not None:  # without one, samples for it are refused by their own name
+        if moves_planet and sky.planet is not None:  # without one, its samples are refused by name elsewhere
             wanted.append(_AskedConstraint(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
         for want in wanted:
             _refuse_without(want, sky)
@@ -182,7 +182,7 @@ class _Resampling:
     def _group(
         self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
     ) -> ParameterValues:
-        """Sample the group's parameters again until all that is wanted holds in all pictures."""
+        """Sample the group's parameters again until all constraints are met in all pictures."""
         sampled = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in sampled if sample.per_frame] or sampled
         for again in range(1, MAX_TRIES + 1):
@@ -193,7 +193,7 @@ class _Resampling:
                 break
             draws = self._again(draws, moving, unmet[1], again)
         want, wrong = unmet or (wanted[0], np.array([0]))
-        what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is sampled,"
+        what = " and ".join(sample.parameter for sample in moving) or "the stage, without any sample,"
         found = f"no sample of {what} of {MAX_TRIES} meets" if moving else f"{what} does not meet"
         limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
         message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
@@ -202,7 +202,7 @@ class _Resampling:
     def _unmet(
         self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
     ) -> tuple[_AskedConstraint, np.ndarray] | None:
-        """Return the first that does not hold, and the indices of the pictures where any does not."""
+        """Return the first constraint that is not met, and the indices of the pictures where any is not."""
         now = self._seen(draws, group, sky)
         count = len(self._pictures.names)
         held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
@@ -250,7 +250,7 @@ def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
 
 
 def _planet(draws: ParameterValues, own: Float, longest: float) -> Float:
-    """Return where the planet's centre is, (N, 3) or (1, 3), in the axes and units of `own`."""
+    """Return the place of the planet's centre, (N, 3) or (1, 3), in the axes and units of `own`."""
     far = np.linalg.norm(own, axis=1, keepdims=True)
     direction = own / far
     if "earth.direction" in draws:
@@ -269,9 +269,9 @@ def _directions(sampled: Sequence[Value]) -> Float:
 
 
 def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
-    """Return `distribution`, a normal one cut at the parameter's limits where its own ends are not given.
+    """Return `distribution`, a normal one cut at the parameter's limits if it has no ends.
 
-    Raises InputError, where it is the parameter's name, for ends and values outside of the limits.
+    Raises InputError, with the parameter's name `where`, for ends and values outside of the limits.
     """
     if isinstance(distribution, Uniform | LogUniform):
         parameter.check_span(distribution.low, distribution.high)
@@ -283,7 +283,7 @@ def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
 
 
 def check_ends(distribution: Distribution, check: Check) -> None:
-    """Call `check` with every value and both ends that `distribution` has by itself; a normal one can be cut."""
+    """Call `check` with every value and both ends of `distribution`; a normal one can be cut."""
     match distribution:
         case Fixed(value=value):
             check(value)
@@ -310,12 +310,12 @@ def is_material_factor(name: str) -> bool:
 
 
 def check_factor(base: BaseStage, name: str, value: Any) -> None:
-    """Raise InputError, where it is the name, for a factor that takes an input of `base` beyond a material's limits."""
+    """Raise InputError, with the name `where`, for a factor that takes an input of `base` beyond its limits."""
     allowed = _allowed(name)
     for number in _multiplied(base, name, value):
         if number not in allowed:
             found = f"may be sampled as {value}, which turns an input into {number:g}"
-            raise InputError(found, where=name, do=f"choose factors with which it is one of the {allowed}")
+            raise InputError(found, where=name, do=f"choose factors that keep it among the {allowed}")
 
 
 def factor_limits(base: BaseStage, name: str) -> Range:

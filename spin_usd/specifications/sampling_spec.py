@@ -1,4 +1,4 @@
-"""Sampling specifications: a file, a published set's likeness or a line of text, as laws to sample from."""
+"""Sampling specifications: a file, a published set's likeness or a line of text, as distributions to sample."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -38,10 +38,10 @@ class SamplingPart:
 
 @dataclass(frozen=True, kw_only=True)
 class SamplingSpec:
-    """A specification that was opened."""
+    """An opened specification."""
 
     file: Path | None
-    """None for a line of text."""
+    """File of the specification; None for a line of text."""
     source: str
     """Name in messages."""
     table: SamplingTables
@@ -76,7 +76,7 @@ def _spec(tables: Mapping[str, Any], file: Path | None, source: str) -> Sampling
 
 
 def _frame(camera: str | None) -> Frame | None:
-    """Return width and height of the specification's own pictures, None where it names no camera."""
+    """Return width and height of the specification's own pictures, None if it names no camera."""
     if camera is None:
         return None
     lens = lens_of(open_camera_layer(bundled("camera", camera)))

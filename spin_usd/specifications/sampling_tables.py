@@ -20,7 +20,7 @@ from spin_usd.sampling.turning import Spin, Tumble
 
 ANYWHERE = Uniform(low=0, high=1)
 Frame = tuple[int, int]
-"""Width and height of the pictures in whose pixels offsets are."""
+"""Width and height, pixels, of the pictures that offsets refer to."""
 
 Pair = tuple[float, float]
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
@@ -52,7 +52,7 @@ class SpecTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Place(SpecTable, frozen=True, kw_only=True):
-    """Where the target's origin is in the picture."""
+    """The place of the target's origin in the picture."""
 
     across: Annotated[
         AnyDistribution | None,
@@ -88,7 +88,7 @@ class Place(SpecTable, frozen=True, kw_only=True):
 
 
 class Position(Place, frozen=True, kw_only=True):
-    """Where the target's origin is."""
+    """The place of the target's origin."""
 
     range: Away
 
@@ -98,7 +98,7 @@ class Position(Place, frozen=True, kw_only=True):
 
 
 class Poses(Position, frozen=True, kw_only=True):
-    """Pictures that have nothing to do with one another."""
+    """Pictures independent of one another."""
 
     attitude: Annotated[AnyDistribution, Meta(description="The rotation from body to camera, w, x, y, z.")]
     inside: Inclusion | None = None
@@ -118,7 +118,7 @@ class BodyPoses(Place, frozen=True, kw_only=True):
 
 
 class ChaserTable(SpecTable, frozen=True, kw_only=True):
-    """Where the camera's craft is, in the axes of the target's orbit: up, forward, normal. Its camera points at the
+    """The place of the camera's craft, in the axes of the target's orbit: up, forward, normal. Its camera points at the
     target."""
 
     orbit: RelativeOrbit | None = None
@@ -134,18 +134,18 @@ class ChaserTable(SpecTable, frozen=True, kw_only=True):
 
 
 class Trajectory(SpecTable, frozen=True, kw_only=True):
-    """Sequences of pictures of a target and a camera that move near one another: on one of orbit, chaser, or start and
+    """Sequences of pictures of a target and a camera in relative motion: given by one of orbit, chaser, or start and
     end; with one of spin and tumble."""
 
     step: Annotated[Positive, Meta(description="Seconds between pictures.")] = field(name="step_s")
-    period: Annotated[Positive, Meta(description="Of the orbit; without it motion is straight.")] = field(
+    period: Annotated[Positive, Meta(description="Period of the orbit; without it motion is straight.")] = field(
         name="period_s", default=inf
     )
     tilt_deg: Annotated[Pair, Meta(description="The camera's turn about its x and y.")] = (0.0, 0.0)
-    centre_of_mass: Annotated[Vector, Meta(description="About which the target turns, body frame.")] = field(
+    centre_of_mass: Annotated[Vector, Meta(description="Point that the target turns about, body frame.")] = field(
         name="centre_of_mass_m", default=(0.0, 0.0, 0.0)
     )
-    range: Annotated[Pair, Meta(description="Which the target never leaves.")] = field(
+    range: Annotated[Pair, Meta(description="Distances that the target stays within.")] = field(
         name="range_m", default=(0.0, inf)
     )
     attitude: Annotated[AnyDistribution, Meta(description="The rotation from body to camera at the start.")]
@@ -153,7 +153,7 @@ class Trajectory(SpecTable, frozen=True, kw_only=True):
     tumble: Tumble | None = None
     orbit: Annotated[
         RelativeOrbit | None,
-        Meta(description="Where the target is from the camera's craft, which looks along its flight."),
+        Meta(description="Orbit of the target relative to the camera's craft, which looks along its flight."),
     ] = None
     start: Position | None = None
     end: Position | None = None
@@ -217,9 +217,9 @@ class Published(SpecTable, frozen=True, kw_only=True):
 
 
 class PartTable(SpecTable, frozen=True, kw_only=True):
-    """A part of the pictures, of which either poses or a trajectory are given."""
+    """A part of the pictures, with either poses or a trajectory."""
 
-    name: Annotated[str, Meta(pattern="^[a-z0-9_]+$", description="Of the part; unique.")]
+    name: Annotated[str, Meta(pattern="^[a-z0-9_]+$", description="Name of the part; unique.")]
     names: Annotated[
         str,
         Meta(
@@ -227,10 +227,10 @@ class PartTable(SpecTable, frozen=True, kw_only=True):
             description="Of pictures, from {sequence} and {picture}, with digits such as {picture:06d}.",
         ),
     ]
-    sequences: Annotated[Count, Meta(description="How many.")] = 1
-    pictures: Annotated[Count, Meta(description="In each sequence.")]
-    first_sequence: Annotated[int, Meta(ge=0, description="Its number in names.")] = 1
-    first_picture: Annotated[int, Meta(ge=0, description="Its number in names.")] = 1
+    sequences: Annotated[Count, Meta(description="Number of sequences.")] = 1
+    pictures: Annotated[Count, Meta(description="Number of pictures in each sequence.")]
+    first_sequence: Annotated[int, Meta(ge=0, description="Number of the first sequence in names.")] = 1
+    first_picture: Annotated[int, Meta(ge=0, description="Number of the first picture in names.")] = 1
     poses: Poses | None = None
     trajectory: Trajectory | None = None
     sample: dict[str, Any] = {}
@@ -286,7 +286,7 @@ def inside_law(given: Inclusion | None, where: str) -> Inside | None:
 
 
 def only(given: Mapping[str, Any]) -> Any:
-    """Return the one of the tables that is given. Raises InputError for none and for several."""
+    """Return the one table that is given. Raises InputError for none and for several."""
     found = [name for name, each in given.items() if each]
     if not found:
         raise InputError(f"has none of {', '.join(given)}", do="add one of them")

@@ -1,7 +1,7 @@
 """A sampling specification in one line, such as "range=3..10 attitude=uniform inside=0.9 count=1000".
 
 Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
-are X,Y,Z, or X,Y,Z:DEGREES for all within that angle; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
+are X,Y,Z, or X,Y,Z:DEGREES for any within that angle; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
 """
 
 import re
@@ -22,7 +22,7 @@ NEAR = re.compile(rf"({NUMBER}(?:,{NUMBER})*)(?::({NUMBER}))?")
 UNIFORM = "uniform"
 NAMES = "img{picture:06d}"
 MAX_PICTURES = 1_000_000
-MAX_BODIES = 100  # of one line; each has a layer of poses of its own
+MAX_BODIES = 100  # of one line; each needs its own layer of poses
 LOWER = "give the lower number first"
 HALF_TURN = 180.0  # degrees
 
@@ -36,7 +36,7 @@ class BodyText:
 
     text: str
     count: int
-    """Of the bodies."""
+    """Number of the bodies."""
     poses: Words
     """The equivalent table, and `distance`, metres between a body's origin and the target's.
 
@@ -51,7 +51,7 @@ def is_sampling_text(given: str) -> bool:
 
 def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
     """Return the tables equivalent to `text`; `count` pictures, unless the text states the number. Raises InputError
-    that names the word."""
+    with the word."""
     words = _words(text)
     given = _number("count", words.pop("count")) if "count" in words else count
     if given is None:
@@ -109,7 +109,7 @@ def _sorted(words: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, Any], d
 
 
 def _add_pose_word(poses: dict[str, Any], key: str, value: str) -> bool:
-    """Add the word to the table of `poses`; return whether it is one of those."""
+    """Add the word to the table of `poses`; return whether it belongs there."""
     if key not in POSE_WORDS:
         return False
     name, read = POSE_WORDS[key]
@@ -130,7 +130,7 @@ def _numbers(key: str, value: str) -> Words:
     if found := LOG_SPAN.fullmatch(value):
         low, high = _span(key, found)
         if low <= 0:
-            raise InputError(f"{value!r} holds {low:g}", where=f"sample {key!r}", do="give log() numbers above 0")
+            raise InputError(f"{value!r} contains {low:g}", where=f"sample {key!r}", do="give log() numbers above 0")
         return {"distribution": "log_uniform", "low": low, "high": high}
     return {"distribution": "fixed", "value": _number(key, value)}
 
@@ -140,7 +140,7 @@ def _range(key: str, value: str) -> Words:
     words = _numbers(key, value)
     least = words.get("low", words.get("value"))
     if least <= 0:
-        raise InputError(f"{value!r} holds {least:g}", where=f"sample {key!r}", do="give metres above 0")
+        raise InputError(f"{value!r} contains {least:g}", where=f"sample {key!r}", do="give metres above 0")
     return words
 
 
@@ -181,7 +181,7 @@ def _near(key: str, value: str, count: int, form: str) -> tuple[list[float], flo
     if found is None or len(numbers) != count:
         raise InputError(f"{value!r} is not {form}", where=f"sample {key!r}", do=f"write so, or {key}={UNIFORM}")
     if not any(numbers):
-        raise InputError(f"{value!r} is all zeros", where=f"sample {key!r}", do="make one of the numbers another")
+        raise InputError(f"{value!r} is all zeros", where=f"sample {key!r}", do="change one of the numbers")
     return numbers, None if found[2] is None else _within(key, _number(key, found[2]), 0, HALF_TURN)
 
 
@@ -196,7 +196,7 @@ def _span(key: str, found: re.Match[str]) -> list[float]:
 def _within(key: str, number: float, least: float, most: float) -> float:
     if not least <= number <= most:
         found = f"{number:g} is not from {least:g} to {most:.7g}"
-        raise InputError(found, where=f"sample {key!r}", do="write one of those")
+        raise InputError(found, where=f"sample {key!r}", do="write a number in this range")
     return number
 
 
@@ -224,10 +224,10 @@ POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
     "u_share": ("u_share", _numbers),
     "v_share": ("v_share", _numbers),
 }
-"""The words for poses: the key of the table that each is short for, and how its value is read."""
+"""The words for poses: each with its key of the table, and the reader of its value."""
 
 
 def read_sampling_file(path: str | Path) -> dict[str, Any]:
-    """Read the tables of the file at `path`, not yet held against their schema. Raises InputError that names the
+    """Read the tables of the file at `path`, not yet validated against their schema. Raises InputError that names the
     file."""
     return read_toml_file(Path(path), MAX_SPECIFICATION)

@@ -14,7 +14,7 @@ from spin_usd.basics.arrays import Float
 
 Float32 = NDArray[np.float32]
 _EXP2 = (1.0, 0.693147207, 0.240226515, 0.0555032722, 0.00961799458, 0.00134004317, 0.000154780047)  # to 2e-9
-_ARCTAN = (  # of the square of what is between 0 and 1, to 9e-8
+_ARCTAN = (  # of the square of a number between 0 and 1, to 9e-8
     0.999999911,
     -0.333320933,
     0.199713709,
@@ -30,7 +30,7 @@ STEP = (0.9996988186962042, 0.024541228522912288)  # cosine and sine of one of t
 
 
 def exp(x: Float32) -> Float32:
-    """Return e to the power of `x`, at most 87, to 3e-7 relative; what is below 1e-38 is that."""
+    """Return e to the power of `x`, at most 87, to 3e-7 relative; results below 1e-38 become 1e-38."""
     y = np.maximum(x, LEAST)
     y = y * np.float32(1.44269504)
     whole = np.floor(y + np.float32(0.5))
@@ -63,7 +63,7 @@ def arctan2(y: Float32, x: Float32) -> Float32:
 def arctan(ratio: Float) -> Float:
     """Return the arctangent of numbers between -2 and 2, radians, to 1e-7, with no jump."""
     inside = np.clip(ratio, -1, 1)
-    # Beyond 1 it goes on along a line: only where faces of a cube overlap is it asked for.
+    # Beyond 1 it continues as a line: it is needed only where faces of a cube overlap.
     return np.asarray(inside * _polynomial(inside * inside, _ARCTAN) + (ratio - inside) * 0.5)
 
 

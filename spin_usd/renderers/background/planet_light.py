@@ -1,4 +1,4 @@
-"""All light that a planet sends, by rays that fill its disc: for where it is small, and to know how much it is."""
+"""All light that a planet sends, by rays that fill its disc: to render a small planet, and to know the amount."""
 
 import numpy as np
 

@@ -49,7 +49,7 @@ class Points:
         return [(1 - self.meeting.covered) * through for through in self.through]
 
     def with_weather(self, weather: Weather | None = None) -> "Points":
-        """Return the points with their weather, `weather` where it is known, and the ways to the Suns; as they are on a
+        """Return the points with their weather, `weather` if known, and the ways to the Suns; as they are on a
         planet without maps."""
         if not self.globe.mapped:
             return self

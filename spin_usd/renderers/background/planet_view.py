@@ -1,4 +1,4 @@
-"""A planet as a camera sees it: between nodes where it is smooth, each pixel of its own along the limb."""
+"""A planet as a camera sees it: interpolated between nodes where it is smooth, pixel by pixel along the limb."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -119,7 +119,7 @@ class PlacedImage:
 
 
 def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
-    """Return the image of the back plate that the picture with this seed shows, None where it shows none."""
+    """Return the image of the back plate that the picture with this seed shows, None if it shows none."""
     there, which, turn, mirror = np.random.default_rng([seed, PLATE]).random(4)
     if there >= plate.probability:
         return None

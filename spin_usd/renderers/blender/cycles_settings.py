@@ -45,7 +45,7 @@ CYCLES: Mapping[str, Any] = {
     "film_exposure": 1.0,
     "debug_bvh_type": "DYNAMIC_BVH",
     "shading_system": False,  # the camera's shader runs without it; it would only move the materials to OSL
-    # Nothing that UsdPreviewSurface describes fills a space or refracts: light goes straight through what is clear.
+    # Nothing that UsdPreviewSurface describes fills a space or refracts: light goes straight through clear surfaces.
     "volume_bounces": 0,
     "transmission_bounces": 0,
 }

@@ -1,4 +1,4 @@
-"""Light linking as Blender has it: a collection of the objects that a light illuminates, and one of those that cast its
+"""Light linking of Blender: a collection of the objects that a light illuminates, and one of the objects that cast its
 shadows.
 """
 

@@ -202,7 +202,7 @@ def absent(nodes: Nodes) -> Any:
 def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
     """Return the surface without its body: reflection, emission, and transmission.
 
-    As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its
+    As UsdPreviewSurface's `transparent` mode requires, a transparent surface keeps reflection and emission; only its
     diffuse body fades, and what neither clearcoat nor surface reflects passes.
     """
     share, colored = reflectance(nodes, inputs, normal, specular_workflow=material.use_specular_workflow)
@@ -307,7 +307,7 @@ def _metallic(inputs: Inputs) -> dict[str, Value]:
 def _specular_color(nodes: Nodes, inputs: Inputs) -> dict[str, Value]:
     """Return the specular workflow's F0 colour as an index of refraction and a tint.
 
-    Principled's dielectric reflection has that colour head-on and is white at grazing incidence, as the workflow asks.
+    Principled's dielectric reflection has that colour head-on and is white at grazing incidence, by the workflow.
     Above MAX_F0, where that index would grow without bound, it is Principled's metal of that colour; the diffuse part
     that it lacks would get less than 1 - MAX_F0 of the light.
     """

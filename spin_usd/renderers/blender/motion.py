@@ -1,4 +1,4 @@
-"""A body's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
+"""A body's motion while the shutter is open: keyframes, one for each of the times at which Cycles needs poses.
 
 Cycles takes the objects' poses at 3, 5, 9, ... equally spaced times, and moves them straight and rotates them steadily
 in between; each ray has a time of its own, spread evenly over all but the first 1/512 and the last 3/512 (measured).

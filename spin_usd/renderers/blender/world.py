@@ -51,7 +51,7 @@ class WorldSetup:
         self._turn(surroundings.rotation)
 
     def _show(self, world: Any) -> None:
-        """Assign the world only where it is another: Cycles prepares anew whatever is assigned."""
+        """Assign the world only if it has changed: Cycles prepares any assigned world anew."""
         if self._scene.world != world:
             self._scene.world = world
 

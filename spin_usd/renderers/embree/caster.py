@@ -38,10 +38,10 @@ MARGIN = 1.001  # of the bounding sphere's radius: rays start a little outside
 # Of coordinates of about one, as float32 has them: 6e-8 each, and 1e-4 of a normal where a triangle is 1e-3 long.
 SAME_PLANE = 1e-4  # by which normals and offsets of one plane may differ
 IN_PLANE = 2e-6  # off a plane, still in it
-IN_COMMON = 1e-6  # width of what two triangles share: those that share an edge have less
+IN_COMMON = 1e-6  # width of the area that two triangles share: triangles that share an edge have less
 ASLANT = (0.43, 0.57, 0.7)  # a direction in which few planes of a model have no extent
 APART = 8  # more than the extent of all coordinates, so that planes follow one another
-MAX_CANDIDATES = 30_000_000  # pairs that are looked at: some seconds; what a mesh has beyond is not found
+MAX_CANDIDATES = 30_000_000  # pairs that are examined, in some seconds; further ones of a mesh are not found
 CHUNK = 1 << 18  # candidates that are looked at together
 
 Pairs = NDArray[np.intp]
@@ -204,7 +204,7 @@ class EmbreeCaster:
         return self._opened[mesh]
 
     def _overlaps(self, mesh: Mesh) -> OverlappingFaces | None:
-        """Return the mesh's faces that lie in one another, looked for where a first face is asked for."""
+        """Return the mesh's faces that lie in one another, found when the first face is requested."""
         if mesh not in self._overlapping:
             self._overlapping[mesh] = OverlappingFaces.among(*in_target_units(mesh))
         return self._overlapping[mesh]

@@ -330,7 +330,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
             SAMPLE + '"background" = { distribution = "choice", folder = ".." }',
             "background: '..' lies outside the specification's folder",
         ),
-        (SAMPLE + '"background" = { distribution = "choice", folder = "stage" }', "stage: holds no picture; put .jpg"),
+        (SAMPLE + '"background" = { distribution = "choice", folder = "stage" }', "stage: contains no picture; put"),
         (
             SAMPLE + '"background" = { distribution = "fixed", value = "stage" }',
             "background: 'stage' is a folder; write .* folder = \"stage\" }",

@@ -137,7 +137,7 @@ def test_a_map_alone_is_under_our_own_clouds(tmp_path) -> None:
     ("names", "environment", "found"),
     [
         (("a.png", "b.png"), None, "two maps of albedo"),
-        ((), None, "holds no map"),
+        ((), None, "contains no map"),
         (("a.png",), "stars", "has 0 planets"),
     ],
 )
@@ -246,7 +246,7 @@ def test_many_large_backgrounds_are_no_more_than_one(tmp_path, monkeypatch) -> N
     ("name", "environment", "found"),
     [
         ("photo.txt", None, "is not a supported picture"),
-        (".", None, "holds no picture"),
+        (".", None, "contains no picture"),
         ("photo.png", "earth", "0 back"),
     ],
 )
