@@ -22,7 +22,7 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
     **{name: (label.channels.holds,) for name, label in LABELS.items()},
 }
 """Channels that each kind of file can have."""
-IMAGE_MEANING = "output of the sensor; its bits, channels and transfer curve are in each record"
+IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
 RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels need no renderer."""
 FILE_KINDS = (IMAGE, RADIANCE, *LABELS)

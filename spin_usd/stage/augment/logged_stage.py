@@ -52,7 +52,7 @@ def start_log(stage: Path, log: Path, *, variant: str, seed: int | None) -> Path
     for name, below in ((REQUESTS, []), (ROOT, [f"./{REQUESTS}", f"./{STAGE}/{stage.name}"])):
         layer = Sdf.Layer.CreateAnonymous(Path(name).suffix)
         repeat(root, layer, [each for each in REPEATED if below or each != "renderSettingsPrimPath"])
-        layer.documentation = "Requests to a simulator: time code i is picture i."
+        layer.documentation = "What was asked of a simulator: time code i is picture i."
         layer.startTimeCode = layer.endTimeCode = 0.0
         layer.customLayerData = {schema.PROVENANCE: {"version": __version__, schema.LOG: True, "variant": variant}}
         layer.subLayerPaths = below
