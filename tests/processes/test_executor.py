@@ -74,7 +74,6 @@ def test_an_interrupted_task_is_forgotten_and_its_answer_meets_no_other(monkeypa
         executor.call(TRY_RENDERER, "raycast")
         first, second = tasks("no such", "raycast")
         executor.submit(first)
-        executor.step(within_s=0)  # it is sent
         wait = executor._crew._pool.wait
 
         def interrupted(**how) -> None:
