@@ -136,13 +136,13 @@ class Crew(Generic[T]):
                 self._pool.send(worker, task.call, task.request, within_s=task.within_s)
 
     def _listen(self, within_s: float) -> None:
-        """Take what workers say. Where that is interrupted, those at work end, as half an answer may have been read,
-        and their tasks wait again."""
+        """Take what workers say. Where that is interrupted, those with a task end, as half an answer may have been
+        read, or a whole one that nobody got, and their tasks wait again."""
         try:
             for event in list(self._pool.wait(within_s=within_s)):
                 self._events.extend(self._heard(event))
         except BaseException:
-            for worker in set(self._pool).difference(self.idle):
+            for worker in [each for each in self._pool if each.task or not each.opened]:
                 self._pool.kill(worker)
                 if worker.task:
                     self._tasks.put_back(worker.task)

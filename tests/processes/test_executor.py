@@ -88,6 +88,25 @@ def test_an_interrupted_task_is_forgotten_and_its_answer_meets_no_other(monkeypa
         assert not first.ended
 
 
+@pytest.mark.timeout(60)
+def test_an_interrupt_after_an_answer_was_read_loses_no_task(monkeypatch) -> None:
+    with Executor[None](workers=2) as executor:
+        pair = [executor.submit(task) for task in tasks("no such", "no such")]
+        wait = executor._crew._pool.wait
+
+        def interrupted(**how):
+            for _ in wait(**how):
+                raise _InterruptError
+            return ()
+
+        monkeypatch.setattr(executor._crew._pool, "wait", interrupted)
+        with pytest.raises(_InterruptError):
+            executor.wait(*tasks("never submitted"))
+        monkeypatch.setattr(executor._crew._pool, "wait", wait)
+        for task in pair:
+            executor.wait(task)
+
+
 def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> None:
     with Executor[None]() as executor:
         executor.interrupt()
