@@ -2,11 +2,14 @@
 
 import threading
 import time
+from typing import Any
 
 import psutil
 import pytest
 
+import spin_usd.processes.executor
 from spin_usd.errors import InputError
+from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
 from spin_usd.processes.executor import Executor, done_in_order
 from spin_usd.processes.open_renderer import TRY_RENDERER
@@ -115,3 +118,48 @@ def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> Non
             executor.wait(executor.submit(task))
         executor.restart()
         assert "embreex" in executor.call(TRY_RENDERER, "raycast")
+
+
+def test_far_tasks_are_submitted_once_those_before_them_are_done(monkeypatch) -> None:
+    monkeypatch.setattr(spin_usd.processes.executor, "AHEAD", 2)
+    given = tasks(*["no such"] * 5)
+    with Executor[None]() as executor:
+        submitted: list[Task[Any]] = []
+        submit = executor.submit
+
+        def noted(task):
+            submitted.append(task)
+            return submit(task)
+
+        monkeypatch.setattr(executor, "submit", noted)
+        for place, done in enumerate(executor.in_order(given)):
+            assert done is given[place]
+            assert submitted == given[: place + 2]
+
+
+def test_an_executor_is_idle_while_a_worker_waits_for_tasks(monkeypatch) -> None:
+    with Executor[None]() as executor:
+        assert not executor.is_idle
+        (task,) = tasks("no such")
+        executor.submit(task)
+        with monkeypatch.context() as patch:
+            patch.setattr(executor._crew._pool, "wait", lambda **_: ())  # no answer is heard yet
+            executor.step()
+        assert not executor.is_idle
+        executor.wait(task)
+        assert executor.is_idle
+    assert not executor.is_idle
+
+
+def test_where_no_worker_can_be_opened_tasks_fail_and_one_wanted_without_a_task_raises() -> None:
+    def start(_: int) -> Child:
+        child = Child()
+        child.send(TRY_RENDERER, "no such")
+        return child
+
+    with Executor(start, opening=TRY_RENDERER) as executor:
+        with pytest.raises(InputError, match="no such"):
+            executor.opened_content()
+        (task,) = tasks("raycast")
+        with pytest.raises(InputError, match="no such"):
+            executor.result(executor.submit(task))
