@@ -2,10 +2,12 @@
 
 import threading
 import time
+from typing import Any
 
 import psutil
 import pytest
 
+import spin_usd.processes.executor
 from spin_usd.errors import InputError
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
@@ -75,7 +77,6 @@ def test_an_interrupted_task_is_forgotten_and_its_answer_meets_no_other(monkeypa
         executor.call(TRY_RENDERER, "raycast")
         first, second = tasks("no such", "raycast")
         executor.submit(first)
-        executor.step(within_s=0)  # it is sent
         wait = executor._crew._pool.wait
 
         def interrupted(**how) -> None:
@@ -108,6 +109,25 @@ def test_where_no_worker_opens_the_task_fails_and_the_next_is_tried_anew() -> No
         assert "embreex" in executor.opened_content()
 
 
+@pytest.mark.timeout(60)
+def test_an_interrupt_after_an_answer_was_read_loses_no_task(monkeypatch) -> None:
+    with Executor[None](workers=2) as executor:
+        pair = [executor.submit(task) for task in tasks("no such", "no such")]
+        wait = executor._crew._pool.wait
+
+        def interrupted(**how):
+            for _ in wait(**how):
+                raise _InterruptError
+            return ()
+
+        monkeypatch.setattr(executor._crew._pool, "wait", interrupted)
+        with pytest.raises(_InterruptError):
+            executor.wait(*tasks("never submitted"))
+        monkeypatch.setattr(executor._crew._pool, "wait", wait)
+        for task in pair:
+            executor.wait(task)
+
+
 def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> None:
     with Executor[None]() as executor:
         executor.interrupt()
@@ -116,3 +136,48 @@ def test_an_interrupt_from_another_thread_ends_the_wait_until_a_restart() -> Non
             executor.wait(executor.submit(task))
         executor.restart()
         assert "embreex" in executor.call(TRY_RENDERER, "raycast")
+
+
+def test_far_tasks_are_submitted_once_those_before_them_are_done(monkeypatch) -> None:
+    monkeypatch.setattr(spin_usd.processes.executor, "AHEAD", 2)
+    given = tasks(*["no such"] * 5)
+    with Executor[None]() as executor:
+        submitted: list[Task[Any]] = []
+        submit = executor.submit
+
+        def noted(task):
+            submitted.append(task)
+            return submit(task)
+
+        monkeypatch.setattr(executor, "submit", noted)
+        for place, done in enumerate(executor.in_order(given)):
+            assert done is given[place]
+            assert submitted == given[: place + 2]
+
+
+def test_an_executor_is_idle_while_a_worker_waits_for_tasks(monkeypatch) -> None:
+    with Executor[None]() as executor:
+        assert not executor.is_idle
+        (task,) = tasks("no such")
+        executor.submit(task)
+        with monkeypatch.context() as patch:
+            patch.setattr(executor._crew._pool, "wait", lambda **_: ())  # no answer is heard yet
+            executor.step()
+        assert not executor.is_idle
+        executor.wait(task)
+        assert executor.is_idle
+    assert not executor.is_idle
+
+
+def test_where_no_worker_can_be_opened_tasks_fail_and_one_wanted_without_a_task_raises() -> None:
+    def start(_: int) -> Child:
+        child = Child()
+        child.send(TRY_RENDERER, "no such")
+        return child
+
+    with Executor(start, opening=TRY_RENDERER) as executor:
+        with pytest.raises(InputError, match="no such"):
+            executor.opened_content()
+        (task,) = tasks("raycast")
+        with pytest.raises(InputError, match="no such"):
+            executor.result(executor.submit(task))
