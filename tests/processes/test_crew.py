@@ -36,6 +36,12 @@ def crew_of(tasks, *, slots, started, opening=None, lasting=False):
     return Crew(start, tasks, slots=lambda: slots, opening=opening, lasting=lasting)
 
 
+def events_of(crew):
+    """Yield all events until no task waits or is being done."""
+    while crew.busy:
+        yield from crew.step()
+
+
 def quick(count):
     return Source(Task(call=TRY_RENDERER, request=QUICK) for _ in range(count))
 
@@ -45,7 +51,7 @@ def test_workers_are_as_many_as_slots_and_end_with_the_tasks() -> None:
     most = 0
     with crew_of(quick(5), slots=2, started=started) as crew:
         events = []
-        for event in crew:
+        for event in events_of(crew):
             most = max(most, len(crew))
             events.append(event)
         assert not len(crew)
@@ -59,12 +65,12 @@ def test_workers_are_as_many_as_slots_and_end_with_the_tasks() -> None:
 def test_lasting_workers_wait_for_tasks_to_come() -> None:
     tasks, started = quick(1), list[int]()
     with crew_of(tasks, slots=3, started=started, lasting=True) as crew:
-        list(crew)
+        list(events_of(crew))
         (worker,) = crew.idle
         assert not crew.busy
         tasks.append(Task(call=TRY_RENDERER, request="raycast"))
         assert crew.busy
-        (done,) = crew
+        (done,) = events_of(crew)
         assert isinstance(done, Done)
         assert done.worker is worker
         crew.end(worker)
@@ -76,7 +82,7 @@ def test_lasting_workers_wait_for_tasks_to_come() -> None:
 def test_a_worker_that_cannot_open_is_given_up_without_a_task_and_ends() -> None:
     tasks, started = quick(1), list[int]()
     with crew_of(tasks, slots=1, started=started, opening=TRY_RENDERER) as crew:
-        given_up = next(iter(crew))
+        given_up = next(events_of(crew))
         assert isinstance(given_up, GivenUp)
         assert given_up.task is None
         assert isinstance(given_up.reason, InputError)

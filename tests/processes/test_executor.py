@@ -153,31 +153,3 @@ def test_far_tasks_are_submitted_once_those_before_them_are_done(monkeypatch) ->
         for place, done in enumerate(executor.in_order(given)):
             assert done is given[place]
             assert submitted == given[: place + 2]
-
-
-def test_an_executor_is_idle_while_a_worker_waits_for_tasks(monkeypatch) -> None:
-    with Executor[None]() as executor:
-        assert not executor.is_idle
-        (task,) = tasks("no such")
-        executor.submit(task)
-        with monkeypatch.context() as patch:
-            patch.setattr(executor._crew._pool, "wait", lambda **_: ())  # no answer is heard yet
-            executor.step()
-        assert not executor.is_idle
-        executor.wait(task)
-        assert executor.is_idle
-    assert not executor.is_idle
-
-
-def test_where_no_worker_can_be_opened_tasks_fail_and_one_wanted_without_a_task_raises() -> None:
-    def start(_: int) -> Child:
-        child = Child()
-        child.send(TRY_RENDERER, "no such")
-        return child
-
-    with Executor(start, opening=TRY_RENDERER) as executor:
-        with pytest.raises(InputError, match="no such"):
-            executor.opened_content()
-        (task,) = tasks("raycast")
-        with pytest.raises(InputError, match="no such"):
-            executor.result(executor.submit(task))
