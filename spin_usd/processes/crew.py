@@ -83,8 +83,10 @@ class Crew(Generic[T]):
             self._give_tasks()
             self._listen(within_s)
         while self._events:
-            yield self._events[0]
-            self._events.popleft()
+            event = self._events[0]
+            yield event
+            if self._events and self._events[0] is event:  # else its handling has ended all workers
+                self._events.popleft()
         self.start_workers()
         self._give_tasks()
 

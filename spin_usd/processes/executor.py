@@ -73,7 +73,7 @@ class Executor(Generic[Content]):
 
     def close(self) -> None:
         """End the workers at once."""
-        self._crew.clear()
+        self._crew.__exit__()
         self._waiting.tasks.clear()
 
     def fileno(self) -> int:

@@ -110,7 +110,7 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
         super()._done(worker, task)
         if self._log and isinstance(task, SimulatorTask):
             if task.logged == self._number:
-                self._unsaved.append((self._number, task.result.request or task.request.picture))
-                self._number += 1
+                self._number += 1  # first: handled again, it is not noted twice
+                self._unsaved.append((self._number - 1, task.result.request or task.request.picture))
             if task.result.saved:
                 self._unsaved.clear()
