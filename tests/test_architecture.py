@@ -116,6 +116,7 @@ MAY_OPEN = {
     "formats/checked_document.py": OWN,
     "store/json_schema.py": OWN,
     "commands/author/command.py": OWN,
+    "commands/serve/run.py": "removes the socket of its address, which ZeroMQ made",
     "specifications/background_choice.py": "looks for pictures in a folder that the user names; `files` opens them",
     "formats/array_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,

@@ -174,6 +174,8 @@ class Crew(Generic[T]):
                     self._tasks.put_back(task)
                 return
             words = retries.in_words(reason)
+            if not task:
+                del self._while_starting[worker.number]  # the next task may try as often
             reason = ChildDiedError(words, cause=reason.cause) if task else no_worker(words)
         elif not worker.opened:
             self._pool.kill(worker)

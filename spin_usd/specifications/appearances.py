@@ -1,4 +1,4 @@
-"""Appearances of a specification, one of which is drawn for each picture, and the photographs behind."""
+"""Appearances as a specification states them: augmentations, and the photographs behind."""
 
 from dataclasses import dataclass
 from pathlib import Path

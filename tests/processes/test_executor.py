@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 import spin_usd.processes.executor
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.processes.child import Child
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
 from spin_usd.processes.executor import Executor, done_in_order
@@ -107,6 +107,26 @@ def test_where_no_worker_opens_the_task_fails_and_the_next_is_tried_anew() -> No
             executor.call(TRY_RENDERER, "raycast")
         assert "embreex" in executor.call(TRY_RENDERER, "raycast")
         assert "embreex" in executor.opened_content()
+
+
+def test_each_task_may_try_as_often_to_open_a_worker() -> None:
+    """Deaths while starting count for the task that waited, not for later ones."""
+    started = []
+
+    def start(_):
+        child = Child()
+        child.process.kill()
+        child.send(TRY_RENDERER, "raycast")
+        started.append(child)
+        return child
+
+    counts = []
+    with Executor(start, opening=TRY_RENDERER) as executor:
+        for _ in range(2):
+            with pytest.raises(SpinError, match="no worker can be started"):
+                executor.call(TRY_RENDERER, "raycast")
+            counts.append(len(started))
+    assert counts[1] == 2 * counts[0] > 2
 
 
 @pytest.mark.timeout(60)

@@ -1,6 +1,6 @@
 """`spin-usd serve`: pictures of a stage for programs in any language, by ZeroMQ and msgpack.
 
-A client gets one reply to each request, in its own order. Requests of several clients are answered as they come.
+A client gets one reply to each request: pictures in the order of all clients' requests, other answers at once.
 """
 
 import os
@@ -76,7 +76,11 @@ def _listening(at: str) -> Iterator["zmq.Socket[bytes]"]:
             raise InputError(f"{at} is not available ({error.strerror})", do=do) from None
         if at.startswith("ipc://"):
             os.chmod(at.removeprefix("ipc://"), 0o600)
-        yield socket
+        try:
+            yield socket
+        finally:
+            if at.startswith("ipc://"):  # ZeroMQ leaves it
+                Path(at.removeprefix("ipc://")).unlink(missing_ok=True)
 
 
 def _simulator(options: ServeOptions) -> Simulator:

@@ -17,7 +17,7 @@ import pytest
 import zmq
 
 from spin_usd import Dataset
-from spin_usd.commands.serve.run import MAX_WAITING, Server
+from spin_usd.commands.serve.run import MAX_WAITING, Server, _listening
 from spin_usd.processes.child import IN_PROCESS
 from tests.conftest import REPOSITORY
 
@@ -209,6 +209,13 @@ def test_an_address_that_is_taken_is_said(server, small_stage, spin_usd, tmp_pat
     (tmp_path / "taken").touch()
     done = spin_usd("serve", small_stage, "--at", f"ipc://{tmp_path}/taken", *RENDERER, code=2)
     assert "exists already" in done.stderr
+
+
+def test_a_server_removes_the_file_of_its_address(tmp_path) -> None:
+    file = tmp_path / "socket"
+    with _listening(f"ipc://{file}"):
+        assert file.is_socket()
+    assert not file.exists()
 
 
 def test_the_client_in_the_documents_works(server) -> None:
