@@ -1,7 +1,7 @@
 """The tasks of a crew, their source, and the events that a crew reports."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 from spin_usd.errors import SpinError
@@ -19,7 +19,7 @@ class Task(Generic[Answer]):
     request: Any
     within_s: float = PATIENCE_S
     """Seconds for each message from the worker, as Patience counts them."""
-    tries: Mapping[DeathCause, int] = TRIES
+    tries: Mapping[DeathCause, int] = field(default_factory=lambda: TRIES)
     """Deaths of each cause after which it has failed."""
     progress: Callable[..., None] | None = None
     """Called with the progress that the worker reports."""

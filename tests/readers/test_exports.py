@@ -47,7 +47,7 @@ def test_pycocotools_finds_the_masks_and_scores_them(read, dataset) -> None:
         mask = Dataset(dataset).picture(each["file_name"].removesuffix(".png")).mask(1)
         np.testing.assert_array_equal(each["pixels"], np.flatnonzero(mask))
         assert {"area": each["area"], "bbox": each["bbox"]} == each["said"]
-        assert each["category"] == "tango"
+        assert each["category"] == "cubesat"
 
 
 def test_webdataset_gives_each_picture_whole(read, dataset) -> None:

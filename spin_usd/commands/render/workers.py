@@ -171,6 +171,7 @@ def supervise(
                 _handle(event, crew, queue, listener, memory.usual)
             if stop.number is not None and not queue.closed:
                 queue.close()
+                crew.start_workers()  # ends those without a picture, before the user hears that a second signal acts
                 listener.stopping(len(crew.tasks))
 
 
