@@ -39,6 +39,12 @@ def nameless_file() -> int:
         return os.dup(file.fileno())
 
 
+def nameless_file_of(process: int, descriptor: int) -> int:
+    """Return a descriptor of the nameless file that another living process has open. Raises OSError where it does not
+    or may not be read."""
+    return os.open(f"/proc/{process}/fd/{descriptor}", os.O_RDWR | os.O_CLOEXEC)
+
+
 @cache
 def _remove_leftovers(place: str) -> None:
     """Remove the folders in `place` that no living process holds; once a process. A lock decides this, not a process

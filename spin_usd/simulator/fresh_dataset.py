@@ -2,7 +2,9 @@
 are drawn by a specification."""
 
 import os
+import weakref
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -14,14 +16,54 @@ from numpy.typing import NDArray
 
 from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
+from spin_usd.files.url import refuse_unless_path
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.processes.deaths import READING_TRIES
-from spin_usd.reading.dataset import Dataset
+from spin_usd.processes.held_folder import nameless_file, nameless_file_of
+from spin_usd.reading.dataset import Change, Dataset
 from spin_usd.reading.picture import Picture
 from spin_usd.simulator.array_workers import ArrayTask, ArrayWorkers
 from spin_usd.simulator.calls import DEVELOP_IMAGE, OPEN_FRESH, DevelopedImage, DevelopImage, OpenFresh
 from spin_usd.specifications.augmentation_spec import read_augmentation_spec, spec_path
 from spin_usd.studio.picture_request import whole_number
+
+EPOCH_BYTES, TOKEN_BYTES = 8, 16
+MOST_EPOCHS = 1 << 63
+
+
+class SharedEpoch:
+    """An epoch that this process shares with its copies in other processes: workers of a loader may outlive it."""
+
+    def __init__(self, epoch: int) -> None:
+        self._hold(nameless_file())
+        os.pwrite(self._file, os.urandom(TOKEN_BYTES), EPOCH_BYTES)
+        self.number = epoch
+
+    @property
+    def number(self) -> int:
+        """The epoch."""
+        return int.from_bytes(os.pread(self._file, EPOCH_BYTES, 0), "little")
+
+    @number.setter
+    def number(self, epoch: int) -> None:
+        os.pwrite(self._file, epoch.to_bytes(EPOCH_BYTES, "little"), 0)
+
+    def __getstate__(self) -> tuple[int, int, bytes]:
+        return os.getpid(), self._file, os.pread(self._file, EPOCH_BYTES + TOKEN_BYTES, 0)
+
+    def __setstate__(self, state: tuple[int, int, bytes]) -> None:
+        """Open the memory of the sender if it still has it; else, and in the sender itself, have its epoch alone."""
+        process, file, content = state
+        if process != os.getpid():
+            with suppress(OSError):
+                self._hold(nameless_file_of(process, file))
+                if os.pread(self._file, TOKEN_BYTES, EPOCH_BYTES) == content[EPOCH_BYTES:]:
+                    return
+        self.__init__(int.from_bytes(content[:EPOCH_BYTES], "little"))  # type: ignore[misc]
+
+    def _hold(self, file: int) -> None:
+        self._file = file
+        weakref.finalize(self, os.close, file)
 
 
 class FreshChild:
@@ -93,9 +135,9 @@ class FreshDataset(Dataset):
     lights, exposure, optics, the detector and its noise, and photographs behind for each picture and epoch, and the
     image is developed with them from the render in the dataset's cache. Labels are the stored ones, and exact.
 
-    The same specification, seed, epoch and picture give the same image. It can replace a Dataset, also in PyTorch's
-    DataLoader with worker processes, which must start anew with each epoch (persistent_workers=False, the default).
-    Only the crop of a cropped picture is developed.
+    The same specification, seed, epoch and picture give the same image, in any process. It can replace a Dataset, also
+    in PyTorch's DataLoader, however its workers start and whether or not they are persistent. Only the crop of a
+    cropped picture is developed.
     """
 
     def __init__(
@@ -122,17 +164,20 @@ class FreshDataset(Dataset):
         with reading():
             file = spec_path(spec)
             read_augmentation_spec(file)
-        super().__init__(path.root if isinstance(path, Dataset) else path, labels=labels)
+        if not isinstance(path, Dataset):
+            refuse_unless_path(path, "path")
+        root = path.root if isinstance(path, Dataset) else Path(path)
+        self._epoch = SharedEpoch(_checked(epoch))
+        self._child = FreshChild(root.absolute(), file.absolute(), whole_number(seed, "the seed"))
+        super().__init__(root, labels=labels)
         if isinstance(path, Dataset):
             self._names, self._changes = path._names, (*path._changes, *self._changes)
-        self.set_epoch(epoch)
-        self._child = FreshChild(self.root, file.absolute(), whole_number(seed, "the seed"))
 
     def set_epoch(self, epoch: int) -> None:
-        """Draw the appearances of that epoch from now on. Raises InputError unless it is a whole number from 0."""
-        if (number := whole_number(epoch, "the epoch")) < 0:
-            raise InputError(f"there is no epoch {number}", do="give 0 or more")
-        self._epoch = number
+        """Draw the appearances of that epoch for all pictures read from now on, here and in the copies in other
+        processes, such as a loader's workers. A slice, split or crop has an epoch of its own, this one's at first.
+        Raises InputError unless it is a whole number from 0."""
+        self._epoch.number = _checked(epoch)
 
     @overload
     def __getitem__(self, place: SupportsIndex) -> FreshPicture: ...
@@ -147,10 +192,22 @@ class FreshDataset(Dataset):
         picture = FreshPicture(
             **{field.name: getattr(stored, field.name) for field in fields(Picture)},
             child=self._child,
-            epoch=self._epoch,
+            epoch=self._epoch.number,
         )
         for change in self._changes:
             changed = change(picture)
             assert isinstance(changed, FreshPicture)
             picture = changed
         return picture
+
+    def _of(self, names: tuple[tuple[str, str], ...], *changes: Change) -> Self:
+        part = super()._of(names, *changes)
+        part._epoch = SharedEpoch(self._epoch.number)
+        return part
+
+
+def _checked(epoch: int) -> int:
+    number = whole_number(epoch, "the epoch")
+    if not 0 <= number < MOST_EPOCHS:
+        raise InputError(f"there is no epoch {number}", do="give 0 or more")
+    return number

@@ -3,6 +3,8 @@
 import multiprocessing
 import pickle
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import psutil
@@ -236,8 +238,9 @@ def test_parts_of_it_are_fresh_too(fresh, rendered, spec) -> None:
     assert isinstance(part, FreshDataset)
     frame = part[0].frame
     np.testing.assert_array_equal(part[0].image, fresh.picture(frame).image)
-    again = FreshDataset(Dataset(rendered).split(0.5, 0.5, seed=1)[0], spec, seed=5)
+    again = FreshDataset(Dataset(rendered).split(0.5, 0.5, seed=1)[0], spec, seed=5, labels=["image"])
     assert again.names == part.names
+    np.testing.assert_array_equal(again[0].image, part[0].image)
     batch = fresh.collate([*fresh.crop(size=32)])
     assert batch["image"].shape == (3, 32, 32)
 
@@ -257,11 +260,13 @@ def test_other_processes_give_the_same_images_also_after_kills(rendered, spec) -
 @pytest.mark.children
 def test_pytorchs_loader_takes_it(rendered, spec) -> None:
     data = pytest.importorskip("torch.utils.data")
-    for epoch in range(2):
-        fresh = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=32)
-        loader = data.DataLoader(fresh, batch_size=3, num_workers=2, collate_fn=fresh.collate)
+    fresh = FreshDataset(rendered, spec, seed=5).crop(size=32)
+    loader = data.DataLoader(fresh, batch_size=3, num_workers=2, collate_fn=fresh.collate, persistent_workers=True)
+    for epoch in range(3):
+        fresh.set_epoch(epoch)
         (batch,) = loader
-        np.testing.assert_array_equal(batch["image"], [picture.image for picture in fresh])
+        again = FreshDataset(rendered, spec, seed=5, epoch=epoch).crop(size=32)
+        np.testing.assert_array_equal(batch["image"], [picture.image for picture in again])
 
 
 @pytest.mark.parametrize(
@@ -294,3 +299,47 @@ def test_a_dataset_without_its_renders_is_refused(rendered, spec, tmp_path) -> N
         assert FreshDataset(bare, spec)[0].image.any()
     with pytest.raises(SpinError, match="there is no epoch -1"):
         FreshDataset(rendered, spec).set_epoch(-1)
+
+
+def answer(fresh, places, answers) -> None:
+    """Answer each place with the epoch and the drawn values of its picture, until there is no place."""
+    while (place := places.get()) is not None:
+        answers.put((fresh[place].epoch, fresh[place].drawn.values))
+
+
+@pytest.mark.children
+@pytest.mark.parametrize("method", ["fork", "forkserver", "spawn"])
+def test_workers_that_outlive_an_epoch_draw_the_next_one(rendered, spec, method) -> None:
+    context = multiprocessing.get_context(method)
+    places, answers = context.SimpleQueue(), context.SimpleQueue()
+    fresh = FreshDataset(rendered, spec, seed=5, epoch=3)
+    worker = context.Process(target=answer, args=(fresh, places, answers), daemon=True)
+    worker.start()
+    for epoch in (3, 0, 2**40):
+        fresh.set_epoch(epoch)
+        places.put(1)
+        again = FreshDataset(rendered, spec, seed=5, epoch=epoch)
+        assert answers.get() == (epoch, again[1].drawn.values)
+    places.put(None)
+    worker.join()
+    assert worker.exitcode == 0
+
+
+def test_parts_and_copies_here_have_epochs_of_their_own(fresh) -> None:
+    copies = [fresh[:2], fresh.crop(size=32), fresh.split(0.5, 0.5)[0], pickle.loads(pickle.dumps(fresh))]
+    fresh.set_epoch(7)
+    assert {each[0].epoch for each in copies} == {0}
+    assert fresh[:2][0].epoch == fresh.crop(size=32)[0].epoch == 7
+    fresh.set_epoch(0)
+
+
+def test_a_copy_whose_sender_is_gone_has_its_epoch(rendered, spec, tmp_path) -> None:
+    program = (
+        "import pickle, sys; from spin_usd import FreshDataset;"
+        "fresh = FreshDataset(*sys.argv[1:3], epoch=4); open(sys.argv[3], 'wb').write(pickle.dumps(fresh))"
+    )
+    subprocess.run([sys.executable, "-c", program, rendered, spec, tmp_path / "fresh"], check=True)
+    fresh = pickle.loads((tmp_path / "fresh").read_bytes())
+    assert fresh[0].epoch == 4
+    fresh.set_epoch(5)
+    assert fresh[0].epoch == 5

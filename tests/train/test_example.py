@@ -1,5 +1,7 @@
-"""docs/train_pytorch.py and train_events.py as they stand: the networks learn."""
+"""The docs' loops of PyTorch as they stand, and FreshDataset in its loader."""
 
+import itertools
+import json
 import re
 import subprocess
 
@@ -29,3 +31,43 @@ def test_the_example_of_events_learns(tmp_path) -> None:
     off = [float(number) for number in re.findall(r"is (\S+) m off", done.stdout)]
     assert len(off) == 5
     assert off[-1] < off[0] / 2
+
+
+LOADERS = """
+import hashlib, json, sys
+from torch.utils.data import DataLoader
+from spin_usd import FreshDataset
+
+def digest(batch):
+    return hashlib.sha256(batch["image"].tobytes()).hexdigest()
+
+if __name__ == "__main__":
+    fresh = FreshDataset(*sys.argv[1:], seed=5).crop(size=32)[:6]
+    found = []
+    several = (2, "fork", False), (2, "fork", True), (1, "forkserver", True), (2, "spawn", True)
+    for workers, method, lasting in [(0, None, False), *several]:
+        context = {"multiprocessing_context": method, "persistent_workers": lasting} if workers else {}
+        loader = DataLoader(fresh, batch_size=2, num_workers=workers, collate_fn=fresh.collate, **context)
+        epochs = []
+        for epoch in (2, 0, 1):
+            fresh.set_epoch(epoch)
+            next(iter(loader))  # an epoch that is broken off
+            fresh.set_epoch(epoch + 10)
+            epochs.append([digest(batch) for batch in loader])
+        found.append(epochs)
+    print(json.dumps(found))
+"""
+
+
+@pytest.mark.slow
+def test_the_loop_of_fresh_pictures_has_others_in_each_epoch(tmp_path) -> None:
+    if not PYTHON.is_file():
+        pytest.skip("no .venv-train; tools/train_environment makes it")
+    command = [PYTHON, REPOSITORY / "docs" / "train_fresh.py", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert len({*re.findall(r"48 images of mean (\S+),", done.stdout)}) == 3
+    (tmp_path / "loaders.py").write_text(LOADERS)
+    command = [PYTHON, tmp_path / "loaders.py", tmp_path / "dataset", tmp_path / "fresh.toml"]
+    alone, *loaders = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    assert len({*itertools.chain(*alone)}) == 3 * 3  # each batch of each epoch is another
+    assert loaders == [alone] * 4
