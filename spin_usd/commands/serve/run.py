@@ -1,13 +1,16 @@
 """`spin-usd serve`: pictures of a stage for programs in any language, by ZeroMQ and msgpack.
 
-A client gets one reply to each request: pictures in the order of all clients' requests, other answers at once.
+A client gets one reply to each request: pictures in the order of its requests, other answers at once. Clients whose
+requests wait take turns.
 """
 
 import os
 import re
 import traceback
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import zmq
@@ -15,7 +18,7 @@ from msgspec import UNSET, MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
 
 import spin_usd
-from spin_usd.basics.stop_signals import Stopped
+from spin_usd.basics.stop_signals import Stopped, postponed
 from spin_usd.commands.serve.messages import (
     MAX_MESSAGE,
     Asked,
@@ -35,11 +38,13 @@ from spin_usd.scene.environment import BACKGROUND
 from spin_usd.simulator.picture_workers import SimulatorTask
 from spin_usd.simulator.shared_arrays import numpy_type
 from spin_usd.simulator.simulator import Simulator
+from spin_usd.studio.picture_request import PictureRequest
 
 KEYS = "a map with the keys of docs/how-to/simulator.md"
 ASKED = tuple(each for each in Asked.__struct_fields__ if each not in ("ask", "arrays", "record"))
 """Fields of a message that `Simulator.request` takes."""
 MAX_WAITING = 16  # requests of one client that may wait: more are refused
+AHEAD = 2  # pictures that the worker has: it need not wait for us
 ADDRESS = re.compile(r"tcp://(?:\[[^\]]+\]|[^\[\]:/\s]+):(?:(\d{1,5})|\*)|ipc://.+")
 MAX_PORT = 65535
 HERE = f"tcp://127.0.0.1:{PORT}"
@@ -97,25 +102,55 @@ def _simulator(options: ServeOptions) -> Simulator:
     )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Wanted:
+    """A picture that a client waits for."""
+
+    client: bytes
+    envelope: list[bytes]
+    request: PictureRequest
+    arrays: tuple[str, ...]
+    record: bool
+
+
 class Server:
     """Answers the messages that come to the socket with pictures by the simulator."""
 
     def __init__(self, socket: "zmq.Socket[bytes]", simulator: Simulator) -> None:
         self._socket, self._simulator, self._workers = socket, simulator, simulator.workers
-        self._waiting: dict[SimulatorTask, tuple[bytes, list[bytes]]] = {}  # the clients that wait for each picture
+        self._waiting: dict[bytes, deque[_Wanted]] = {}  # by client, in the order of their turns
+        self._made: dict[SimulatorTask, _Wanted] = {}
         self._decoder, self._encoder = Decoder(Asked), Encoder()
 
     def run(self) -> None:
-        """Answer messages until a signal stops it."""
+        """Answer messages until a signal, which it raises once it has refused the requests that wait."""
         poller = zmq.Poller()
         poller.register(self._socket, zmq.POLLIN)
         poller.register(self._workers.fileno(), zmq.POLLIN)
-        while True:
-            poller.poll(int(1000 * LOOK_S))
-            self._receive()
-            self._workers.step(within_s=0)
-            for task in [task for task in self._waiting if task.ended]:
-                self._reply(task)
+        with postponed() as stop:  # an interrupt between two lines would lose a request
+            while stop.number is None:
+                poller.poll(int(1000 * LOOK_S))
+                self._receive()
+                while self._work():
+                    pass
+            for wanted in [*self._made.values(), *(each for queue in self._waiting.values() for each in queue)]:
+                self._send(wanted.client, wanted.envelope, SentError(error="the server was stopped"))
+
+    def _work(self) -> bool:
+        """Let the clients take turns until the worker has enough, and send what it made; return whether there was
+        any."""
+        while self._waiting and len(self._made) < AHEAD:
+            client, queue = next(iter(self._waiting.items()))
+            wanted = queue.popleft()
+            del self._waiting[client]
+            if queue:
+                self._waiting[client] = queue  # at the end
+            self._made[self._workers.ask(wanted.request, wanted.arrays, recorded=wanted.record)] = wanted
+        self._workers.step(within_s=0)
+        ended = [task for task in self._made if task.ended]
+        for task in ended:
+            self._reply(task, self._made.pop(task))
+        return bool(ended)
 
     def _receive(self) -> None:
         """Receive messages."""
@@ -143,34 +178,34 @@ class Server:
         except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
             raise InputError(f"the message cannot be read: {error}", do=f"send {KEYS} as msgpack") from None
         if asked.ask == "ping":
-            return SentPong(waiting=len(self._waiting))
+            return SentPong(waiting=len(self._made) + sum(map(len, self._waiting.values())))
         if asked.ask == "stage":
             return self._stage()
         if asked.ask != "picture":
             raise InputError(f"ask is {asked.ask!r}", do="make it picture, stage or ping")
-        if sum(address[0] == client for address in self._waiting.values()) >= MAX_WAITING:
+        made = sum(wanted.client == client for wanted in self._made.values())
+        if made + len(self._waiting.get(client, ())) >= MAX_WAITING:
             raise InputError(f"{MAX_WAITING} of your pictures wait already", do="take their replies first")
-        self._waiting[self._ask(asked)] = client, envelope
+        request = self._request(asked)
+        wanted = _Wanted(client=client, envelope=envelope, request=request, arrays=asked.arrays, record=asked.record)
+        self._waiting.setdefault(client, deque()).append(wanted)
         return None
 
-    def _ask(self, asked: Asked) -> SimulatorTask:
-        """Request a picture from the workers. Raises InputError."""
+    def _request(self, asked: Asked) -> PictureRequest:
+        """Return the request for a picture. Raises InputError."""
         if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
             raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
         if BACKGROUND in (asked.values or {}):
             do = "draw photographs on the server's machine, by Simulator.stream"
             raise InputError(f"{BACKGROUND} names a file of the server's machine", do=do)
-        own = {name: getattr(asked, name) for name in ASKED}
-        request = self._simulator.request(**own)
-        return self._workers.ask(request, asked.arrays, recorded=asked.record)
+        return self._simulator.request(**{name: getattr(asked, name) for name in ASKED})
 
-    def _reply(self, task: SimulatorTask) -> None:
-        client, envelope = self._waiting.pop(task)
+    def _reply(self, task: SimulatorTask, wanted: _Wanted) -> None:
         try:
             answer: Struct = _sent(task)
         except (SpinError, ChildInternalError) as error:
             answer = SentError(error=str(error))
-        self._send(client, envelope, answer)
+        self._send(wanted.client, wanted.envelope, answer)
 
     def _stage(self) -> SentStage:
         simulator = self._simulator

@@ -201,6 +201,38 @@ def test_replies_are_in_the_order_of_requests(server) -> None:
     assert found == [3, 1, 2, 0]
 
 
+def test_clients_take_turns(server) -> None:
+    many, few = Client(server, zmq.DEALER), Client(server, zmq.DEALER)
+    for client, count in ((many, MAX_WAITING), (few, 2)):
+        for number in range(count):
+            client.socket.send_multipart(
+                [b"%d" % number, b"", msgspec.msgpack.encode({"frame": 0, "arrays": ["depth"]})]
+            )
+        assert client.socket.poll(60_000)  # a first reply is there: the other client comes later
+    for number in range(2):
+        assert few.socket.recv_multipart()[0] == b"%d" % number
+    came = 0
+    while many.socket.poll(0):
+        assert many.socket.recv_multipart()[0] == b"%d" % came
+        came += 1
+    assert came < MAX_WAITING
+    for number in range(came, MAX_WAITING):
+        assert many.socket.recv_multipart()[0] == b"%d" % number
+
+
+def test_requests_that_wait_are_answered_where_the_server_is_stopped(small_stage) -> None:
+    with served(small_stage) as (at, process):
+        client = Client(at, zmq.DEALER)
+        for _ in range(MAX_WAITING):
+            client.socket.send_multipart(
+                [b"", msgspec.msgpack.encode({"frame": 0, "arrays": ["range", "normals_body"]})]
+            )
+        client.socket.recv_multipart()
+        process.send_signal(signal.SIGTERM)
+        answers = [msgspec.msgpack.decode(client.socket.recv_multipart()[-1]) for _ in range(MAX_WAITING - 1)]
+        assert answers[-1] == {"error": "the server was stopped"}
+
+
 def test_an_address_that_is_taken_is_said(server, small_stage, spin_usd, tmp_path) -> None:
     done = spin_usd("serve", small_stage, "--at", server, *RENDERER, code=2)
     assert "is not available" in done.stderr
