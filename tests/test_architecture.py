@@ -155,7 +155,7 @@ MAY_OPEN = {
     "store/publish/node_folder.py": WORK,
     "processes/cluster/worker_folder.py": "looks whether a node sees the run's own work folder",
     "terminal/lines.py": "opens the null device in place of a closed stream",
-    "processes/child_limits.py": PROC,
+    "processes/control_groups.py": PROC,
     "processes/held_folder.py": f"{WORK}; removes those whose lock nobody holds, and that are ours",
     "processes/confine.py": "names to the kernel what may be read; reads nothing",
     "commands/measure/worker.py": PROC,

@@ -7,9 +7,9 @@ use.
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.processes.control_groups import group_limits
 
 # Seconds of a processor, not of the clock (see Patience), from one message of a child to the next.
 PATIENCE_S = 120.0  # for a child that reads: a stage may be built so that it never opens
@@ -20,7 +20,6 @@ DRIVERS_RESERVE = 1 << 44  # bytes: drivers of graphics processors reserve what 
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
 MIN_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything
 MIN_FILES = 64  # open at once
-CGROUPS = Path("/sys/fs/cgroup")
 
 
 def reading_memory() -> int:
@@ -75,21 +74,7 @@ def _allowed(wanted: int) -> int:
 
 
 def _group_limits() -> Iterator[int]:
-    """Yield the bytes that each control group that holds us may have. Source: cgroups(7); in version 1 the controller
-    "memory" has a hierarchy of its own, in version 2 there is one without a name."""
-    with suppress(OSError):
-        for line in Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines():
-            _, controllers, path = line.split(":", 2)
-            if controllers == "memory":
-                yield from _up_from(CGROUPS / "memory", path, "memory.limit_in_bytes")
-            elif not controllers:
-                yield from _up_from(CGROUPS, path, "memory.max")
-
-
-def _up_from(root: Path, path: str, name: str) -> Iterator[int]:
-    """Yield the numbers in the files `name` on the way up to `root`; a container may see only this one."""
-    group = root / path.lstrip("/")
-    for folder in (group, *group.parents):
-        if folder.is_relative_to(root):
-            with suppress(OSError, ValueError):  # no such group here, or "max"
-                yield int((folder / name).read_text(encoding="ascii"))
+    """Yield the bytes that each control group that holds us may have."""
+    for words in group_limits("memory", ["memory.limit_in_bytes"], "memory.max"):
+        with suppress(ValueError):  # "max"
+            yield int(words[0])

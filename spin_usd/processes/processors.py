@@ -3,19 +3,37 @@
 import os
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from math import ceil
 from pathlib import Path
+from zlib import crc32
+
+from spin_usd.processes.control_groups import group_limits
 
 CPU_INFO = Path("/proc/cpuinfo")
 MODEL = {"vendor_id", "cpu family", "model", "model name", "stepping", "CPU implementer", "CPU part"}
 
 
 def usable_cpus() -> list[int]:
-    """Return the processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return sorted(os.sched_getaffinity(0))
-    return list(range(os.cpu_count() or 1))
+    """Return the processors this process may use, as many as the time that its control groups allow it."""
+    if not hasattr(os, "sched_getaffinity"):
+        return list(range(os.cpu_count() or 1))
+    cpus = sorted(os.sched_getaffinity(0))
+    count = min([len(cpus), *(max(ceil(quota), 1) for quota in _quotas())])
+    if count == len(cpus):
+        return cpus
+    start = crc32(platform.node().encode()) % len(cpus)  # else all containers of a machine would use the first ones
+    return sorted((cpus * 2)[start : start + count])
+
+
+def _quotas() -> Iterator[float]:
+    """Yield the processors' time per time that each control group that holds us may use."""
+    for words in group_limits("cpu", ["cpu.cfs_quota_us", "cpu.cfs_period_us"], "cpu.max"):
+        with suppress(ValueError):  # "max" for no limit
+            quota, period = map(int, words)
+            if quota > 0:  # -1 for no limit
+                yield quota / period
 
 
 def share_of(number: int, count: int) -> list[int]:
