@@ -65,7 +65,7 @@ class UnsupportedError(SpinError, NotImplementedError):
 
 
 class MissingPackageError(SpinError, ImportError):
-    """A package of the extra [render] is not installed, which is more than reading a dataset needs."""
+    """A package of one of the extras is not installed."""
 
 
 class OutputError(SpinError, OSError):

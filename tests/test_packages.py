@@ -1,5 +1,6 @@
 """Reading a dataset needs few packages; what needs those of the extra [render] says so where one is missing."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.basics.faults import RENDER
+from spin_usd.basics.extras import EXTRAS, to_install
 from spin_usd.commands.doctor.run import examine
 from spin_usd.errors import MissingPackageError
 from spin_usd.options import Options, takes
@@ -29,6 +30,7 @@ else:
     (loaded,) = DataLoader(crops, batch_size=len(crops), num_workers=1, collate_fn=dataset.collate)
     assert (loaded["image"] == batch["image"]).all()
 """
+RENDER = EXTRAS["render"].packages
 BLOCK = """
 import sys
 class Missing:
@@ -47,12 +49,22 @@ def run(python: Path | str, *arguments: object) -> "subprocess.CompletedProcess[
     return subprocess.run([str(python), *map(str, arguments)], capture_output=True, text=True)
 
 
-def test_the_table_of_packages_is_the_extra() -> None:
+def test_the_table_of_extras_is_the_projects() -> None:
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
-    names = {each.split(">=")[0].split("==")[0] for each in project["optional-dependencies"]["render"]}
-    assert set(RENDER.values()) == names
+    extras = project["optional-dependencies"]
     found = packages_distributions()
-    assert {module: found[module] for module in RENDER} == {module: [name] for module, name in RENDER.items()}
+    assert extras.keys() - {"read", "all"} == EXTRAS.keys()
+    assert extras["all"] == [f"spin_usd[{','.join(name for name in extras if name not in ('read', 'render', 'all'))}]"]
+    for name, extra in EXTRAS.items():
+        names = {re.split("[[>=]", each)[0] for each in extras[name]} - {"spin_usd"}
+        assert {*extra.packages.values()} - {"pyerfa"} == names  # which astropy brings
+        there = {module: package for module, package in extra.packages.items() if module in found}
+        assert {module: found[module] for module in there} == {module: [package] for module, package in there.items()}
+        assert name != "render" or there == extra.packages
+
+
+def test_the_remedy_names_the_versions_that_are_needed() -> None:
+    assert to_install("pyzmq", "ray", "other") == "run pip install 'pyzmq>=27' 'ray[client]>=2.50' other"
 
 
 def test_a_dataset_is_read_without_the_packages_that_render(rendered) -> None:
@@ -72,7 +84,7 @@ def test_predictions_are_scored_without_them_too(rendered) -> None:
 def test_a_command_says_which_package_is_missing(module, package, small_stage) -> None:
     done = run(sys.executable, "-c", COMMAND_LINE, module, "plan", small_stage)
     assert done.returncode == 2
-    said = f"{package} is not installed, as reading a dataset does not need it; run pip install 'spin_usd[render]'"
+    said = f"{package} is not installed; {to_install(package)}"
     assert done.stderr.splitlines()[-1] == f"spin-usd: {said}"
 
 
@@ -93,11 +105,14 @@ def test_a_function_that_needs_a_missing_package_later_says_which(monkeypatch) -
 
 def test_doctor_says_which_package_is_missing(monkeypatch, spin_usd) -> None:
     monkeypatch.setitem(RENDER, "missing", "missing-package")
+    monkeypatch.setitem(EXTRAS["serve"].packages, "zmq_missing", "pyzmq")
     lines = spin_usd("doctor", code=1).stdout.splitlines()
     place = next(
         place for place, line in enumerate(lines) if line.split() == ["NO", "missing-package", "not", "installed"]
     )
-    assert lines[place + 1].strip() == "-> run pip install 'spin_usd[render]'"
+    assert lines[place + 1].strip() == "-> run pip install missing-package"
+    assert any("[serve]" in line and "for serve: not installed; if you want it, run pip install 'pyzmq>=27'" in line
+               for line in lines)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

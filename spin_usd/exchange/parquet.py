@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, Layout, MadeFile, Output
@@ -33,7 +34,6 @@ from spin_usd.reading.pictured_target import PicturedTarget
 if TYPE_CHECKING:
     import pyarrow
 
-INSTALL = "run pip install '.[parquet]' where spin_usd's source is"
 IMAGE, DEPTH, MILLIMETRES = "image", "depth", "millimetres"
 ROWS = 100  # of a group: a reader takes a group into memory at a time, with its images
 WITHOUT_DEPTH = "export without depth: --option depth=none"
@@ -209,15 +209,8 @@ def _known(values: Float) -> Any:
 
 
 def has_pyarrow(survey: Survey) -> None:
-    """Raise InputError where pyarrow is not installed."""
-    _refuse_without_pyarrow(survey.format)
-
-
-def _refuse_without_pyarrow(where: object) -> None:
-    try:
-        import pyarrow  # noqa: F401  not above: it is an extra
-    except ImportError:
-        raise InputError("needs pyarrow, which is not installed", where=where, do=INSTALL) from None
+    """Raise MissingPackageError where pyarrow is not installed."""
+    EXTRAS["parquet"].require(survey.format)
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:
@@ -246,7 +239,7 @@ PARQUET = ExportFormat(
 
 def read_poses(path: Path) -> Iterator[PoseEntry]:
     """Read the rows of the file. Raises InputError that names the row, and where pyarrow is not installed."""
-    _refuse_without_pyarrow(path)
+    EXTRAS["parquet"].require(path)
     for number, row in enumerate(_rows(path)):
         where = f"{path}, row {number}"
         q, t = (finite_numbers(row[name], count, name, where) for name, count in zip(POSE, (4, 3), strict=True))

@@ -14,7 +14,7 @@ import psutil
 from msgspec import Meta
 
 import spin_usd
-from spin_usd.basics.faults import RENDER, to_install
+from spin_usd.basics.extras import EXTRAS, to_install
 from spin_usd.basics.json_fields import JsonStruct
 from spin_usd.commands.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import MissingPackageError, SpinError
@@ -57,8 +57,9 @@ def examine(folder: Path) -> Iterator[Line]:
     yield Line(subject="spin_usd", found=spin_usd.__version__)
     yield _python()
     yield _system()
-    for name in dict.fromkeys((*LIBRARIES, *RENDER.values())):
+    for name in dict.fromkeys((*LIBRARIES, *EXTRAS["render"].packages.values())):
         yield _library(name)
+    yield from (_extra(name) for name in EXTRAS if name != "render")
     yield from _children()
     yield _processors()
     yield _devices()
@@ -87,6 +88,13 @@ def _library(name: str) -> Line:
         return Line(subject=name, found=version(name))
     except PackageNotFoundError:
         return Line(subject=name, found="not installed", remedy=to_install(name))
+
+
+def _extra(name: str) -> Line:
+    """Report an extra; none that is missing needs a remedy."""
+    extra = EXTRAS[name]
+    missing = f"not installed; if you want it, {to_install(*extra.missing)}" if extra.missing else "installed"
+    return Line(subject=f"extra [{name}]", found=f"for {extra.use}: {missing}")
 
 
 def _children() -> Iterator[Line]:

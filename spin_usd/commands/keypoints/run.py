@@ -4,11 +4,11 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.stop_signals import Stopped
 from spin_usd.commands.keypoints.calls import (
@@ -24,7 +24,7 @@ from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.pictures import Pictures
 from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
-from spin_usd.errors import InputError, SpinError, UnsupportedError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
 from spin_usd.processes.executor import Executor
 from spin_usd.scene.keypoints import Keypoints
@@ -33,7 +33,6 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 SUFFIX = ".usda"
 MAX_BYTES = 1 << 24
-INSTALL = "run pip install '.[browser]' where spin_usd's source is"
 
 
 class KeypointsFile:
@@ -78,9 +77,8 @@ class KeypointsFile:
 def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) -> Session:
     """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
     Raises InputError if the target cannot be shown or the address is not available, OutputError if keypoints cannot be
-    saved, UnsupportedError without viser."""
-    if find_spec("viser") is None:
-        raise UnsupportedError("the keypoint tool needs viser, which is not installed", do=INSTALL)
+    saved, MissingPackageError without viser."""
+    EXTRAS["browser"].require()
     with Executor[None]() as child:
         session = open_session(request, child, tell)
         pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)

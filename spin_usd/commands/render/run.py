@@ -3,6 +3,7 @@
 import time
 from pathlib import Path
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.progress import Note, Progress, no_note
 from spin_usd.commands.render.dataset_run import DatasetRun
 from spin_usd.commands.render.destination import opened
@@ -61,6 +62,8 @@ def render_dataset(
     if shard and options.cluster is not None:
         do = "give one of them: a cluster shares out all pictures by itself"
         raise InputError("--shard and --cluster are given together", do=do)
+    if event_labels is not None:
+        EXTRAS["events"].require()
     if event_labels is not None and (shard or options.cluster is not None or is_url(out)):
         do = "render events into a folder of this machine, a variant at a time where there are several machines"
         raise InputError("events are requested with a shard, a cluster or a URL", do=do)

@@ -6,6 +6,7 @@ Open CASCADE is a large library in C++, so a child process alone calls it.
 
 from pathlib import Path
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_MODEL
@@ -13,16 +14,14 @@ from spin_usd.files.user_file import read_bytes
 from spin_usd.scene.converted_model import ConvertedModel, ModelToConvert
 
 LINEAR, ANGULAR = 0.002, 0.2  # of edges' lengths, and radians between neighbouring faces: 32 to a circle
-INSTALL = "run pip install '.[step]' where spin_usd's source is, or convert it to GLB, as FreeCAD does"
 
 
 def convert_step(model: ModelToConvert) -> ConvertedModel:
-    """Write a model as GLB. Raises InputError for a file that is not STEP, and where cascadio is not installed."""
+    """Write a model as GLB. Raises InputError for a file that is not STEP, MissingPackageError without cascadio."""
     source = model.source
-    try:
-        import cascadio  # not above: it is an extra
-    except ImportError:
-        raise InputError("is STEP, which needs cascadio, which is not installed", where=source, do=INSTALL) from None
+    EXTRAS["step"].require(source)
+    import cascadio  # not above: it is an extra
+
     data = read_bytes(source, MAX_MODEL)
     with decoding(source):
         glb = cascadio.to_glb_bytes(

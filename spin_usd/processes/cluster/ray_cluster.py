@@ -15,6 +15,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from typing import Any, Self
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.errors import InputError, RenderError
 from spin_usd.processes.call import Call, Request
 from spin_usd.processes.cluster.remote_child import RemoteChild
@@ -26,7 +27,6 @@ KNOCK_S = 10.0  # for the cluster's head to answer
 CLOSING_S = 10.0  # for workers to leave their nodes at the end
 MEMORY_PER_WORKER = 1 << 30  # bytes of its node that Ray keeps for each worker
 START = "start one with `ray start --head`, or give its address"
-INSTALL = "run pip install '.[cluster]' where spin_usd's source is"
 PARENT_LOOK_S = 1.0  # between two looks at whether its node's Ray still runs
 LEAVING_S = 10.0  # for a worker to end, and its node's folder to be removed
 
@@ -160,7 +160,7 @@ class RayCluster:
     its block ends."""
 
     def __init__(self, address: str) -> None:
-        """Raises InputError where Ray is not installed, or no cluster answers."""
+        """Raises MissingPackageError without Ray, InputError where no cluster answers."""
         self._connected = _connect(address)
         self._post = ThreadPoolExecutor(max_workers=1)
         self._connections: list[RayConnection] = []
@@ -243,10 +243,9 @@ def _lives(node: str) -> bool:
 def _connect(address: str) -> bool:
     """Connect to the cluster, and return whether this program was not connected to one already."""
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # Ray reports its use to its makers otherwise
-    try:
-        import ray
-    except ImportError:
-        raise InputError("needs Ray, which is not installed", where="--cluster", do=INSTALL) from None
+    EXTRAS["cluster"].require()
+    import ray
+
     if ray.is_initialized():
         return False
     ray._private.worker._worker_logs_enabled = False  # it prints messages on dead nodes to standard output

@@ -369,7 +369,7 @@ def test_one_source_of_pictures_is_asked_for(tmp_path: Path) -> None:
 def test_the_extra_is_named_where_it_lacks(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "astropy.coordinates", None)
     monkeypatch.setitem(__import__("sys").modules, "astropy", None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'spin_usd\[orbit\]'"):
+    with pytest.raises(MissingPackageError, match="pip install 'astropy>=8'"):
         stage_of(tmp_path, scenario(tmp_path))
 
 

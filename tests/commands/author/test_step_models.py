@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.commands.author.model import model_file
-from spin_usd.errors import InputError, SpinError
+from spin_usd.errors import InputError, MissingPackageError, SpinError
 from spin_usd.formats.mesh.step_file import convert_step
 from spin_usd.scene.converted_model import ModelToConvert
 from spin_usd.stage.read.stage_reader import StageReader
@@ -147,7 +147,9 @@ def test_other_formats_are_refused_with_what_converts_them(name: str) -> None:
 
 def test_without_the_extra_one_sentence_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cascadio", None)
-    with pytest.raises(InputError, match=r"box\.step: is STEP, which needs cascadio.*pip install '\.\[step\]'"):
+    with pytest.raises(
+        MissingPackageError, match=r"box\.step: a model in STEP needs cascadio.*pip install 'cascadio>=0.1.1'"
+    ):
         convert_step(
             ModelToConvert(source=str(tmp_path / "box.step"), to=str(tmp_path / "box.glb"), root=str(tmp_path))
         )

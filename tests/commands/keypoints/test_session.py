@@ -1,5 +1,6 @@
 """A session: a real model, clicks as rays, and the layer that is saved and that author reads."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from spin_usd.commands.keypoints.in_child import save_target
 from spin_usd.commands.keypoints.options import KeypointsOptions
 from spin_usd.commands.keypoints.run import open_session, pick_keypoints
 from spin_usd.commands.keypoints.suggestions import SuggestionMethod
-from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.errors import InputError, MissingPackageError, OutputError
 from spin_usd.geometry.snapping import Snap
 from spin_usd.processes.executor import Executor
 from tests.conftest import REPOSITORY
@@ -217,8 +218,10 @@ def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> Non
 
 def test_without_viser_the_tool_says_how_to_install_it(tmp_path, monkeypatch) -> None:
     """Viser is an extra: it brings a web stack that nothing else needs."""
-    monkeypatch.setattr("spin_usd.commands.keypoints.run.find_spec", lambda name: None)
-    with pytest.raises(UnsupportedError, match=r"needs viser, which is not installed; run pip install '\.\[browser\]'"):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(
+        MissingPackageError, match=r"needs viser, which is not installed; run pip install 'viser>=1\.1'"
+    ):
         pick_keypoints(KeypointsOptions("tango"), tell=print)
 
 
