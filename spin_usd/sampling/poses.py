@@ -156,12 +156,14 @@ class PoseLaw:
                     return q, good
         asked = ["keeps apart from the other bodies"] if len(others.radii) else []
         if self.inside is not None:
-            asked.append("has as much of the target in the picture as 'inside' requires")
+            across = f"{np.ptp(hull, axis=0).max():.3g} m across"
+            asked.append(f"has as much of the target, {across}, in the picture as 'inside' requires")
         do = (
             "give it a larger range or distance" if len(others.radii) else "put it farther away or nearer to the middle"
         )
         found = f"none of {MAX_POSES * sum(PLACES)} poses {' and '.join(asked)}"
-        raise InputError(found, do=f"{do}, or change 'inside'" if self.inside else do)
+        do = f"{do}, change 'inside', or check the unit of the model" if self.inside else do
+        raise InputError(found, do=do)
 
     def _first_inside(self, camera: Camera, hull: Float, rotation: Float, places: Float) -> Float | None:
         """Return the first of the places (M, 3) where the body is inside, as far as required."""

@@ -1,7 +1,8 @@
 """A sampling specification in one line, such as "range=3..10 attitude=uniform inside=0.9 count=1000".
 
-Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
-are X,Y,Z, or X,Y,Z:DEGREES for any within that angle; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
+Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10), in a unit if
+one follows, as 400..800km; directions are X,Y,Z, or X,Y,Z:DEGREES for any within that angle; attitudes are W,X,Y,Z, or
+W,X,Y,Z:DEGREES. `uniform` is any direction or attitude.
 """
 
 import re
@@ -19,6 +20,7 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SPAN = re.compile(rf"({NUMBER})\.\.({NUMBER})")
 LOG_SPAN = re.compile(rf"log\(({NUMBER})\.\.({NUMBER})\)")
 NEAR = re.compile(rf"({NUMBER}(?:,{NUMBER})*)(?::({NUMBER}))?")
+WITH_UNIT = re.compile(r"(.*?[\d.)])((?![eE]\d)[A-Za-z/]+\d?)")
 UNIFORM = "uniform"
 NAMES = "img{picture:06d}"
 MAX_PICTURES = 1_000_000
@@ -165,9 +167,21 @@ def _inside(key: str, value: str) -> float | list[float]:
 
 
 def _sampled(key: str, value: str) -> Words:
-    """Return a distribution of directions, or a fixed truth."""
-    if value in ("true", "false"):
+    """Return a distribution of the parameter `key`, of the kind of value that it takes."""
+    from spin_usd.stage.augment.parameter import ATTITUDE, NUMBER, TRUTH  # not above: they load USD
+    from spin_usd.stage.augment.parameters import parameter_named
+
+    parameter = parameter_named(key)
+    if parameter.kind == TRUTH:
+        if value not in ("true", "false"):
+            raise InputError(f"{value!r} is not true or false", where=f"sample {key!r}", do="write one of them")
         return {"distribution": "fixed", "value": value == "true"}
+    if parameter.kind == ATTITUDE:
+        return _attitude(key, value)
+    if parameter.kind == NUMBER:
+        found = WITH_UNIT.fullmatch(value)
+        numbers, unit = found.groups() if found else (value, parameter.unit)
+        return {**_numbers(key, numbers), **({"unit": unit} if unit else {})}
     if value == UNIFORM:
         return {"distribution": "directions"}
     axis, most = _near(key, value, 3, "X,Y,Z or X,Y,Z:DEGREES")

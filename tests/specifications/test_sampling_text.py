@@ -54,6 +54,23 @@ def test_what_each_word_says(text, key, said) -> None:
     assert poses(text)[key] == said
 
 
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("earth.attitude=uniform", {"distribution": "attitudes"}),
+        ("earth.attitude=1,0,0,0:9", {"distribution": "attitudes_around", "around": [1, 0, 0, 0], "most": 9.0}),
+        ("earth.altitude=400..800km", {"distribution": "uniform", "low": 400.0, "high": 800.0, "unit": "km"}),
+        ("earth.altitude=log(1e5..2e5)", {"distribution": "log_uniform", "low": 1e5, "high": 2e5, "unit": "m"}),
+        ("earth.direction=uniform", {"distribution": "directions"}),
+        ("earth.visible=false", {"distribution": "fixed", "value": False}),
+    ],
+)
+def test_a_parameter_is_drawn_by_its_own_kind(word, said) -> None:
+    document = sampling_document(f"range=3 count=5 {word}")
+    check_document(document, "sample-1", "text")
+    assert document["part"][0]["sample"] == {word.partition("=")[0]: {**said, "per": "frame"}}
+
+
 def test_the_count_is_in_the_text_or_beside_it() -> None:
     assert sampling_document("range=5 count=7", 3)["part"][0]["pictures"] == 7
     assert sampling_document("range=5", 3)["part"][0]["pictures"] == 3

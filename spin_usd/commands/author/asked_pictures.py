@@ -23,6 +23,7 @@ from spin_usd.stage.augment.sampled_values import SampledValues
 from spin_usd.stage.author.source_bounds import box_corners, hull_corners
 from spin_usd.stage.author.target_asset import TargetAsset
 
+FIXED = "fixed"
 OF_SPEC = ("target", "camera", "preset", "lights", "environment")
 """The options in whose place a specification may have names of its own."""
 
@@ -40,6 +41,10 @@ class AskedPictures:
     """Returns the sampled values for the opened stage; None for a pose list."""
     laws: Sequence[PoseLaw | TrajectoryLaw] | None = None
     """Distribution of each pose; None for a pose list."""
+    drawn: frozenset[str] = frozenset()
+    """Parameters that are drawn for each picture."""
+    drawn_once: tuple[str, ...] = ()
+    """Parameters that are drawn for all pictures of a part together."""
 
 
 def asked_pictures(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
@@ -91,5 +96,15 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
         return sample_light(stage, chosen, options.seed, spec.table.constraints)
 
     files = {"sample": spec.file} if spec.file else {}
-    asked = AskedPictures(files=files, whole=len(made), poses=poses, light=light, laws=laws)
+    entries = [each for part in spec.parts for each in part.sample if each.words["distribution"] != FIXED]
+    once = dict.fromkeys(each.parameter for each in entries if not each.per_frame)
+    asked = AskedPictures(
+        files=files,
+        whole=len(made),
+        poses=poses,
+        light=light,
+        laws=laws,
+        drawn=frozenset(each.parameter for each in entries) - once.keys(),
+        drawn_once=tuple(once),
+    )
     return replace(options, **own), asked

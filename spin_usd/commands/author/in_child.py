@@ -19,12 +19,15 @@ from spin_usd.commands.author.written_target import colour_notes, read_written_t
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.augment.sun_and_planet import read_sky
 from spin_usd.stage.author.poses_layer import author_clock
 from spin_usd.stage.author.source_bounds import box_corners, target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.store.new_folder import new_folder
 
+MANY = 10  # sampled pictures: fewer are a trial
 OUTPUTS = {"image": "color3f"} | {name: PIXEL_LABELS[name].usd_type for name in DEFAULT_LABELS}
 """The files of a picture that an authored stage lists, each with the USD type of its pixels."""
 
@@ -48,7 +51,8 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
         sources.additions.write_light(root, len(making.poses), pictures.light)
         if making.poses.times is not None:
             author_clock(root, making.poses.times)
-        making.notes += (*target_notes(open_stage(root)), *added)
+        stage = open_stage(root)
+        making.notes += (*target_notes(stage), *added, *_same_in_all(making, stage))
         remarks = read_written_target(making)
         if options.augment is not None:
             augment_stage(stage=root, spec=str(options.augment), progress=progress)
@@ -100,6 +104,24 @@ def _unused(making: Authoring) -> Iterator[str]:
         if asked.get(name, variant) != variant:
             instead = f"the preset {preset.file.stem} selects {name}={variant}, in place of --variant"
             yield f"{instead} {name}={asked[name]}: leave one of them out"
+
+
+def _same_in_all(making: Authoring, stage: Any) -> Iterator[str]:
+    """Yield notes on what many sampled pictures have in common that users expect to differ."""
+    pictures, count = making.pictures, len(making.poses)
+    if pictures.light is None or pictures.laws is None or count < MANY:
+        return
+    if pictures.drawn_once:
+        what = " and ".join(pictures.drawn_once)
+        be = "is" if len(pictures.drawn_once) == 1 else "are"
+        yield f'{what} {be} drawn once for all {count} pictures of a part: per = "frame" draws another value in each'
+    sky = read_sky(open_base(stage)[0])
+    for name, there, own, word in (
+        ("Sun", sky.sun is not None and not making.sources.additions.sun, "sun.", "sun.direction"),
+        ("Earth", sky.planet is not None, "earth.", "earth.attitude"),
+    ):
+        if there and not any(each.startswith(own) for each in (*pictures.drawn, *pictures.drawn_once)):
+            yield f"all {count} pictures have the same {name}: {word}=uniform in --sample draws another in each"
 
 
 def author_requested(request: dict[str, Any], progress: Progress) -> AuthorReport:

@@ -70,3 +70,25 @@ def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--minimal", "--target", "tango", "--seed", 3, "--out", tmp_path / "page", code=2).stderr
     assert "--target and --seed are given with --minimal" in said or "--seed and --target" in said
     assert not (tmp_path / "page").exists()
+
+
+def test_what_many_sampled_pictures_share_is_told(spin_usd, tmp_path) -> None:
+    def notes(sample, *more):
+        out = tmp_path / str(len(list(tmp_path.iterdir())))
+        given = ("--target", "cubesat", "--camera", "speedplus", "--resolution", "64", "--environment", "earth")
+        return spin_usd("author", "--sample", sample, *given, *more, "--out", out).stderr
+
+    few, many = "range=0.5..1 count=9", "range=0.5..1 count=10"
+    assert "the same" not in notes(few)
+    both = notes(many)
+    assert "all 10 pictures have the same Sun: sun.direction=uniform in --sample" in both
+    assert "all 10 pictures have the same Earth: earth.attitude=uniform in --sample" in both
+    drawn = notes(f"{many} earth.attitude=uniform", "--sun-direction", "0.3,-0.5,-0.8")
+    assert "the same" not in drawn
+    (tmp_path / "once.toml").write_text("""schema = "sample-1"
+part = [{ name = "a", names = "i{picture}", pictures = 10, poses = { range = { distribution = "fixed", value = 1 }, attitude = { distribution = "attitudes" } }, sample = { "sun.direction" = { distribution = "directions" } } }]
+""")  # noqa: E501
+    once = notes(tmp_path / "once.toml")
+    assert (
+        'sun.direction is drawn once for all 10 pictures of a part: per = "frame" draws another value in each' in once
+    )
