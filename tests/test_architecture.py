@@ -59,6 +59,7 @@ ONLY_IN = {
     "tempfile": (
         "commands",
         "exchange/layout/models.py",
+        "exchange/rosbag2.py",
         "processes",
         "store",
         "files/new_file.py",
@@ -140,6 +141,7 @@ MAY_OPEN = {
     "exchange/layout/index_file.py": MADE,
     "exchange/layout/models.py": WORK,
     "exchange/layout/save_models.py": WORK,
+    "exchange/rosbag2.py": WORK,
     "commands/export/writer.py": WORK,
     "commands/keypoints": WORK,
     "commands/measure/measurement_folder.py": MADE,

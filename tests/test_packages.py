@@ -56,7 +56,7 @@ def test_the_table_of_extras_is_the_projects() -> None:
     assert extras.keys() - {"read", "all"} == EXTRAS.keys()
     assert extras["all"] == [f"spin_usd[{','.join(name for name in extras if name not in ('read', 'render', 'all'))}]"]
     for name, extra in EXTRAS.items():
-        names = {re.split("[[>=]", each)[0] for each in extras[name]} - {"spin_usd"}
+        names = {re.split(r"[\[>=]", each)[0] for each in extras[name]} - {"spin_usd"}
         assert {*extra.packages.values()} - {"pyerfa"} == names  # which astropy brings
         there = {module: package for module, package in extra.packages.items() if module in found}
         assert {module: found[module] for module in there} == {module: [package] for module, package in there.items()}

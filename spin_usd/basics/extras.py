@@ -66,6 +66,7 @@ EXTRAS: Mapping[str, Extra] = {
     "browser": Extra("keypoints", {"viser": "viser"}),
     "step": Extra("a model in STEP", {"cascadio": "cascadio"}),
     "parquet": Extra("export --to parquet", {"pyarrow": "pyarrow"}),
+    "ros": Extra("export --to rosbag2", {"rosbags": "rosbags"}),
     "cluster": Extra("render --cluster or --out URL", {"fsspec": "fsspec", "ray": "ray"}),
 }
 """By the names of pyproject.toml."""

@@ -19,6 +19,7 @@ from spin_usd.exchange.nerfstudio import NERFSTUDIO, NERFSTUDIO_CAMERA, NERFSTUD
 from spin_usd.exchange.parquet import PARQUET, PARQUET_POSES
 from spin_usd.exchange.pose_format import PoseFormat
 from spin_usd.exchange.record_poses import RECORD
+from spin_usd.exchange.rosbag2 import ROSBAG2
 from spin_usd.exchange.shirt import SHIRT
 from spin_usd.exchange.spades import SPADES, SPADES_POSES
 from spin_usd.exchange.spark import SPARK, SPARK_POSES
@@ -49,6 +50,7 @@ _ALL = (
     COLMAP,
     KITTI,
     TUM,
+    ROSBAG2,
     VIDEO,
     SPADES,
     *EVENT_FORMATS,

@@ -19,11 +19,11 @@ from tests.exchange.conftest import PLAIN, clone, write_export
 EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
-ONE_SPLIT = {"shirt", "tum", "video", "spades"}  # a trajectory is one
-WITHOUT_POSES = {"video", "kitti"} | {each.name for each in EVENT_FORMATS}
-"""Formats that hold none."""
+ONE_SPLIT = {"shirt", "tum", "video", "spades", "rosbag2"}  # a trajectory is one
+WITHOUT_POSES = {"video", "kitti", "rosbag2"} | {each.name for each in EVENT_FORMATS}
+"""Formats that hold no poses, or whose poses are not read back."""
 SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4", "evt3": ".raw", "aedat4": ".aedat4"}
-SHARDS |= {"dat": ".dat", "es": ".es", "events_csv": ".csv"}
+SHARDS |= {"rosbag2": ".mcap", "dat": ".dat", "es": ".es", "events_csv": ".csv"}
 """The endings of files of many pictures."""
 NUMBERED = {"bop", "swisscube", "urso", "spades"}  # pictures are called after their numbers
 
