@@ -203,12 +203,12 @@ def test_replies_are_in_the_order_of_requests(server) -> None:
 
 def test_clients_take_turns(server) -> None:
     many, few = Client(server, zmq.DEALER), Client(server, zmq.DEALER)
+    few.socket.send_multipart([b"", msgspec.msgpack.encode({"ask": "ping"})])
+    few.socket.recv_multipart()  # it is connected
     for client, count in ((many, MAX_WAITING), (few, 2)):
         for number in range(count):
-            client.socket.send_multipart(
-                [b"%d" % number, b"", msgspec.msgpack.encode({"frame": 0, "arrays": ["depth"]})]
-            )
-        assert client.socket.poll(60_000)  # a first reply is there: the other client comes later
+            asked = {"pose": approach(number + 0.5 * count), "arrays": ["image", "normals_body", "dense_pose", "nocs"]}
+            client.socket.send_multipart([b"%d" % number, b"", msgspec.msgpack.encode(asked)])
     for number in range(2):
         assert few.socket.recv_multipart()[0] == b"%d" % number
     came = 0
