@@ -1,6 +1,7 @@
 """The log of a simulator: each requested picture becomes a frame of a stage, and is read from there."""
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from msgspec import structs
@@ -71,5 +72,8 @@ class PictureLog:
         return self._log.saved(now=now)
 
     def _frame(self, asked: PictureRequest, number: int) -> FrameId:
-        """Return the frame of a request, named by the request, else by its number."""
-        return self._stage.frame(structs.replace(asked, name=asked.name or f"request_{number:06d}"))
+        """Return the frame of a request, named by the request, else by its number. A pose of its own has no frame's
+        time."""
+        frame = self._stage.frame(structs.replace(asked, name=asked.name or f"request_{number:06d}"))
+        own = asked.poses and asked.frame is None and asked.time is None
+        return replace(frame, time_s=None, utc="") if own else frame

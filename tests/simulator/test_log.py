@@ -47,6 +47,25 @@ def test_it_goes_on_with_its_own_seed_and_parts(small_stage, part, spin_usd, tmp
         np.testing.assert_array_equal(again[name], image)
 
 
+def test_a_pose_has_no_time_of_a_frame_in_a_stage_with_times(spin_usd, tmp_path) -> None:
+    lines = "a,1,0,0,0,0,0,5,0", "b,1,0,0,0,0,0,5,1", "c,1,0,0,0,0,0,5,3"
+    (tmp_path / "poses.csv").write_text("\n".join(("name,qw,qx,qy,qz,x,y,z,time", *lines)))
+    spin_usd("author", "--poses", tmp_path / "poses.csv", "--target", "cubesat", "--camera", "speedplus",
+             "--resolution", 64, "--out", tmp_path / "stage")  # fmt: skip
+    with Simulator(tmp_path / "stage", log=tmp_path / "log", **HOW) as simulator:
+        made = [simulator.picture(pose=((1, 0, 0, 0), (0, 0, away))) for away in (4, 5)]
+        with pytest.raises(SpinError, match="the pictures before have no times; give `time` with each request"):
+            simulator.picture(1)
+        assert [each.time_s for each in made] == [None, None]
+    spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", "--renderer", "raycast", "--samples", 1)
+    assert [each.time_s for each in Dataset(tmp_path / "dataset")] == [None, None]
+    with Simulator(tmp_path / "stage", log=tmp_path / "timed", **HOW) as simulator:
+        assert simulator.picture(1).time_s == 1
+        with pytest.raises(SpinError, match="it has no time, and the pictures before have; give `time`"):
+            simulator.picture(pose=((1, 0, 0, 0), (0, 0, 4)))
+        assert simulator.picture(pose=((1, 0, 0, 0), (0, 0, 4)), time=2).time_s == 2
+
+
 def test_names_that_are_taken_are_refused_and_the_log_goes_on(small_stage, spin_usd, tmp_path) -> None:
     with Simulator(small_stage, log=tmp_path / "log", **HOW) as simulator:
         simulator.picture(0, name="mine")

@@ -157,9 +157,13 @@ class LoggedStage:
     def write(self, number: int, frame: FrameId, edits: Edits) -> None:
         """Write picture `number`, from 0, which shows the copied stage's `frame` with these edits under the frame's
         name. Raises InputError for edits that a log cannot contain; then it is not written."""
+        timed = np.isfinite(self._last_time)
+        if self._names and timed != (frame.time_s is not None):
+            found = "it has no time, and the pictures before have" if timed else "the pictures before have no times"
+            raise InputError(found, do="give `time` with each request, or with none")
         if frame.time_s is not None and frame.time_s <= self._last_time:
             found = f"its time, {frame.time_s:g} s, is not after {self._last_time:g} s, the time of the picture before"
-            raise InputError(found, do="request pictures in the order of their times, or without times")
+            raise InputError(found, do="request pictures in the order of their times, or give none a time")
         if frame.name.lower() in self._names:
             do = "give each its own name; capitals do not count"
             raise InputError(f"a picture of the log is called {frame.name!r} already", do=do)
