@@ -28,7 +28,7 @@ from spin_usd.exchange.layout.export_format import (
     from_one,
 )
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
+from spin_usd.exchange.layout.images import RGB, any_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
 from spin_usd.exchange.layout.limits import bodies_told_apart
 from spin_usd.exchange.layout.rectified_picture import (
@@ -100,7 +100,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
     picture = as_exported(dataset, original)
     name = f"{picture.name}{own_suffix(picture)}"
-    yield any_image(picture, f"images/{name}")
+    yield any_image(picture, f"images/{name}", rgb=dataset.options[RGB.name] == YES)
     yield mask_image(picture, f"masks/{name}.png")
     pose = (*picture.target.q_cam_body.tolist(), *picture.target.t_cam_body.tolist())
     camera = FIRST + exported_cameras(dataset).index(picture.camera)
@@ -187,6 +187,7 @@ COLMAP = ExportFormat(
             name="points", meaning="how many points the model has at most, from 1", default="2000", read=from_one
         ),
         RECTIFYING,
+        RGB,
     ),
 )
 

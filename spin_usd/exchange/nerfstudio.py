@@ -16,7 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.cameras.camera_format import CORNER, Calibration, CameraFormat, whole
 from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, FormatOption, IndexRow, Layout, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
-from spin_usd.exchange.layout.images import any_image, depth_image, mask_image, own_suffix
+from spin_usd.exchange.layout.images import RGB, any_image, depth_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
 from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most
 from spin_usd.exchange.layout.rectified_picture import (
@@ -94,7 +94,7 @@ def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
     picture = as_exported(dataset, original)
-    image = any_image(picture, f"images/{picture.name}{own_suffix(picture)}")
+    image = any_image(picture, f"images/{picture.name}{own_suffix(picture)}", rgb=dataset.options[RGB.name] == YES)
     mask = mask_image(picture, f"masks/{picture.name}.png")
     yield image
     yield mask
@@ -147,6 +147,7 @@ NERFSTUDIO = ExportFormat(
     options=(
         FormatOption(name=DEPTH, meaning="whether depth is exported", default=YES, choices=(YES, "no")),
         RECTIFYING,
+        RGB,
     ),
 )
 

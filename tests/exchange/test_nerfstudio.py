@@ -51,6 +51,13 @@ def test_masks_and_depth_are_the_labels(nerfstudio, rendered) -> None:
         np.testing.assert_allclose(depth, picture.depth, atol=0.501e-3)
 
 
+@pytest.mark.parametrize("to", ["nerfstudio", "colmap"])
+def test_grey_images_have_three_equal_channels_on_request(rendered, tmp_path, to) -> None:
+    write_export(rendered, to, tmp_path / "out", options={"rgb": "yes"})
+    for file, picture in zip(sorted((tmp_path / "out" / "images").iterdir()), Dataset(rendered), strict=True):
+        np.testing.assert_array_equal(read_image(file)[0], np.repeat(picture.image[..., None], 3, -1))
+
+
 def test_points_are_the_surfaces_that_pictures_show(nerfstudio, rendered) -> None:
     out, document = nerfstudio
     cloud = PlyData.read(out / document["ply_file_path"])["vertex"]

@@ -29,7 +29,7 @@ def _refuse_without_pictures(options: AuthorOptions) -> None:
     """Raise InputError unless exactly one source of the pictures is given."""
     given = [name for name in ("poses", "sample", "scenario") if getattr(options, name) is not None]
     if not given:
-        do = "give a pose list as poses, or a distribution to sample: sample='range=3..10 inside=0.9 count=100'"
+        do = "give a pose list, such as --poses FILE, or a distribution, --sample 'range=3..10 inside=0.9 count=100'"
         raise InputError("neither poses, sample nor scenario is given", do=do)
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are given together", do="give one of them")

@@ -38,16 +38,17 @@ def export(
 
     with child_ahead(EXPORT), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.export, options.telling(progress))
-    print_out(json.dumps(asdict(report)) if as_json else _sentence(report))
+    print_out(json.dumps(asdict(report)) if as_json else _sentence(report, copied=options.copy))
 
 
-def _sentence(report: "ExportReport") -> str:
-    """Return one line on what was written."""
+def _sentence(report: "ExportReport", *, copied: bool) -> str:
+    """Return one line on what was written; `copied`: whether no file is a link."""
     splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
     left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
     endings = sorted(report.made_endings.items(), key=lambda each: -each[1])
     made = f" ({', '.join(f'{number} {ending}' for ending, number in endings)})" if endings else ""
-    linked = f"{pluralise(report.linked, 'file')} linked to the dataset's"
+    as_they_are = "copied from the dataset" if copied else "linked to the dataset's"
+    linked = f"{pluralise(report.linked, 'file')} {as_they_are}"
     files = f"{linked}, {report.made} made{made}, {report.kept} already there"
     return (
         f"{report.out}   ({pluralise(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "

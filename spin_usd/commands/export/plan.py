@@ -205,11 +205,12 @@ def named_splits(shares: Mapping[str, float], names: Mapping[str, str] | None, *
     """Return the shares by the format's own `names` of splits. Raises InputError for a split that it does not have."""
     if names is None:
         return dict(shares)
+    known = {**{own: own for own in names.values()}, **names}
     for split in shares:
-        if split not in names:
+        if split not in known:
             do = f"choose among {', '.join(names)}"
             raise InputError(f"{format_name} has no split {split!r}", do=do)
-    return {names[split]: share for split, share in shares.items()}
+    return {known[split]: share for split, share in shares.items()}
 
 
 class Selected(NamedTuple):

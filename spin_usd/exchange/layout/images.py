@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.exchange.layout.export_format import LinkedFile, MadeFile
+from spin_usd.exchange.layout.export_format import FormatOption, LinkedFile, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedPicture
 from spin_usd.exchange.layout.limits import UINT16_MAX
 from spin_usd.exchange.layout.models import MILLIMETRES
+from spin_usd.exchange.layout.rectified_picture import NO, YES
 from spin_usd.formats.image_file import JPEG_QUALITY, write_image
 
 LUMA = (0.2126, 0.7152, 0.0722)  # Rec. 709, of the encoded numbers
@@ -19,6 +20,12 @@ GREY = "grey = 0.2126 R + 0.7152 G + 0.0722 B of the encoded numbers"
 JPEG = f"JPEG of quality {JPEG_QUALITY}, without chroma subsampling"
 GREY_JPEG = f"Images are grey, 8 bits, {JPEG} ({GREY}); a dataset's files in this form are unchanged."
 VISIBLE = 255
+RGB = FormatOption(
+    name="rgb",
+    meaning="whether grey images get three equal channels, which most trainers of splats need",
+    default=NO,
+    choices=(YES, NO),
+)
 
 
 def grey_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
@@ -28,8 +35,11 @@ def grey_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
     return MadeFile(path=path, write=partial(_write_grey, picture))
 
 
-def any_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
-    """Return the image in 8 bits, grey or in colour as it is, at `path`, whose ending is .jpg or .png."""
+def any_image(picture: ExportedPicture, path: str, *, rgb: bool = False) -> LinkedFile | MadeFile:
+    """Return the image in 8 bits, grey or in colour as it is, or always in `rgb`, at `path`, whose ending is .jpg or
+    .png."""
+    if rgb and picture.picture.files["image"].channels == 1:
+        return MadeFile(path=path, write=partial(_write_rgb, picture))
     if picture.linkable("image", Path(path).suffix) and picture.picture.files["image"].dtype == "uint8":
         return LinkedFile(path=path, source=picture.file("image"))
     return MadeFile(path=path, write=partial(_write_eight, picture))
@@ -91,6 +101,10 @@ def _write_grey(picture: ExportedPicture, path: Path) -> None:
 def _write_eight(picture: ExportedPicture, path: Path) -> None:
     image = eight_bits(picture.image)
     write_image(path, image, channels=("Y",) if image.ndim == 2 else ("R", "G", "B"))
+
+
+def _write_rgb(picture: ExportedPicture, path: Path) -> None:
+    write_image(path, np.repeat(eight_bits(picture.image)[..., None], 3, -1), channels=("R", "G", "B"))
 
 
 def _write_mask(picture: ExportedPicture, path: Path) -> None:

@@ -59,8 +59,9 @@ MOSTLY_SMALL = ViewMessage(
 
 
 def summary(found: Views) -> str:
-    """Return a line such as "target 1.1 x 0.8 x 0.3 m, 2.2 to 9.9 m from the camera, 200 to 900 pixels across"."""
-    across = f", {_span(found.pixels)} pixels across" if found.pixels else ""
+    """Return a line such as "target 1.1 x 0.8 x 0.3 m, 2.2 to 9.9 m from the camera, its diagonal 200 to 900
+    pixels"."""
+    across = f", its diagonal {_span(found.pixels)} pixels" if found.pixels else ""
     return f"target {size_text(found.size)}, {_span(found.distance)} m from the camera{across}"
 
 

@@ -51,7 +51,7 @@ def test_each_argument_and_option_has_its_help(command) -> None:
 
 def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--target", "tango", "--camera", "speedplus", "--out", tmp_path / "x", code=2).stderr
-    assert "give a pose list as poses, or a distribution to sample: sample=" in said
+    assert "give a pose list, such as --poses FILE, or a distribution, --sample" in said
 
 
 def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path) -> None:

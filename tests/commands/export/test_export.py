@@ -79,6 +79,8 @@ def test_what_was_made_is_said_by_its_ending(two_variants, tmp_path, spin_usd) -
     endings = Counter(path.suffix for path in (tmp_path / "out").rglob("*.*") if path.stat().st_nlink == 1)
     del endings[".json"]  # the manifest too, which is no picture's
     assert f"{linked} files linked to the dataset's, " in done.stdout
+    copied = spin_usd("export", two_variants, "--to", "croissant", "--out", tmp_path / "copied", "--copy")
+    assert f"{linked} files copied from the dataset, " in copied.stdout
     assert all(f"{number} {ending}" in done.stdout for ending, number in endings.items())
 
 

@@ -36,6 +36,7 @@ def test_what_is_no_split_is_refused_in_a_sentence(text, sentence) -> None:
 def test_a_format_gives_splits_its_own_names() -> None:
     names = {"train": "train", "validation": "val"}
     assert named_splits({"train": 0.5, "validation": 0.5}, names, format_name="urso") == {"train": 0.5, "val": 0.5}
+    assert named_splits({"val": 1.0}, names, format_name="urso") == {"val": 1.0}
     with pytest.raises(InputError, match="urso has no split 'dev'; choose among train, validation"):
         named_splits({"dev": 1.0}, names, format_name="urso")
 
