@@ -41,7 +41,7 @@ def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[fl
     for column in columns:
         if column not in row:
             raise InputError(f"has no column {column!r}", where=where, do=f"give {', '.join(columns)}")
-    if bad := next((column for column in columns if not _is_finite(row[column])), None):
+    if bad := next((column for column in columns if not is_finite(row[column])), None):
         raise InputError(f"{bad} is {row[bad]!r}, not a finite number", where=where)
     return [float(row[column]) for column in columns]
 
@@ -97,7 +97,8 @@ def _nearest_rotation(matrix: Float) -> Float:
     return np.asarray(u @ v)
 
 
-def _is_finite(text: str) -> bool:
+def is_finite(text: str) -> bool:
+    """Return whether the text is a finite number."""
     try:
         return isfinite(float(text))
     except ValueError:
