@@ -1,7 +1,7 @@
 """The kinds of orbit in a scenario: each gives a craft's states at the scenario's epochs."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -42,6 +42,8 @@ TLE_LINE = re.compile(r"[12] [ 0-9A-Z]\d{4}[U0-9A-Z ]? ")
 
 At = Callable[[Float], Float]
 """Gives something at seconds (N,)."""
+Piece = tuple[tuple[float, float], At]
+"""First and last second of a part of a file, and its values."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,6 +99,9 @@ class OrbitFile(_Orbit, frozen=True, kw_only=True):
     """An orbit in a file."""
 
     file: Annotated[str, Meta(description="Beside the scenario.")]
+    craft: Annotated[str | None, Meta(description="Craft in a file of several, by its name or id.")] = named(
+        name="object", default=None
+    )
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -113,7 +118,7 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
         epochs, path = context.epochs, context.path(self.file)
         pole = context.pole()
 
-        def between(segment: EphemerisSegment) -> tuple[Float, At]:
+        def between(segment: EphemerisSegment) -> Piece:
             times = ordered(epochs.seconds_of(segment.times, segment.time_system, path), path)
             rows = Epochs(epochs.epoch, times).states_from(frame_named(segment.frame, path), segment.rows)
             known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
@@ -124,9 +129,10 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
                 context.notes[
                     f"{path.name} has states up to {step:g} s apart; expect up to {off:.2g} m of error between them"
                 ] = None
-            return times, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
+            span = useable_span(times, segment, context, path)
+            return span, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
 
-        return pieced(map(between, read_oem(path)), context, path)
+        return pieced([*map(between, read_oem(path, self.craft))], context, path, close=(CLOSE_M, "m"))
 
 
 def _off_between(times: Float, rows: Float) -> float:
@@ -285,18 +291,36 @@ def ordered(times: Float, path: Path) -> Float:
     return times
 
 
-def pieced(pieces: Iterable[tuple[Float, At]], context: OrbitContext, path: Path) -> Float:
-    """Return the values of a file's pieces at the epochs (N,). A piece is the times (M,) of its states, and a
-    function that interpolates them. Raises InputError for epochs outside all pieces."""
+def useable_span(times: Float, segment: EphemerisSegment, context: OrbitContext, path: Path) -> tuple[float, float]:
+    """Return the first and last second of a segment's states that its file declares useable. Raises InputError."""
+    first, last = (
+        float(context.epochs.seconds_of([text], segment.time_system, path)[0]) if text else end
+        for text, end in zip(segment.useable, (-np.inf, np.inf), strict=True)
+    )
+    return max(float(times[0]), first), min(float(times[-1]), last)
+
+
+def pieced(
+    pieces: Sequence[Piece], context: OrbitContext, path: Path, *, close: tuple[float, str] = (np.inf, "")
+) -> Float:
+    """Return the values of a file's pieces at the epochs (N,). A piece is beyond its span where no other has values.
+    `close`: difference between two pieces, with its unit, beyond which a note tells that the later one is used. Raises
+    InputError for epochs outside all pieces."""
     seconds, found = context.epochs.seconds, None
     said = np.zeros(len(seconds), bool)
-    for times, at in pieces:
-        chosen = (seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S)
-        if chosen.any():
-            values = at(seconds[chosen])
-            found = np.empty((len(seconds), *values.shape[1:])) if found is None else found
-            found[chosen], said = values, said | chosen
+    parts = [(span, at, margin) for margin in (0.0, MARGIN_S) for span, at in pieces]
+    for (first, last), at, margin in parts:
+        chosen = (seconds >= first - margin) & (seconds <= last + margin) & ~(said & (margin > 0))
+        if not chosen.any():
+            continue
+        values = at(seconds[chosen])
+        found = np.empty((len(seconds), *values.shape[1:])) if found is None else found
+        twice = said[chosen]
+        if twice.any() and np.abs(values - found[chosen])[twice][:, :3].max() > close[0]:
+            differ = f"differ by more than {close[0]:g} {close[1]}; the later one is used"
+            context.notes[f"{path.name} has segments that overlap and {differ}"] = None
+        found[chosen], said = values, said | chosen
     if found is None or not said.all():
         second = float(seconds[np.argmin(said)])
-        raise InputError(f"has no state at second {second:g}", where=path, do="choose times within its span")
+        raise InputError(f"has no state at second {second:g}", where=path, do="choose times within its useable span")
     return found
