@@ -16,7 +16,8 @@ from spin_usd.formats.ccsds_file import EphemerisSegment, read_aem
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
 from spin_usd.orbits.epochs import Epochs, frame_named
-from spin_usd.orbits.orbits import At, OrbitContext, Piece, ordered, pieced, useable_span
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.pieces import At, Piece, ordered, pieced, useable_span
 from spin_usd.orbits.propagation import rtn_axes
 from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled

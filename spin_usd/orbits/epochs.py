@@ -74,7 +74,7 @@ class Epochs:
             raise InputError(f"is in the unknown time system {scale[:20]!r}", where=where, do=do)
         texts = list(texts)
         try:
-            times = _astropy().time.Time(list(map(_calendar, texts)), scale="tai" if gps else scale.lower())
+            times = _astropy().time.Time(list(map(calendar, texts)), scale="tai" if gps else scale.lower())
         except ValueError:
             bad = next((each for each in texts if not _is_time(each)), texts[0])
             do = "write times as 2026-11-26T12:00:00 or 2026-330T12:00:00"
@@ -136,7 +136,7 @@ class Epochs:
         return np.asarray(turned.xyz.to_value("m").T), np.asarray(turned.differentials["s"].d_xyz.to_value("m/s").T)
 
 
-def _calendar(text: str) -> str:
+def calendar(text: str) -> str:
     """Return an ISO 8601 time with month and day, also from one with the day of the year. Raises ValueError."""
     text = text.strip().removesuffix("Z")
     year, _, rest = text.partition("-")
@@ -148,7 +148,7 @@ def _calendar(text: str) -> str:
 
 def _is_time(text: str) -> bool:
     try:
-        return bool(datetime.fromisoformat(_calendar(text)))
+        return bool(datetime.fromisoformat(calendar(text)))
     except ValueError:
         return False
 

@@ -19,7 +19,8 @@ from spin_usd.geometry.motion import log as rotation_vector
 from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
 from spin_usd.orbits.epochs import Epochs
-from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, OrbitContext
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit
 from spin_usd.sampling.distribution import Vector
 
 DERIVATIVE_S = 0.01  # between the states that give a rate; rounding leaves an error of 1e-7 m/s

@@ -9,7 +9,7 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
 from spin_usd.orbits.attitudes import Aem, Inertial, Listed, Pointing, Sight, Tumbling
 from spin_usd.orbits.epochs import EME2000, Epochs
-from spin_usd.orbits.orbits import OrbitContext
+from spin_usd.orbits.orbit_context import OrbitContext
 from spin_usd.orbits.propagation import from_relative_state, propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"

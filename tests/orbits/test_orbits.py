@@ -10,7 +10,8 @@ from skyfield.api import EarthSatellite
 
 from spin_usd.errors import InputError
 from spin_usd.orbits.epochs import GCRF, Epochs
-from spin_usd.orbits.orbits import Keplerian, Oem, OrbitContext, Spice, StateVector, Tle
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.orbits import Keplerian, Oem, Spice, StateVector, Tle
 from spin_usd.orbits.propagation import propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"
