@@ -1,5 +1,8 @@
 """The kinds of orbit in a scenario: each gives a craft's states at the scenario's epochs."""
 
+import re
+from contextlib import suppress
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -26,6 +29,7 @@ from spin_usd.orbits.propagation import (
 from spin_usd.sampling.distribution import Vector
 
 CLOSE_M = 0.01  # error of an ephemeris between its states below which there is no note
+META_KERNEL, HEAD_BYTES, MOST_KERNELS = b"KERNELS_TO_LOAD", 1 << 16, 1000
 FRESH_DAYS = 3.0  # of a TLE
 TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
 """Error of a TLE's orbit at its epoch, and its growth per day. Source: Vallado and Crawford, "SGP4 orbit
@@ -127,10 +131,11 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
     def states(self, context: OrbitContext) -> Float:
         import spiceypy
 
-        for name in self.kernels:
-            open_file(context.path(name), MAX_MODEL).close()  # so that no library opens a pipe
         try:
-            spiceypy.furnsh([str(context.path(name)) for name in self.kernels])
+            for name in self.kernels:
+                for path in _kernels(context.path(name)):
+                    open_file(path, MAX_MODEL).close()  # so that no library opens a pipe
+                    spiceypy.furnsh(str(path))
             et = (context.epochs.time.tdb.jd1 - 2451545.0) * 86400 + context.epochs.time.tdb.jd2 * 86400
             rows = [spiceypy.spkezr(self.body, float(time), "J2000", "NONE", "EARTH")[0] for time in et]
         except spiceypy.utils.exceptions.SpiceyError as error:
@@ -139,6 +144,33 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
         finally:
             spiceypy.kclear()
         return np.array(rows) * 1e3
+
+
+def _kernels(path: Path) -> list[Path]:
+    """Return the kernel at that path, or those of a meta-kernel, relative to its folder, where SPICE takes the working
+    directory."""
+    import spiceypy
+
+    with open_file(path, MAX_MODEL) as file:
+        if META_KERNEL not in file.read(HEAD_BYTES):
+            return [path]
+    spiceypy.ldpool(str(path))
+    lists = [_strings(name) for name in ("PATH_SYMBOLS", "PATH_VALUES", "KERNELS_TO_LOAD")]
+    folders = {f"${symbol}": value for symbol, value in zip(lists[0], lists[1], strict=False)}
+    names = [re.sub(r"\$\w+", lambda symbol: folders.get(symbol[0], symbol[0]), name) for name in lists[2]]
+    spiceypy.dvpool("KERNELS_TO_LOAD")
+    return [path.parent / name for name in names] or [path]
+
+
+def _strings(name: str) -> list[str]:
+    """Return the texts of a kernel variable, whose parts are joined after a "+"."""
+    import spiceypy
+
+    found: list[str] = []
+    with suppress(spiceypy.utils.exceptions.SpiceyError, spiceypy.utils.exceptions.NotFoundError):
+        while len(found) < MOST_KERNELS:
+            found.append(spiceypy.stpool(name, len(found), "+")[0])
+    return found
 
 
 class _Propagated(_Orbit, frozen=True, kw_only=True):

@@ -126,6 +126,12 @@ def test_spice_kernels_are_read(tmp_path: Path) -> None:
     spiceypy.spkcls(handle)
     found = Spice(kernels=("craft.bsp",), body="-999").states(context(tmp_path, 0.0, 45.5))
     assert np.abs(found - propagated(START, np.array([0.0, 45.5]), POLE))[:, :3].max() < 5e-3  # of float64 seconds
+    for folder, there in (("up", ".."), (".", ".")):  # whatever the working directory is
+        (tmp_path / folder).mkdir(exist_ok=True)
+        paths = f"PATH_VALUES = ( '{there}' )\nPATH_SYMBOLS = ( 'K' )\nKERNELS_TO_LOAD = ( '$K/cra+', 'ft.bsp' )\n"
+        (tmp_path / folder / "meta.tm").write_text(f"KPL/MK\n\\begindata\n{paths}\\begintext\n")
+        of_meta = Spice(kernels=(f"{folder}/meta.tm",), body="-999").states(context(tmp_path, 0.0, 45.5))
+        assert np.array_equal(of_meta, found)
     with pytest.raises(InputError, match=r"gives no orbit of -998"):
         Spice(kernels=("craft.bsp",), body="-998").states(context(tmp_path, 0.0))
 
