@@ -84,8 +84,7 @@ def _read(path: Path) -> Iterator[PoseEntry | str]:
         )
         off = 0.0 if quaternions else turns[0][1]
         if number == 0:
-            timed = _column_of_times(cell)
-            times = PoseTimes(_unit_of_times(timed, said, where))
+            timed, times = _times(cell, said, where)
             yield from _notes(cell, timed, row)
         time = _time(cell, timed, times, where) if cell.get(timed, "").strip() else None
         if number == 0 and times.by_size:
@@ -101,25 +100,21 @@ def _notes(cell: Mapping[str, str], timed: str, headings: Iterable[str]) -> Iter
             f"is ROS's CSV: its poses{frame} are taken for the target's in the camera's axes; where they are the "
             "camera's in a world, write them as TUM: time x y z qx qy qz qw"
         )
-    others = [heading for heading in cell if LIKE_TIME.search(heading) and heading != timed]
-    if others := [heading for heading in others if not timed or heading != _other_part(timed)]:
+    if others := [each for each in cell if LIKE_TIME.search(each) and each not in (timed, _other_part(timed))]:
         used = f"the column {timed!r} is the time" if timed else "name the column of times time, or time [ms]"
         yield f"has columns of times that are not read, {', '.join(map(repr, others))}: {used}"
 
 
-def _column_of_times(cell: Mapping[str, str]) -> str:
-    """Return the column of times, "" if there is none."""
-    found = {heading: match[1] for heading in cell if cell[heading].strip() and (match := TIME.fullmatch(heading))}
-    return min(found, key=lambda heading: TIMES.index(found[heading]), default="")
-
-
-def _unit_of_times(timed: str, said: Mapping[str, str], where: str) -> str:
-    """Return the unit of a column of times, one of PLACES, "" if unknown. Raises InputError."""
-    match = TIME.fullmatch(timed)
-    unit = (said.get(timed) or (match and match[2]) or "").lower()
+def _times(cell: Mapping[str, str], said: Mapping[str, str], where: str) -> tuple[str, PoseTimes]:
+    """Return the column of times, "" if there is none, and how its times are read. Raises InputError."""
+    matches = [match for head in cell if cell[head].strip() and (match := TIME.fullmatch(head))]
+    if not matches:
+        return "", PoseTimes()
+    match = min(matches, key=lambda each: TIMES.index(each[1]))
+    unit = (said[match[0]] or match[2] or "").lower()
     if unit not in ("", "utc", *PLACES):
         raise InputError(f"has a time in {unit}", where=where, do="give it in s, ms, us or ns, or as UTC")
-    return unit.removeprefix("utc")
+    return match[0], PoseTimes(unit.removeprefix("utc"))
 
 
 def _other_part(timed: str) -> str:

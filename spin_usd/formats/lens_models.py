@@ -6,30 +6,11 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.geometry.fisheye import Fisheye
 
-BROWN = (
-    "plumb_bob",
-    "radtan",
-    "radial-tangential",
-    "brown",
-    "brown_conrady",
-    "opencv",
-    "pinhole",
-    "rectified",
-    "none",
-    "",
-)
-FISHEYES = (
-    "equidistant",
-    "equi",
-    "fisheye",
-    "opencv_fisheye",
-    "kannala_brandt",
-    "kannala_brandt4",
-    "kannalabrandt8",
-    "kb4",
-)
+BROWN = ("plumb_bob", "radtan", "radial-tangential", "brown", "brown_conrady", "opencv", "pinhole", "none", "")
+ORB_AND_BASALT = ("kannalabrandt8", "kb4")
+FISHEYES = ("equidistant", "equi", "fisheye", "opencv_fisheye", "kannala_brandt", "kannala_brandt4", *ORB_AND_BASALT)
 RATIONAL = ("rational_polynomial", "rational", "full_opencv", "pinhole_radtan8")
-_PINHOLES = {each.replace("-", "_") for each in BROWN + RATIONAL}
+_PINHOLES = {each.replace("-", "_") for each in (*BROWN, *RATIONAL, "rectified")}
 
 
 def is_fisheye(model: str) -> bool | None:
