@@ -29,6 +29,7 @@ OF_AEM_2 = (
 )
 """Lines that version 2 of an AEM implies and version 1 requires."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
+LARGEST = 1e15  # metres, beyond any orbit
 VERSION = re.compile(r"CCSDS_([A-Z]{3})_VERS")
 STATE = re.compile(r"\d{4}-\d[^=\s]*(?:\s+[^=\s]+)+$")
 """A line of KVN with an epoch and its numbers."""
@@ -62,8 +63,9 @@ def read_oem(path: Path, craft: str | None = None) -> list[EphemerisSegment]:
             raise InputError(f"is about {centre}", where=path, do="give an orbit about the Earth")
         states = segment.data.state_vector
         rows = [[getattr(x, "value", x) for x in (s.x, s.y, s.z, s.x_dot, s.y_dot, s.z_dot)] for s in states]
-        km = np.array(rows, np.float64).reshape(-1, 6)
-        segments.append(_segment(_stated(about, "ref_frame", path), about, [s.epoch for s in states], km * KM, path))
+        with np.errstate(over="ignore"):  # refused by its size
+            metres = np.array(rows, np.float64).reshape(-1, 6) * KM
+        segments.append(_segment(_stated(about, "ref_frame", path), about, [s.epoch for s in states], metres, path))
     return segments
 
 
@@ -97,8 +99,9 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
 def _segment(frame: str, about: Any, times: list[str], rows: Float, path: Path) -> EphemerisSegment:
     if not len(rows):
         raise InputError("has a segment without states", where=path)
-    if len(bad := np.flatnonzero(~np.isfinite(rows).all(1))):
-        raise InputError(f"has the state of {times[bad[0]]}, which is not finite numbers", where=path, do="mend it")
+    if len(bad := np.flatnonzero(~(np.abs(rows) < LARGEST).all(1))):
+        found = f"has the state of {times[bad[0]]}, which is not complete, or too large"
+        raise InputError(found, where=path, do="mend it")
     useable = (about.useable_start_time, about.useable_stop_time)
     system = _stated(about, "time_system", path)
     return EphemerisSegment(frame=frame, time_system=system, times=tuple(times), rows=rows, useable=useable)

@@ -111,7 +111,7 @@ def test_an_aem_means_what_ccsds_says(tmp_path: Path) -> None:
         (("0 0 0 1", "0 0 0 2"), "norm 2, expected 1"),
         (("EME2000", "RTN"), "frame 'RTN'"),
         (("ATTITUDE_TYPE = QUATERNION\n", "ATTITUDE_TYPE = QUATERNION/RATE\n"), "is damaged|has attitudes of the type"),
-        (("12:00:30 0 0 0 1", "12:00:30 0 0 0"), "has the state of 2024-05-01T12:00:30, which is not finite numbers"),
+        (("12:00:30 0 0 0 1", "12:00:30 0 0 0"), "has the state of 2024-05-01T12:00:30, which is not complete"),
         (("12:00:30 0 0 0 1", "12:00:30 0 0 x 1"), "line 19: contains 'x', which is not a finite number"),
         (("_AEM_", "_OEM_"), "is a CCSDS OEM, not an AEM; give an AEM"),
         (("START_TIME", "USEABLE_START_TIME = 2024-05-01T12:00:10\nSTART_TIME"), "has no state at second 0"),
