@@ -72,7 +72,7 @@ def _read(path: Path) -> Iterator[PoseEntry | str]:
         quaternions, matrices, places = (_whole(cell, known) for known in (QUATERNIONS, MATRICES, TRANSLATIONS))
         if not (places and quaternions + matrices):
             missing = "rotation" if places else "position"
-            raise InputError(f"has no columns of a {missing} among {', '.join(cell)}", where=path, do=WANTED)
+            raise InputError(f"has no columns of a {missing} among {', '.join(row)}", where=path, do=WANTED)
         if unknown := {units[column] for columns in places for column in columns} - {*METRES}:
             do = "give the position in m, mm, cm or km"
             raise InputError(f"has a position in {', '.join(sorted(unknown))}", where=path, do=do)
