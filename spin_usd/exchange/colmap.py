@@ -42,10 +42,10 @@ from spin_usd.exchange.layout.rectified_picture import (
 )
 from spin_usd.exchange.layout.surface_points import DENSE_POSE, SurfacePoints, surface_points
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
-from spin_usd.exchange.pose_numbers import finite_numbers, is_finite
+from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.lens_models import distortion_of
-from spin_usd.formats.text_file import lines_of
+from spin_usd.formats.text_file import is_finite, lines_of
 from spin_usd.geometry.camera import Camera
 
 MODEL = "sparse/0"

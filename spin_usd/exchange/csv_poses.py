@@ -14,10 +14,10 @@ from pathlib import Path
 from spin_usd.basics.utc import parsed_utc
 from spin_usd.errors import InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
-from spin_usd.exchange.pose_numbers import cells, csv_rows, is_finite, one_pose, quaternion_of
+from spin_usd.exchange.pose_numbers import cells, csv_rows, one_pose, quaternion_of
 from spin_usd.exchange.pose_times import PLACES, PoseTimes
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import delimiter_of, headings_once, lines_of
+from spin_usd.formats.text_file import delimiter_of, headings_once, is_finite, lines_of
 
 SUFFIXES = {".csv", ".tsv"}
 NAMES = ("name", "filename", "file", "image", "frame", "file_name", "image_name", "img", "id")

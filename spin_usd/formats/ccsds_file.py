@@ -5,7 +5,6 @@ Source: CCSDS 502.0-B (orbit data messages) and 504.0-B (attitude data messages)
 
 import re
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.formats.text_file import lines_in, read_any_text
+from spin_usd.formats.text_file import is_finite, lines_in, read_any_text
 
 KM = 1e3
 AS_READ = (
@@ -35,9 +34,13 @@ STATE = re.compile(r"\d{4}-\d[^=\s]*(?:\s+[^=\s]+)+$")
 """A line of KVN with an epoch and its numbers."""
 OTHERS = {"an SP3 orbit": r"#[a-d][PV]\d{4}", "a CPF prediction": r"H1 +CPF", "an ephemeris of STK": r"stk\.v\."}
 """Ephemerides that are no CCSDS messages, by how they begin."""
-MEAN = "give mean elements as kind tle"
-INSTEAD = {"OMM": MEAN, "OPM": "give its state as kind state, or keplerian", "AEM": "give it as an attitude"}
-"""Remedies for other messages in place of an orbit ephemeris."""
+INSTEAD = {
+    "OMM": "give it as an orbit of kind tle",
+    "OPM": "give its state as an orbit of kind state",
+    "OEM": "give it as an orbit of kind oem",
+    "AEM": "give it as an attitude of kind aem",
+}
+"""Remedies for messages of another kind."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,27 +145,18 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
 def _check_kind(text: str, kind: str, path: Path) -> None:
     """Raise InputError for other messages, and for a state in a line of KVN that is not finite numbers."""
     if not (version := VERSION.search(text)):
-        found = next(
-            (name for name, begins in OTHERS.items() if re.match(begins, text.lstrip())), "not a CCSDS message"
+        others = (name for name, begins in OTHERS.items() if re.match(begins, text.lstrip()))
+        raise InputError(
+            f"is {next(others, 'not a CCSDS message')}", where=path, do=f"convert it to an {kind}, as KVN or XML"
         )
-        raise InputError(f"is {found}", where=path, do=f"convert it to an {kind}, as KVN or XML")
     if version[1] != kind:
-        do = (
-            INSTEAD.get(version[1], f"give an {kind}, as KVN or XML") if kind == "OEM" else "give an AEM, as KVN or XML"
-        )
+        do = INSTEAD.get(version[1], f"give an {kind}, as KVN or XML")
         raise InputError(f"is a CCSDS {version[1]}, not an {kind}", where=path, do=do)
     for number, line in enumerate(lines_in(text, path), 1):
         words = line.split() if STATE.match(line.strip()) else []
-        if bad := next((word for word in words[1:] if not _is_finite(word)), None):
+        if bad := next((word for word in words[1:] if not is_finite(word)), None):
             found = f"contains {bad!r}, which is not a finite number"
             raise InputError(found, where=f"{path}, line {number}", do="mend the line")
         if words and kind == "OEM" and len(words) not in (7, 10):
             found = f"has {len(words) - 1} numbers after its epoch, expected six"
             raise InputError(found, where=f"{path}, line {number}", do="mend the line")
-
-
-def _is_finite(text: str) -> bool:
-    try:
-        return isfinite(float(text))
-    except ValueError:
-        return False

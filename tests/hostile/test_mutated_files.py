@@ -67,7 +67,7 @@ def mutant(choose: random.Random, data: bytes) -> bytes:
     for _ in range(choose.randint(1, STEPS)):
         lines = data.splitlines(keepends=True) or [b"a"]
         place = choose.randrange(len(lines))
-        numbers = list(NUMBER.finditer(data)) or [re.match(b"", data)]
+        numbers = list(NUMBER.finditer(data)) or list(re.finditer(b"$", data))
         number, at = choose.choice(numbers), choose.randrange(len(data) + 1)
         data = choose.choice(
             [

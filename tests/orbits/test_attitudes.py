@@ -113,7 +113,7 @@ def test_an_aem_means_what_ccsds_says(tmp_path: Path) -> None:
         (("ATTITUDE_TYPE = QUATERNION\n", "ATTITUDE_TYPE = QUATERNION/RATE\n"), "is damaged|has attitudes of the type"),
         (("12:00:30 0 0 0 1", "12:00:30 0 0 0"), "has the state of 2024-05-01T12:00:30, which is not complete"),
         (("12:00:30 0 0 0 1", "12:00:30 0 0 x 1"), "line 19: contains 'x', which is not a finite number"),
-        (("_AEM_", "_OEM_"), "is a CCSDS OEM, not an AEM; give an AEM"),
+        (("_AEM_", "_OEM_"), "is a CCSDS OEM, not an AEM; give it as an orbit"),
         (("START_TIME", "USEABLE_START_TIME = 2024-05-01T12:00:10\nSTART_TIME"), "has no state at second 0"),
         (("REF_FRAME_A = EME2000\n", ""), "is damaged|does not state REF_FRAME_A"),
     ],

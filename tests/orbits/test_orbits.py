@@ -162,7 +162,7 @@ def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
         (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7e999 0 0 0 7 0\n"), "line 13: contains '7e999', which is"),
         (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 x 0 0 7 0\n"), "line 13: contains 'x', which is"),
         (("_OEM_", "_OCM_"), "is a CCSDS OCM, not an OEM; give an OEM"),
-        (("_OEM_", "_OPM_"), "is a CCSDS OPM, not an OEM; give its state as kind state"),
+        (("_OEM_", "_OPM_"), "is a CCSDS OPM, not an OEM; give its state as an orbit of kind state"),
         (("CCSDS_OEM_VERS", "#cP2024  5  1 12"), "is an SP3 orbit; convert it to an OEM"),
         (("CCSDS_OEM_VERS", "H1 CPF  2"), "is a CPF prediction; convert it to an OEM"),
     ],

@@ -371,7 +371,7 @@ def test_a_file_beside_a_relative_craft_is_refused_for_its_own_fault(tmp_path: P
 @pytest.mark.parametrize("place", ["[20, 0, 0]", "[-20, 0, 0]"])
 def test_a_default_attitude_that_cannot_be_is_named_as_not_given(tmp_path: Path, place: str) -> None:
     file = scenario(tmp_path, place=place)
-    with pytest.raises(InputError, match="chaser: has no attitude, and the default points at target .* at second 0; add"):
+    with pytest.raises(InputError, match=r"chaser: has no attitude, and the default .* at second 0; add"):
         stage_of(tmp_path, file)
     advised = '[chaser.attitude]\nkind = "pointing"\nat = "target"\ntowards = "velocity"'
     stage_of(tmp_path, scenario(tmp_path, place=place, rest=advised))
