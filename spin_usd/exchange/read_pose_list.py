@@ -23,8 +23,7 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
-DAY_S = 86400.0
-LONG_DAYS = 10.0  # between two pictures, beyond which the unit of time is in doubt
+SHORT_S, LONG_S = 1e-7, 1e6  # between two pictures, beyond which the unit of time is in doubt
 FAR_M = 1e5  # from the camera, where a spacecraft is less than a pixel
 REACH = "look for a unit or a scale that is off by many powers of ten"
 NOT_IN_NAMES = re.compile("[^A-Za-z0-9._-]+")
@@ -90,8 +89,8 @@ def _times(entries: "Sequence[NamedPose]", notes: list[str]) -> tuple[Float | No
                 found, do = f"is {before - time:g} s before the entry above it", "sort the poses by time"
             notes.append(f"its times are left out: {entry.where} {found}; {do}")
             return None, ""
-    if len(times) > 1 and (days := (times[1] - times[0]) / DAY_S) > LONG_DAYS:
-        notes.append(f"its first two times are {days:.3g} days apart: check that they are seconds")
+    if len(times) > 1 and not SHORT_S <= (step := times[1] - times[0]) <= LONG_S:
+        notes.append(f"its first two times are {step:.3g} s apart: check their unit")
     return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
 

@@ -49,7 +49,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
     yield NOTE.format(name)
     if headed:
         yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
-    place, times = 0, PoseTimes("ns" if headed else "", from_first=True)
+    place, times = 0, PoseTimes(from_first=True)
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
@@ -71,6 +71,8 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         T_cam_body = Transform.from_quaternion(to="body", of="cam", q=np.asarray(q) / norm, t=t).inverse()
         q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
         filename = words[0] if timed else f"{place:06}"
+        if headed and not times.unit:
+            times.unit = "ns" if words[0].isdigit() else "s"
         time = times.seconds(words[0], where) if timed else None
         if times.by_size and not place:
             yield times.note

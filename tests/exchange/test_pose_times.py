@@ -37,8 +37,9 @@ def test_a_heading_of_tum_gives_the_unit(tmp_path) -> None:
     assert not any("taken for micro" in note for note in poses.notes)
 
 
-def test_small_numbers_that_are_far_apart_are_told(tmp_path) -> None:
-    assert "check that they are seconds" in tum(tmp_path, [0, 10**8, 2 * 10**8]).notes[-1]
+def test_times_too_far_apart_or_too_near_are_told(tmp_path) -> None:
+    assert "times are 1e+08 s apart: check their unit" in tum(tmp_path, [0, 10**8, 2 * 10**8]).notes[-1]
+    assert "times are 1e-09 s apart: check their unit" in tum(tmp_path, ["0", "1e-9", "2e-9"]).notes[-1]
 
 
 @pytest.mark.parametrize(
@@ -120,6 +121,8 @@ def test_heads_like_eurocs_are_a_trajectory(tmp_path) -> None:
     poses = listed(tmp_path / "own.csv", "#time(us),px,py,pz,qw,qx,qy,qz", *rows)
     assert poses.times == pytest.approx([0, 0.05, 0.1], abs=1e-6)
     assert poses.t_cam_body[0] == pytest.approx([-0.1, 0, 6])
+    rows = ["0.5,0.1,0,-6,1,0,0,0", "1.0,0.1,0,-6,1,0,0,0"]  # a fraction, so seconds
+    assert listed(tmp_path / "own.csv", "#time,px,py,pz,qw,qx,qy,qz", *rows).times.tolist() == [0, 0.5]
 
 
 def test_a_time_that_is_given_twice_is_named_with_its_line(tmp_path) -> None:
