@@ -244,6 +244,17 @@ def test_what_is_odd_of_a_camera_is_told(tmp_path, content, note) -> None:
     assert any(note in each for each in notes), notes
 
 
+def test_numbers_with_names_may_stand_beside_lists(tmp_path) -> None:
+    size, matrix = "width: 640\nheight: 480\n", "T: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+    words = f"{size}{indented(F, '')}{matrix}distortion_model: equidistant\ndistortion: {FISHEYE}\n"
+    found = read_camera(text("own.yaml", words)(tmp_path))
+    assert (tuple(found.camera.distortion), len(found.notes)) == (tuple(FISHEYE), 1)
+    without = read_camera(text("own.yaml", f"{size}{indented(F, '')}")(tmp_path))
+    assert "taken for one without distortion" in without.notes[1]
+    with pytest.raises(InputError, match=r"has '.*' and '.*', which differ"):
+        read_camera(text("own.yaml", f"{ORB}distortion_coefficients: {FISHEYE}\n")(tmp_path))
+
+
 def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
     pycolmap_line = "2 SIMPLE_RADIAL_FISHEYE 640 480 501.5 318.25 241.75 0.012\n"
     camera = read_camera(text("cameras.txt", pycolmap_line)(tmp_path)).camera

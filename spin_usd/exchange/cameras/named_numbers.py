@@ -21,10 +21,10 @@ from spin_usd.formats.yaml_file import read_yaml_file
 COUNT = "number of cameras"
 """Name of a value that is not the file's own."""
 PREFIX = re.compile(r"camera\d?\.|cam_")
-MODELS = ("camera_type", "model_type", "model", "type")
+MODELS = ("camera_type", "model_type", "camera_model", "model", "type")
+LENSES = ("distortion_model", "distortion_type")
 PROJECTIONS = (("fx", "fy", "cx", "cy"), ("fx", "fy", "ppx", "ppy"), ("mu", "mv", "u0", "v0"), ("gamma1",))
 PINHOLE: tuple[str, ...] = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-SIZES = ("image_width", "image_height", "width", "height", "resolution")
 
 
 def read_names(path: Path) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def _of_storage(text: str, path: Path) -> dict[str, Any]:
     if root.tag != "opencv_storage":
         found = f"is XML of <{root.tag[:40]}>, not of OpenCV's <opencv_storage>"
         raise InputError(found, where=path, do="see docs/how-to/own-camera.md for the supported files")
-    return {each.tag: _numbers(each.findtext("data") or each.text or "", path) for each in root}
+    return {each.tag: _numbers(each.findtext("data") or each.text or "") for each in root}
 
 
 def _of_ini(text: str, path: Path) -> dict[str, Any]:
@@ -53,14 +53,14 @@ def _of_ini(text: str, path: Path) -> dict[str, Any]:
     name = ""
     for line in lines_in(text, path):
         words = line.partition("#")[0].split()
-        if words and isinstance(_numbers(words[0], path), str):
+        if words and isinstance(_numbers(words[0]), str):
             name = "_".join(words)
         elif words:
             found.setdefault(name, []).extend(words)
-    return {name: _numbers(" ".join(words), path) for name, words in found.items()}
+    return {name: _numbers(" ".join(words)) for name, words in found.items()}
 
 
-def _numbers(text: str, path: Path) -> Any:
+def _numbers(text: str) -> Any:
     """Return the numbers of a text, one as such, or the text."""
     try:
         numbers = [float(word) for word in text.split()]
@@ -75,28 +75,33 @@ def _renamed(said: dict[str, Any]) -> dict[str, Any]:
     for key, value in _leaves(said, ""):
         flat.setdefault(key, value)
     given = next((names for names in PROJECTIONS if all(name in flat for name in names)), ())
-    if {"camera_matrix", "intrinsics"} & {*said} or not (given or isinstance(flat.get("intrinsics"), dict)):
+    if {"camera_matrix", "K", "intrinsics"} & {*said} or not (given or isinstance(flat.get("intrinsics"), dict)):
         return said
-    model = str(next((flat[name] for name in MODELS if name in flat), "pinhole")).rpartition(".")[2].replace(" ", "_")
-    named = ("d0", "d1", "d2", "d3", "d4") if "d0" in flat else PINHOLE
-    if is_fisheye(model):
+    camera = next((_model(flat[name]) for name in MODELS if name in flat), "pinhole")
+    lens = next((_model(flat[name]) for name in LENSES if name in flat), camera)
+    named = PINHOLE if "d0" not in flat else ("d0", "d1", "d2", "d3", "d4")
+    if is_fisheye(lens):
         named = ("k2", "k3", "k4", "k5") if "mu" in flat else ("k1", "k2", "k3", "k4")
-    k = flat.get("coeffs", [flat.get(name, 0.0) for name in named])
-    if "brown" in model.lower() and isinstance(k, list) and not any(k):
-        model = "pinhole"  # in either direction
-    size = {name: flat[name] for name in SIZES if name in flat}
-    return size | {
-        "camera_model": model if is_fisheye(model) is None else "pinhole",
+    k: Any = [flat.get(name, 0.0) for name in named] if any(name in flat for name in named) else ""
+    k = flat.get("coeffs", flat.get("distortion_parameters", k))
+    if "brown" in camera.lower() and isinstance(k, list) and not any(k):
+        camera = lens = "pinhole"  # in either direction
+    return flat | {
+        "camera_model": "pinhole" if is_fisheye(camera) is not None else camera,
         "intrinsics": [flat[name] for name in given] or flat["intrinsics"],
-        "distortion_model": flat.get("distortion_type", model),
-        "distortion_coefficients": flat.get("distortion_parameters", k),
+        "model": lens,
+        "D": k,
         COUNT: flat.get(COUNT, 1 + ("Camera2.fx" in said)),
     }
 
 
+def _model(value: Any) -> str:
+    return str(value).rpartition(".")[2].replace(" ", "_")
+
+
 def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the names and values in tables; of lists of tables or lists, which are of several cameras, the first."""
-    if isinstance(value, list) and value and isinstance(value[0], dict | list):
+    """Yield the names and values in tables; of lists by camera those of the first."""
+    if isinstance(value, list) and value and isinstance(value[0], list if name == "resolution" else dict):
         yield COUNT, len(value)
         value = value[0]
     if not isinstance(value, dict) or "data" in value:
