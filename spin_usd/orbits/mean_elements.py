@@ -46,7 +46,7 @@ def read_elements(path: Path, craft: str | None) -> Any:
         do = "give its two lines, with or without its name, or an OMM"
         raise InputError("does not contain one TLE", where=path, do=do)
     listed = ", ".join(dict.fromkeys(" ".join(filter(None, names)) for names, _ in islice(found, SHOWN)))
-    do = 'name one craft, as object = "25544", and keep only the elements nearest in time'
+    do = f'name one craft, as object = "{found[0][0][1]}", and keep only its elements that are nearest in time'
     raise InputError(
         f"contains {len(found)} sets of elements ({listed}{', …' * (len(found) > SHOWN)})", where=path, do=do
     )
