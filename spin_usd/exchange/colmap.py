@@ -1,10 +1,11 @@
 """COLMAP's text model: cameras, images with their poses, and points of the target with the pixels that see them.
 
-images.txt has two lines an image. The first is a number, the scalar-first quaternion and the translation that take the
-world's axes to the camera's, which are OpenCV's, the camera's number and the image's name; the second x, y and the
-number of a point, for each point that is seen. The world's axes are the target's body axes in an export, in metres.
-Pixels have (0, 0) at the corner of the image. Source: COLMAP's documentation ("Output Format", "Database Format" for
-cameras' parameters, "FAQ" for masks), and its `sensor/models.h` for the order of parameters.
+images.txt has two lines an image; other writers leave out the second. The first is a number, the scalar-first
+quaternion and the translation that take the world's axes to the camera's, which are OpenCV's, the camera's number and
+the image's name; the second x, y and the number of a point, for each point that is seen. The world's axes are the
+target's body axes in an export, in metres. Pixels have (0, 0) at the corner of the image. Source: COLMAP's
+documentation ("Output Format", "Database Format" for cameras' parameters, "FAQ" for masks), and its `sensor/models.h`
+for the order of parameters.
 """
 
 from collections.abc import Iterator, Mapping
@@ -44,7 +45,7 @@ from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.lens_models import distortion_of
-from spin_usd.formats.text_file import lines_of
+from spin_usd.formats.text_file import is_finite, lines_of
 from spin_usd.geometry.camera import Camera
 
 MODEL = "sparse/0"
@@ -158,11 +159,26 @@ def _tracks(images: Path) -> Iterator[tuple[int, NDArray[np.int32]]]:
 
 
 def _image_lines(path: Path) -> Iterator[tuple[int, str, str]]:
-    """Yield for each image where its first line is, and both its lines; the second may be empty."""
-    lines = enumerate(lines_of(path, MAX_POSE_LIST), 1)
-    for number, line in lines:
-        if line.strip() and not line.startswith("#"):
-            yield number, line, next(lines, (0, ""))[1]
+    """Yield for each image where its first line is, and both its lines; the second may be empty, or missing."""
+    image: tuple[int, str] | None = None
+    for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
+        if line.startswith("#"):
+            continue
+        if image and _is_points(line):
+            yield *image, line
+            image = None
+        else:
+            if image:
+                yield *image, ""
+            image = (number, line) if line.strip() else None
+    if image:
+        yield *image, ""
+
+
+def _is_points(line: str) -> bool:
+    """Return whether a line is empty, or has three numbers of each point: an image ends in its name."""
+    words = line.split()
+    return not words or (len(words) % 3 == 0 and is_finite(words[-1]))
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:

@@ -12,7 +12,7 @@ import numpy as np
 from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_POSE_LIST
-from spin_usd.formats.text_file import headings_once, lines_of
+from spin_usd.formats.text_file import headings_once, is_finite, lines_of
 from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 
 ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
@@ -41,7 +41,7 @@ def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[fl
     for column in columns:
         if column not in row:
             raise InputError(f"has no column {column!r}", where=where, do=f"give {', '.join(columns)}")
-    if bad := next((column for column in columns if not _is_finite(row[column])), None):
+    if bad := next((column for column in columns if not is_finite(row[column])), None):
         raise InputError(f"{bad} is {row[bad]!r}, not a finite number", where=where)
     return [float(row[column]) for column in columns]
 
@@ -95,10 +95,3 @@ def _nearest_rotation(matrix: Float) -> Float:
     """Return the rotation (3, 3) nearest to one that was rounded."""
     u, _, v = np.linalg.svd(matrix)
     return np.asarray(u @ v)
-
-
-def _is_finite(text: str) -> bool:
-    try:
-        return isfinite(float(text))
-    except ValueError:
-        return False

@@ -1,7 +1,10 @@
 """The camera of a calibration in any of the formats of the table."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+
+import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.cameras.camera_format import CENTRE, CORNER, CameraFile
@@ -11,6 +14,8 @@ from spin_usd.files.user_file import open_file
 from spin_usd.geometry.camera import Camera
 
 HEAD_BYTES = 1 << 16
+BENT = 3.0  # scale of corners, beyond which coefficients are probably wrong
+WIDE_DEG = 110.0  # field of view, beyond which polynomials of a pinhole's tangent fit badly
 LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5, 0.5), as here: they stay"}
 
 
@@ -41,10 +46,23 @@ def read_camera(path: str | Path) -> CameraFile:
         size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
         aside = f"has its principal point {point} outside its picture of {size} pixels"
         notes.append(f"{aside}: check that this is the size of the calibration")
+    notes += _odd_lens(camera)
     if camera.blind(camera.frame) is not None:
         notes.append("sees more than half a turn in its corners; directions beyond are black, and 0 in labels")
     sentences = tuple(f"{path.name} {note}" for note in notes)
     return CameraFile(camera=camera, pixel_pitch=said.pixel_pitch, source=str(path), notes=sentences)
+
+
+def _odd_lens(camera: Camera) -> Iterator[str]:
+    """Yield what coefficients of another unit, or of a lens too wide for its model, do to the edge of the picture."""
+    if camera.fisheye:
+        return
+    edge, straight = (np.linalg.norm(each.normalised(camera.rim(1)), axis=1) for each in (camera, camera.pinhole))
+    bend = float((straight / edge).max())
+    if bend > BENT or bend < 1 / BENT:
+        yield f"has distortion that scales its corners by {bend:.3g}: check its coefficients"
+    if (angle := 2 * np.degrees(np.arctan(edge.max()))) > WIDE_DEG:
+        yield f"sees {angle:.0f} degrees from corner to corner as a pinhole: a fisheye's model fits such a lens better"
 
 
 def lens_in_words(camera: Camera) -> str:

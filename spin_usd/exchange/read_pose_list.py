@@ -23,6 +23,8 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 HEAD_BYTES = 4096
+SHORT_S, LONG_S = 1e-7, 1e6  # between two pictures, beyond which the unit of time is in doubt
+FAR_M = 1e5  # from the camera, where a spacecraft is less than a pixel
 REACH = "look for a unit or a scale that is off by many powers of ten"
 NOT_IN_NAMES = re.compile("[^A-Za-z0-9._-]+")
 
@@ -42,12 +44,18 @@ def read_pose_list(path: str | Path) -> PoseList:
         entries = [replace(entry, name=f"{_place(entry.list, path)}_{entry.name}") for entry in entries]
     names = [entry.name for entry in entries]
     if pair := repeated_name(names):
-        do = "give every pose its own name"
-        raise InputError(f"names the same picture as {entries[pair[0]].place}", where=entries[pair[1]].where, do=do)
+        first, second = (entries[place] for place in pair)
+        found, do = f"names the same picture as {first.place}", "give every pose its own name"
+        if second.pose.time is not None and second.pose.time == first.pose.time:
+            found, do = f"has the time of {first.place} again", "keep one of the two"
+        raise InputError(found, where=second.where, do=do)
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
     q, rounded = _normalised(q, entries, lists[0][1])
     times, epoch = _times(entries, notes)
+    if (near := float(np.linalg.norm(t, axis=1).min())) > FAR_M:
+        do = "if its world's origin is elsewhere, such as the Earth's centre, subtract the target's position"
+        notes.append(f"the target is {near / 1e3:.6g} km or more from the camera in all poses: {do}")
     return PoseList(
         names=tuple(names),
         q_cam_body=q,
@@ -76,8 +84,13 @@ def _times(entries: "Sequence[NamedPose]", notes: list[str]) -> tuple[Float | No
         return None, ""
     for before, time, entry in zip(times, times[1:], entries[1:], strict=False):
         if time <= before:
-            notes.append(f"its times are left out: {entry.where} is {time - before:g} s after the entry before")
+            found, do = "has the same time as the entry above it", "keep one of the two"
+            if time < before:
+                found, do = f"is {before - time:g} s before the entry above it", "sort the poses by time"
+            notes.append(f"its times are left out: {entry.where} {found}; {do}")
             return None, ""
+    if len(times) > 1 and not SHORT_S <= (step := times[1] - times[0]) <= LONG_S:
+        notes.append(f"its first two times are {step:.3g} s apart: check their unit")
     return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
 

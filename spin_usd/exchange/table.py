@@ -6,7 +6,7 @@ A new one is a file of its own and an entry here.
 from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES
 from spin_usd.exchange.cameras.camera_format import CameraFormat
-from spin_usd.exchange.cameras.opencv_camera import KALIBR_CAMERA, OPENCV_CAMERA, ROS_CAMERA
+from spin_usd.exchange.cameras.opencv_camera import OPENCV_CAMERAS
 from spin_usd.exchange.coco import COCO, COCO_POSES
 from spin_usd.exchange.colmap import COLMAP, COLMAP_CAMERA, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
@@ -82,9 +82,7 @@ CAMERA_FORMATS: tuple[CameraFormat, ...] = (
     BOP_CAMERA,
     COLMAP_CAMERA,
     NERFSTUDIO_CAMERA,
-    KALIBR_CAMERA,
-    ROS_CAMERA,
-    OPENCV_CAMERA,
+    *OPENCV_CAMERAS,
 )
 """The formats of calibrations, in the order in which they are tried on a file."""
 

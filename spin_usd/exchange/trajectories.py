@@ -2,16 +2,15 @@
 
 TUM's is written too. Each line has a time in seconds, a position and a scalar-last quaternion, separated by blanks;
 EuRoC has nanoseconds, a position and a scalar-first quaternion, separated by commas; KITTI has twelve numbers, a matrix
-of three rows. All transform the camera's axes, which are OpenCV's, to the world's, in metres. We use the world as the
-body. A time is the name of its picture, as for the images of TUM and EuRoC; pictures have it in seconds since the
-first. Poses of EuRoC are of the body that carries the camera, its IMU: the camera's pose on it (T_BS of sensor.yaml) is
-not in the list. Source: TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's
-odometry devkit.
+of three rows. A heading may give another unit of time, and so may the size of TUM's stamps: ROS's are nanoseconds. All
+transform the camera's axes, which are OpenCV's, to the world's, in metres. We use the world as the body. A time is the
+name of its picture, as for the images of TUM and EuRoC; pictures have it in seconds since the first. Poses of EuRoC are
+of the body that carries the camera, its IMU: the camera's pose on it (T_BS of sensor.yaml) is not in the list. Source:
+TUM's RGB-D benchmark ("File Formats"), EuRoC's state_groundtruth_estimate0/data.csv, KITTI's odometry devkit.
 """
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from spin_usd.exchange.layout.limits import one_variant
 from spin_usd.exchange.layout.stamps import SAYS, stamp_of
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers, quaternion_of
+from spin_usd.exchange.pose_times import PLACES, PoseTimes
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
@@ -35,7 +35,8 @@ NOTE = (
     "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
     "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
 )
-NANOSECONDS = 10**9  # in a second
+TIME_UNIT = re.compile(r"#\s*time\w*?[\s_]*[\[(]\s*(\w+)\s*[\])]")
+"""A heading of the column of times, and their unit."""
 TUM_LIST, TUM_IMAGES = "groundtruth.txt", "rgb.txt"
 TUM_HEADS = {TUM_LIST: "timestamp tx ty tz qx qy qz qw", TUM_IMAGES: "timestamp filename"}
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -48,10 +49,12 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
     yield NOTE.format(name)
     if headed:
         yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
-    place, first = 0, Fraction(0)
+    place, times = 0, PoseTimes(from_first=True)
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
+            if (unit := TIME_UNIT.match(line.lower())) and unit[1] in PLACES:
+                times.unit = unit[1]
             if headed:
                 _check_heads(line, where)
             continue
@@ -68,9 +71,11 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         T_cam_body = Transform.from_quaternion(to="body", of="cam", q=np.asarray(q) / norm, t=t).inverse()
         q, t = T_cam_body.quaternion.tolist(), T_cam_body.translation.tolist()
         filename = words[0] if timed else f"{place:06}"
-        stamp = Fraction(words[0]) / (NANOSECONDS if headed else 1) if timed else Fraction(0)
-        first = first if place else stamp
-        time = float(stamp - first) if timed else None
+        if headed and not times.unit:
+            times.unit = "ns" if words[0].isdigit() else "s"
+        time = times.seconds(words[0], where) if timed else None
+        if times.by_size and not place:
+            yield times.note
         yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off, time=time)
         place += 1
 
@@ -109,7 +114,13 @@ def _of(
     )
 
 
-EUROC_POSES = _of("EuRoC", "#time[^\n]*,[^\n]*p_", count=7, pose=lambda v, _: (v[3:], v[:3], 0.0), headed=True)
+EUROC_POSES = _of(
+    "EuRoC",
+    r"#\s*time[^\n,]*,\s*(?:[^\n]*p_|[pt]?_?x\b)",
+    count=7,
+    pose=lambda v, _: (v[3:], v[:3], 0.0),
+    headed=True,
+)
 TUM_POSES = _of(
     "TUM",
     rf"{NUMBER}(?:[ \t]+{NUMBER}){{7}}\s*(?:\n|$)",

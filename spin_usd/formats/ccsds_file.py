@@ -4,7 +4,6 @@ Source: CCSDS 502.0-B (orbit data messages) and 504.0-B (attitude data messages)
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import is_finite, lines_in, read_any_text
 
 KM = 1e3
 AS_READ = (
@@ -29,6 +28,19 @@ OF_AEM_2 = (
 )
 """Lines that version 2 of an AEM implies and version 1 requires."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
+LARGEST = 1e15  # metres, beyond any orbit
+VERSION = re.compile(r"CCSDS_([A-Z]{3})_VERS")
+STATE = re.compile(r"\d{4}-\d[^=\s]*(?:\s+[^=\s]+)+$")
+"""A line of KVN with an epoch and its numbers."""
+OTHERS = {"an SP3 orbit": r"#[a-d][PV]\d{4}", "a CPF prediction": r"H1 +CPF", "an ephemeris of STK": r"stk\.v\."}
+"""Ephemerides that are no CCSDS messages, by how they begin."""
+INSTEAD = {
+    "OMM": "give it as an orbit of kind tle",
+    "OPM": "give its state as an orbit of kind state",
+    "OEM": "give it as an orbit of kind oem",
+    "AEM": "give it as an attitude of kind aem",
+}
+"""Remedies for messages of another kind."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,24 +53,29 @@ class EphemerisSegment:
     rows: Float
     """(N, 6) places and velocities, metres; or (N, 4) quaternions, scalar first, whose active rotation takes the
     craft's axes to the frame's."""
+    useable: tuple[str | None, str | None]
+    """First and last time of use, None for those of the states."""
 
 
-def read_oem(path: Path) -> list[EphemerisSegment]:
-    """Read the segments of an orbit ephemeris. Raises InputError."""
+def read_oem(path: Path, craft: str | None = None) -> list[EphemerisSegment]:
+    """Read the segments of an orbit ephemeris, of the craft of that name or id. Raises InputError."""
     segments = []
-    for segment in _segments(path, "Oem"):
+    for segment in _segments(path, "OEM", craft):
         about = segment.metadata
-        if (centre := str(about.center_name).upper()) != "EARTH":
+        if (centre := _stated(about, "center_name", path).upper()) != "EARTH":
             raise InputError(f"is about {centre}", where=path, do="give an orbit about the Earth")
         states = segment.data.state_vector
-        rows = [[x.value for x in (s.x, s.y, s.z, s.x_dot, s.y_dot, s.z_dot)] for s in states]
-        segments.append(_segment(str(about.ref_frame), about, [s.epoch for s in states], np.array(rows) * KM, path))
+        rows = [[getattr(x, "value", x) for x in (s.x, s.y, s.z, s.x_dot, s.y_dot, s.z_dot)] for s in states]
+        with np.errstate(over="ignore"):  # refused by its size
+            metres = np.array(rows, np.float64).reshape(-1, 6) * KM
+        segments.append(_segment(_stated(about, "ref_frame", path), about, [s.epoch for s in states], metres, path))
     return segments
 
 
-def read_aem(path: Path) -> list[EphemerisSegment]:
-    """Read the segments of an attitude ephemeris of quaternions. Raises InputError for other types."""
-    return [_attitudes(segment, path) for segment in _segments(path, "Aem")]
+def read_aem(path: Path, craft: str | None = None) -> list[EphemerisSegment]:
+    """Read the segments of an attitude ephemeris of quaternions, of the craft of that name or id. Raises InputError for
+    other types."""
+    return [_attitudes(segment, path) for segment in _segments(path, "AEM", craft)]
 
 
 def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
@@ -66,11 +83,10 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
     given = segment.data.attitude_state
     states = [each.quaternion_state for each in given if getattr(each, "quaternion_state", None)]
     if len(states) < len(given):
-        kind = str(getattr(about.attitude_type, "value", about.attitude_type))
+        kind = _stated(about, "attitude_type", path)
         raise InputError(f"has attitudes of the type {kind}", where=path, do="give quaternions")
-    frames = [str(about.ref_frame_a), str(about.ref_frame_b)]
-    direction = str(getattr(about.attitude_dir, "value", about.attitude_dir))
-    if direction == "B2A":
+    frames = [_stated(about, name, path) for name in ("ref_frame_a", "ref_frame_b")]
+    if _stated(about, "attitude_dir", path) == "B2A":
         frames.reverse()
     own = [name.upper().startswith(SPACECRAFT) for name in frames]
     if sum(own) != 1:
@@ -78,21 +94,36 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
         raise InputError(found, where=path, do="name both frames as CCSDS does")
     # A message's quaternion takes coordinates in its first frame to the second: its active rotation goes back.
     sign = 1 if own[1] else -1
-    rows = [[q.qc, sign * q.q1, sign * q.q2, sign * q.q3] for q in (state.quaternion for state in states)]
-    return _segment(frames[not own[1]], about, [state.epoch for state in states], np.array(rows), path)
+    rows = np.array([[q.qc, q.q1, q.q2, q.q3] for q in (state.quaternion for state in states)], np.float64)
+    rows = rows.reshape(-1, 4) * [1, sign, sign, sign]
+    return _segment(frames[not own[1]], about, [state.epoch for state in states], rows, path)
 
 
 def _segment(frame: str, about: Any, times: list[str], rows: Float, path: Path) -> EphemerisSegment:
-    if not (len(rows) and np.isfinite(rows).all()):
-        raise InputError("has a segment without states, or with states that are not finite", where=path)
-    system = str(getattr(about.time_system, "value", about.time_system))
-    return EphemerisSegment(frame=frame, time_system=system, times=tuple(times), rows=rows)
+    if not len(rows):
+        raise InputError("has a segment without states", where=path)
+    if len(bad := np.flatnonzero(~(np.abs(rows) < LARGEST).all(1))):
+        found = f"has the state of {times[bad[0]]}, which is not complete, or too large"
+        raise InputError(found, where=path, do="mend it")
+    useable = (about.useable_start_time, about.useable_stop_time)
+    system = _stated(about, "time_system", path)
+    return EphemerisSegment(frame=frame, time_system=system, times=tuple(times), rows=rows, useable=useable)
 
 
-def _segments(path: Path, kind: str) -> Iterator[Any]:
+def _stated(about: Any, name: str, path: Path) -> str:
+    """Return a value of the metadata. Raises InputError."""
+    value = getattr(about, name)
+    if value is None:
+        raise InputError(f"does not state {name.upper()}", where=path, do="add it")
+    return str(getattr(value, "value", value))
+
+
+def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
+    """Return the segments of one craft in a message of that kind. Raises InputError."""
     from ccsds_ndm.ndm_io import NdmIo  # not above: an extra
 
     text = read_any_text(path, MAX_DOCUMENT)
+    _check_kind(text, kind, path)
     of_second = re.search(r"CCSDS_AEM_VERS\s*=\s*2\.", text)
     for pattern, instead in (*AS_READ, *(OF_AEM_2 if of_second else ())):
         text = re.sub(pattern, instead, text)
@@ -100,6 +131,32 @@ def _segments(path: Path, kind: str) -> Iterator[Any]:
         raise InputError("defines entities, which no message needs", where=path, do="remove its DOCTYPE")
     with decoding(path):
         message = NdmIo().from_string(text)
-    if type(message).__name__ != kind:
-        raise InputError(f"is not a CCSDS {kind.upper()}", where=path, do="give one, as KVN or XML")
-    yield from message.body.segment
+    if type(message).__name__.upper() != kind:
+        found = f"holds more than one CCSDS {kind}"
+        raise InputError(found, where=path, do="give one message, as KVN or XML")
+    segments = [((str(each.metadata.object_name), str(each.metadata.object_id)), each) for each in message.body.segment]
+    chosen = [(names, segment) for names, segment in segments if craft is None or craft in names]
+    if len({names for names, _ in chosen}) != 1:
+        listed = ", ".join(f"{name} ({number})" for name, number in dict.fromkeys(names for names, _ in segments))
+        raise InputError(f"is of {listed or 'no craft'}", where=path, do='name one of them, as object = "NAME"')
+    return [segment for _, segment in chosen]
+
+
+def _check_kind(text: str, kind: str, path: Path) -> None:
+    """Raise InputError for other messages, and for a state in a line of KVN that is not finite numbers."""
+    if not (version := VERSION.search(text)):
+        others = (name for name, begins in OTHERS.items() if re.match(begins, text.lstrip()))
+        raise InputError(
+            f"is {next(others, 'not a CCSDS message')}", where=path, do=f"convert it to an {kind}, as KVN or XML"
+        )
+    if version[1] != kind:
+        do = INSTEAD.get(version[1], f"give an {kind}, as KVN or XML")
+        raise InputError(f"is a CCSDS {version[1]}, not an {kind}", where=path, do=do)
+    for number, line in enumerate(lines_in(text, path), 1):
+        words = line.split() if STATE.match(line.strip()) else []
+        if bad := next((word for word in words[1:] if not is_finite(word)), None):
+            found = f"contains {bad!r}, which is not a finite number"
+            raise InputError(found, where=f"{path}, line {number}", do="mend the line")
+        if words and kind == "OEM" and len(words) not in (7, 10):
+            found = f"has {len(words) - 1} numbers after its epoch, expected six"
+            raise InputError(found, where=f"{path}, line {number}", do="mend the line")

@@ -7,9 +7,10 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.fisheye import Fisheye
 
 BROWN = ("plumb_bob", "radtan", "radial-tangential", "brown", "brown_conrady", "opencv", "pinhole", "none", "")
-FISHEYES = ("equidistant", "equi", "fisheye", "opencv_fisheye", "kannala_brandt", "kannala_brandt4")
-RATIONAL = ("rational_polynomial", "rational", "full_opencv")
-_PINHOLES = {each.replace("-", "_") for each in BROWN + RATIONAL}
+ORB_AND_BASALT = ("kannalabrandt8", "kb4")
+FISHEYES = ("equidistant", "equi", "fisheye", "opencv_fisheye", "kannala_brandt", "kannala_brandt4", *ORB_AND_BASALT)
+RATIONAL = ("rational_polynomial", "rational", "full_opencv", "pinhole_radtan8")
+_PINHOLES = {each.replace("-", "_") for each in (*BROWN, *RATIONAL, "rectified")}
 
 
 def is_fisheye(model: str) -> bool | None:
@@ -23,9 +24,9 @@ def distortion_of(values: Sequence[float], model: str, path: Path, *, ambiguous:
     and for four coefficients without a model, which may be of either lens."""
     name, k = model.lower().replace("-", "_"), [float(each) for each in values]
     if name in FISHEYES:
-        if len(k) > 4:
+        if any(k[4:]):
             raise InputError(f"has {len(k)} coefficients of a fisheye, expected four", where=path, do="give k1 to k4")
-        return Fisheye(*k, *[0.0] * (4 - len(k)))
+        return Fisheye(*k[:4], *[0.0] * (4 - len(k)))
     if name not in _PINHOLES:
         do = "calibrate it as OpenCV's pinhole (k1, k2, p1, p2, k3) or fisheye (k1, k2, k3, k4)"
         raise InputError(f"has a lens of the model {model!r}, which cannot be rendered", where=path, do=do)

@@ -3,6 +3,7 @@
 import codecs
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,14 @@ def lines_in(text: str, path: Path) -> Iterator[str]:
             found = f"has {len(line)} characters, more than {MAX_LINE}"
             raise InputError(found, where=f"{path}, line {number}", do="look for line breaks that were lost")
         yield line
+
+
+def is_finite(text: str) -> bool:
+    """Return whether the text is a finite number."""
+    try:
+        return isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def delimiter_of(head: str) -> str:

@@ -16,13 +16,15 @@ from spin_usd.formats.ccsds_file import EphemerisSegment, read_aem
 from spin_usd.formats.text_file import lines_of
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, matrices_from_quaternions
 from spin_usd.orbits.epochs import Epochs, frame_named
-from spin_usd.orbits.orbits import At, OrbitContext, ordered, pieced
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.pieces import At, Piece, ordered, pieced, useable_span
 from spin_usd.orbits.propagation import rtn_axes
 from spin_usd.sampling.distribution import Vector
 from spin_usd.sampling.turning import Inertia, tensor_of, tumbled
 
 Unit = tuple[float, float, float, float]
 FASTEST, MOST_TURNS = 3600.0, 5000  # degrees a second; 5,000 turns are integrated in 3 s
+CLOSE_TURN = 1e-4  # radians, by which two segments of a file may differ without a note
 ALONG = 1e-6  # the sine of the least angle between two directions that fix an attitude
 
 
@@ -71,15 +73,20 @@ class AttitudeFile(_Attitude, frozen=True, kw_only=True):
 class Aem(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="aem"):
     """A CCSDS attitude ephemeris of quaternions, KVN or XML."""
 
+    craft: Annotated[str | None, Meta(description="Craft in a file of several, by its name or id.")] = named(
+        name="object", default=None
+    )
+
     def rotations(self, sight: Sight) -> Float:
         context, epochs = sight.context, sight.context.epochs
         path = context.path(self.file)
 
-        def between(segment: EphemerisSegment) -> tuple[Float, At]:
+        def between(segment: EphemerisSegment) -> Piece:
             times = ordered(epochs.seconds_of(segment.times, segment.time_system, path), path)
-            return _smooth(context, times, frame_named(segment.frame, path), _units(segment.rows, path))
+            turns = _smooth(context, times, frame_named(segment.frame, path), _units(segment.rows, path))
+            return useable_span(times, segment, context, path), turns
 
-        return pieced(map(between, read_aem(path)), context, path)
+        return pieced([*map(between, read_aem(path, self.craft))], context, path, close=(CLOSE_TURN, "radians"))
 
 
 class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="list"):
@@ -105,7 +112,7 @@ class Listed(AttitudeFile, frozen=True, kw_only=True, tag_field="kind", tag="lis
         table = np.array(rows).reshape(-1, 5)
         times = ordered(table[:, 0], path)
         smooth = _smooth(context, times, frame_named(self.frame, path), _units(table[:, 1:], path))
-        return pieced([smooth], context, path)
+        return pieced([((float(times[0]), float(times[-1])), smooth)], context, path)
 
 
 class Pointing(_Attitude, frozen=True, kw_only=True, tag_field="kind", tag="pointing"):
@@ -206,11 +213,11 @@ def _units(q: Float, where: object) -> Float:
     return np.asarray(q / norm[:, None])
 
 
-def _smooth(context: OrbitContext, times: Float, frame: str, q: Float) -> tuple[Float, At]:
-    """Return the times (M,), and a function that interpolates rotations smoothly between the quaternions `q` (M, 4),
+def _smooth(context: OrbitContext, times: Float, frame: str, q: Float) -> At:
+    """Return a function that interpolates rotations smoothly between the quaternions `q` (M, 4) at the times (M,),
     which turn to the axes of `frame`."""
     from scipy.spatial.transform import Rotation, RotationSpline
 
     turns = Epochs(context.epochs.epoch, times).axes_of(frame) @ matrices_from_quaternions(q)
     spline = RotationSpline(times, Rotation.from_matrix(turns))
-    return times, lambda at: np.asarray(spline(at).as_matrix())
+    return lambda at: np.asarray(spline(at).as_matrix())

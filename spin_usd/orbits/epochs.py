@@ -9,7 +9,7 @@ stars too bright for Gaia.
 
 import warnings
 from collections.abc import Iterable
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 from functools import cache, cached_property
 from typing import Any
 
@@ -72,11 +72,13 @@ class Epochs:
         if not gps and scale.lower() not in SCALES:
             do = f"give it in {', '.join(SCALES).upper()} or GPS"
             raise InputError(f"is in the unknown time system {scale[:20]!r}", where=where, do=do)
+        texts = list(texts)
         try:
-            times = _astropy().time.Time(list(map(_calendar, texts)), scale="tai" if gps else scale.lower())
+            times = _astropy().time.Time(list(map(calendar, texts)), scale="tai" if gps else scale.lower())
         except ValueError:
+            bad = next((each for each in texts if not _is_time(each)), texts[0])
             do = "write times as 2026-11-26T12:00:00 or 2026-330T12:00:00"
-            raise InputError("contains text that is not a time", where=where, do=do) from None
+            raise InputError(f"contains {bad[:40]!r}, which is not a time", where=where, do=do) from None
         return np.asarray((times - self._start).to_value("s") + gps * GPS_BEHIND_TAI)
 
     @property
@@ -134,7 +136,7 @@ class Epochs:
         return np.asarray(turned.xyz.to_value("m").T), np.asarray(turned.differentials["s"].d_xyz.to_value("m/s").T)
 
 
-def _calendar(text: str) -> str:
+def calendar(text: str) -> str:
     """Return an ISO 8601 time with month and day, also from one with the day of the year. Raises ValueError."""
     text = text.strip().removesuffix("Z")
     year, _, rest = text.partition("-")
@@ -142,6 +144,13 @@ def _calendar(text: str) -> str:
     if len(day) != 3 or not clock:
         return text
     return f"{date(int(year), 1, 1) + timedelta(int(day) - 1)}T{time}"
+
+
+def _is_time(text: str) -> bool:
+    try:
+        return bool(datetime.fromisoformat(calendar(text)))
+    except ValueError:
+        return False
 
 
 def _bias() -> Float:

@@ -1,8 +1,7 @@
 """The kinds of orbit in a scenario: each gives a craft's states at the scenario's epochs."""
 
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -12,70 +11,30 @@ from msgspec import field as named
 
 from spin_usd.basics.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.files.size_limits import MAX_MODEL, MAX_SPECIFICATION
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import open_file
 from spin_usd.formats.ccsds_file import EphemerisSegment, read_oem
-from spin_usd.formats.text_file import read_any_text
 from spin_usd.orbits.epochs import TEME, Epochs, frame_named
+from spin_usd.orbits.mean_elements import read_elements
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.pieces import Piece, ordered, pieced, useable_span
 from spin_usd.orbits.propagation import (
     GM,
-    J2,
     RADIUS,
     acceleration,
     from_relative_elements,
     from_relative_state,
-    propagated,
     state_of,
 )
 from spin_usd.sampling.distribution import Vector
 
-LONGEST_S = 3e6  # takes 12 s, up to eight times for two craft
 CLOSE_M = 0.01  # error of an ephemeris between its states below which there is no note
-MARGIN_S = 1.0  # by which a file is extrapolated beyond its span
+META_KERNEL, HEAD_BYTES, MOST_KERNELS = b"KERNELS_TO_LOAD", 1 << 16, 1000
 FRESH_DAYS = 3.0  # of a TLE
 TLE_KM, TLE_KM_A_DAY = 1.0, 2.0
 """Error of a TLE's orbit at its epoch, and its growth per day. Source: Vallado and Crawford, "SGP4 orbit
 determination" (2008): about 1 km at the epoch, growing by 1 to 3 km a day."""
 MAX_AWAY = 2e9  # metres from the Earth's centre, beyond any orbit about it
-TLE_LINE = re.compile(r"[12] [ 0-9A-Z]\d{4}[U0-9A-Z ]? ")
-
-
-At = Callable[[Float], Float]
-"""Gives something at seconds (N,)."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class OrbitContext:
-    """The context in which an orbit is computed."""
-
-    epochs: Epochs
-    folder: Path
-    """Folder of the scenario's files."""
-    j2: bool = True
-    other: Float | None = None
-    """(6,) the other craft's state at second 0; None if unknown."""
-    notes: dict[str, None] = field(default_factory=dict)
-    """Sentences for the user, in their order."""
-
-    def path(self, name: str) -> Path:
-        return self.folder / name
-
-    def pole(self) -> Float:
-        """The Earth's pole (3,) in the middle of the scenario."""
-        middle = Epochs(self.epochs.epoch, self.epochs.seconds[len(self.epochs.seconds) // 2 :][:1])
-        return np.asarray(middle.R_gcrf_itrf[0, :, 2])
-
-    def propagated(self, start: Float, where: str) -> Float:
-        """Return the states (N, 6), GCRF, propagated from `start` at second 0."""
-        if not np.isfinite(start).all() or not np.linalg.norm(np.cross(start[:3], start[3:])) > 0:
-            raise InputError("is not an orbit about the Earth", where=where, do="check the numbers and their units")
-        if np.abs(self.epochs.seconds).max() > LONGEST_S:
-            do = "give an ephemeris (oem, spice) for longer"
-            raise InputError(f"is propagated for more than {LONGEST_S / 86400:.0f} days", where=where, do=do)
-        try:
-            return propagated(start, self.epochs.seconds, self.pole(), J2 if self.j2 else 0.0)
-        except InputError as error:
-            raise InputError(error.found, where=where, do=error.do) from None
 
 
 class _Orbit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -97,6 +56,9 @@ class OrbitFile(_Orbit, frozen=True, kw_only=True):
     """An orbit in a file."""
 
     file: Annotated[str, Meta(description="Beside the scenario.")]
+    craft: Annotated[str | None, Meta(description="Craft in a file of several, by its name or id.")] = named(
+        name="object", default=None
+    )
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -113,7 +75,7 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
         epochs, path = context.epochs, context.path(self.file)
         pole = context.pole()
 
-        def between(segment: EphemerisSegment) -> tuple[Float, At]:
+        def between(segment: EphemerisSegment) -> Piece:
             times = ordered(epochs.seconds_of(segment.times, segment.time_system, path), path)
             rows = Epochs(epochs.epoch, times).states_from(frame_named(segment.frame, path), segment.rows)
             known = np.stack([rows[:, :3], rows[:, 3:], acceleration(rows[:, :3], pole)], 1)
@@ -124,9 +86,10 @@ class Oem(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="oem"):
                 context.notes[
                     f"{path.name} has states up to {step:g} s apart; expect up to {off:.2g} m of error between them"
                 ] = None
-            return times, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
+            span = useable_span(times, segment, context, path)
+            return span, lambda at: np.concatenate([path_of(at), path_of.derivative()(at)], -1)
 
-        return pieced(map(between, read_oem(path)), context, path)
+        return pieced([*map(between, read_oem(path, self.craft))], context, path, close=(CLOSE_M, "m"))
 
 
 def _off_between(times: Float, rows: Float) -> float:
@@ -137,26 +100,17 @@ def _off_between(times: Float, rows: Float) -> float:
 
 
 class Tle(OrbitFile, frozen=True, kw_only=True, tag_field="kind", tag="tle"):
-    """Two-line elements, propagated by SGP4."""
+    """Two-line elements or an OMM, propagated by SGP4."""
 
     def states(self, context: OrbitContext) -> Float:
-        from sgp4.api import SGP4_ERRORS, Satrec
-        from sgp4.io import verify_checksum
+        from sgp4.api import SGP4_ERRORS
 
         path, epochs = context.path(self.file), context.epochs
-        lines = [line.rstrip() for line in read_any_text(path, MAX_SPECIFICATION).splitlines() if line.strip()]
-        pair = [line for line in lines if TLE_LINE.match(line)]
-        if [line[0] for line in pair] != ["1", "2"] or pair[0][2:7] != pair[1][2:7] or min(map(len, pair)) < 69:
-            raise InputError("does not contain one TLE", where=path, do="give its two lines, with or without its name")
-        try:
-            verify_checksum(*pair)
-            craft = Satrec.twoline2rv(*pair)
-        except ValueError as error:
-            raise InputError(f"is not a valid TLE ({error})", where=path, do="copy it again") from None
-        times = epochs.time.utc
+        craft, times = read_elements(path, self.craft), epochs.time.utc
         errors, places, velocities = craft.sgp4_array(times.jd1, times.jd2)
-        if errors.any():
-            raise InputError(f"has no orbit at these epochs: {SGP4_ERRORS[int(errors.max())]}", where=path)
+        if errors.any() or not np.isfinite(places).all():
+            said = SGP4_ERRORS.get(int(errors.max()), "its elements are not finite")
+            raise InputError(f"has no orbit at these epochs: {said}", where=path)
         days = float(np.abs(times.jd - craft.jdsatepoch - craft.jdsatepochF).max())
         if days > FRESH_DAYS:
             off = TLE_KM + TLE_KM_A_DAY * days
@@ -177,10 +131,11 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
     def states(self, context: OrbitContext) -> Float:
         import spiceypy
 
-        for name in self.kernels:
-            open_file(context.path(name), MAX_MODEL).close()  # so that no library opens a pipe
         try:
-            spiceypy.furnsh([str(context.path(name)) for name in self.kernels])
+            for name in self.kernels:
+                for path in _kernels(context.path(name)):
+                    open_file(path, MAX_MODEL).close()  # so that no library opens a pipe
+                    spiceypy.furnsh(str(path))
             et = (context.epochs.time.tdb.jd1 - 2451545.0) * 86400 + context.epochs.time.tdb.jd2 * 86400
             rows = [spiceypy.spkezr(self.body, float(time), "J2000", "NONE", "EARTH")[0] for time in et]
         except spiceypy.utils.exceptions.SpiceyError as error:
@@ -189,6 +144,33 @@ class Spice(_Orbit, frozen=True, kw_only=True, tag_field="kind", tag="spice"):
         finally:
             spiceypy.kclear()
         return np.array(rows) * 1e3
+
+
+def _kernels(path: Path) -> list[Path]:
+    """Return the kernel at that path, or those of a meta-kernel, relative to its folder, where SPICE takes the working
+    directory."""
+    import spiceypy
+
+    with open_file(path, MAX_MODEL) as file:
+        if META_KERNEL not in file.read(HEAD_BYTES):
+            return [path]
+    spiceypy.ldpool(str(path))
+    lists = [_strings(name) for name in ("PATH_SYMBOLS", "PATH_VALUES", "KERNELS_TO_LOAD")]
+    folders = {f"${symbol}": value for symbol, value in zip(lists[0], lists[1], strict=False)}
+    names = [re.sub(r"\$\w+", lambda symbol: folders.get(symbol[0], symbol[0]), name) for name in lists[2]]
+    spiceypy.dvpool("KERNELS_TO_LOAD")
+    return [path.parent / name for name in names] or [path]
+
+
+def _strings(name: str) -> list[str]:
+    """Return the texts of a kernel variable, whose parts are joined after a "+"."""
+    import spiceypy
+
+    found: list[str] = []
+    with suppress(spiceypy.utils.exceptions.SpiceyError, spiceypy.utils.exceptions.NotFoundError):
+        while len(found) < MOST_KERNELS:
+            found.append(spiceypy.stpool(name, len(found), "+")[0])
+    return found
 
 
 class _Propagated(_Orbit, frozen=True, kw_only=True):
@@ -272,31 +254,3 @@ def _at_start(state: Float, frame: str, context: OrbitContext) -> Float:
     """Return a state at second 0 in GCRF."""
     start = Epochs(context.epochs.epoch, np.zeros(1))
     return np.asarray(start.states_from(frame_named(frame, "frame"), state[None])[0])
-
-
-def ordered(times: Float, path: Path) -> Float:
-    """Return the times of a file, two or more and increasing. Raises InputError."""
-    if len(times) < 2:
-        raise InputError(f"has {len(times) or 'no'} state{'s' * (not len(times))}", where=path, do="give two or more")
-    if len(back := np.flatnonzero(np.diff(times) <= 0)):
-        i = int(back[0]) + 1
-        found = f"goes back by {times[i - 1] - times[i]:g} s at state {i + 1}"
-        raise InputError(found, where=path, do="sort the states by time")
-    return times
-
-
-def pieced(pieces: Iterable[tuple[Float, At]], context: OrbitContext, path: Path) -> Float:
-    """Return the values of a file's pieces at the epochs (N,). A piece is the times (M,) of its states, and a
-    function that interpolates them. Raises InputError for epochs outside all pieces."""
-    seconds, found = context.epochs.seconds, None
-    said = np.zeros(len(seconds), bool)
-    for times, at in pieces:
-        chosen = (seconds >= times[0] - MARGIN_S) & (seconds <= times[-1] + MARGIN_S)
-        if chosen.any():
-            values = at(seconds[chosen])
-            found = np.empty((len(seconds), *values.shape[1:])) if found is None else found
-            found[chosen], said = values, said | chosen
-    if found is None or not said.all():
-        second = float(seconds[np.argmin(said)])
-        raise InputError(f"has no state at second {second:g}", where=path, do="choose times within its span")
-    return found

@@ -19,7 +19,8 @@ from spin_usd.geometry.motion import log as rotation_vector
 from spin_usd.geometry.rotation import quaternion_from_matrix
 from spin_usd.orbits.attitudes import AnyAttitude, Pointing, Sight, Unit, rotation_of
 from spin_usd.orbits.epochs import Epochs
-from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit, OrbitContext
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.orbits import MAX_AWAY, AnyOrbit
 from spin_usd.sampling.distribution import Vector
 
 DERIVATIVE_S = 0.01  # between the states that give a rate; rounding leaves an error of 1e-7 m/s
@@ -186,10 +187,12 @@ def _absolute_start(scenario: Scenario, context: OrbitContext) -> Float | None:
     pair = (scenario.target.orbit, scenario.chaser.orbit)
     if not any(orbit.relative for orbit in pair):
         return None
+    absolute = next(orbit for orbit in pair if not orbit.relative)
     start = replace(context, epochs=Epochs(context.epochs.epoch, np.zeros(1)))
     try:
-        return np.asarray(next(orbit for orbit in pair if not orbit.relative).states(start)[0])
+        return np.asarray(absolute.states(start)[0])
     except InputError as error:
+        absolute.states(context)  # raises where second 0 is not the reason
         found = f"{error.found}, where the other, relative orbit begins"
         raise InputError(found, where=error.where, do=error.do) from None
 
@@ -220,9 +223,7 @@ def _poses(scenario: Scenario, context: OrbitContext) -> _Poses:
             raise InputError(found, where=name, do="check the unit of its orbit: files have kilometres")
     assert scenario.target.attitude
     of_target = scenario.target.attitude.rotations(Sight(context=context, own=target, other=chaser))
-    of_chaser = (scenario.chaser.attitude or Pointing(at="target")).rotations(
-        Sight(context=context, own=chaser, other=target)
-    )
+    of_chaser = _of_chaser(scenario.chaser.attitude, Sight(context=context, own=chaser, other=target))
     body = target[:, :3] - of_target @ np.array(scenario.target.centre_of_mass)
     mounted = np.array(scenario.camera.place) - np.array(scenario.chaser.centre_of_mass)
     camera = chaser[:, :3] + of_chaser @ mounted
@@ -233,6 +234,17 @@ def _poses(scenario: Scenario, context: OrbitContext) -> _Poses:
         R_cam_gcrf=R_cam_gcrf,
         camera=camera,
     )
+
+
+def _of_chaser(attitude: AnyAttitude | None, sight: Sight) -> Float:
+    """Return the chaser's rotations (N, 3, 3), by default pointing at the target, with its y axis towards the Earth."""
+    if attitude:
+        return attitude.rotations(sight)
+    try:
+        return Pointing(at="target").rotations(sight)
+    except InputError as error:
+        do = 'add [chaser.attitude] with kind = "pointing", at = "target" and towards = "velocity"'
+        raise InputError(f"has no attitude, and the default {error.found}", where="chaser", do=do) from None
 
 
 def _between_pictures(scenario: Scenario, context: OrbitContext, found: Seen) -> list[str]:

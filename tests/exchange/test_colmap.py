@@ -141,3 +141,13 @@ def test_what_is_wrong_with_a_list_is_said(tmp_path, text, words) -> None:
     (tmp_path / "images.txt").write_text(text)
     with pytest.raises(InputError, match=words):
         read_pose_list(tmp_path / "images.txt")
+
+
+@pytest.mark.parametrize("points", ["", "\n", "10.5 20.5 -1\n", "1 2 3 4 5 6\n\n", "# none\n"])
+def test_images_with_and_without_lines_of_points_are_all_read(tmp_path, points) -> None:
+    names = ("a.png", "b 2.png", "7", "d.png")
+    lines = [f"{i} 1 0 0 0 0.{i} 0 6 1 {name}\n{points}" for i, name in enumerate(names)]
+    (tmp_path / "images.txt").write_text("# Image list\n" + "".join(lines))
+    poses = read_pose_list(tmp_path / "images.txt")
+    assert poses.names == ("a", "b_2", "7", "d")
+    assert poses.t_cam_body[:, 0].tolist() == [0, 0.1, 0.2, 0.3]

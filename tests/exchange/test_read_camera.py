@@ -104,12 +104,105 @@ NERFSTUDIO = json.dumps({"camera_model": "OPENCV_FISHEYE", "w": 640, "h": 480, "
 BENCH = {"Nu": 640, "Nv": 480, "cameraMatrix": K.tolist(), "distortion_model": "equidistant", "distCoeffs": FISHEYE}
 COLMAP = f"1 OPENCV_FISHEYE 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, FISHEYE))}\n"
 FULL = f"# a\n1 FULL_OPENCV 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '.join(map(str, PINHOLE))} 0 0 0\n"
+OST = f"""# oST version 5.0 parameters
+
+[image]
+
+width
+640
+
+height
+480
+
+[left]
+
+camera matrix
+{chr(10).join(" ".join(map(str, row)) for row in K.tolist())}
+
+distortion
+{" ".join(map(str, PINHOLE))}
+
+rectification
+1 0 0
+0 1 0
+0 0 1
+"""
+F = dict(zip(("fx", "fy", "cx", "cy"), K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), strict=True))
+OF_PINHOLE = F | dict(zip(("k1", "k2", "p1", "p2", "k3"), PINHOLE, strict=True))
+OF_FISHEYE = F | dict(zip(("k1", "k2", "k3", "k4"), FISHEYE, strict=True))
+
+
+def indented(values, begin):
+    return "".join(f"{begin}{name}: {value}\n" for name, value in values.items())
+
+
+ORB_SIZE = "Camera.width: 640\nCamera.height: 480\n"
+ORB = f"%YAML:1.0\n{indented(OF_PINHOLE, 'Camera.')}{ORB_SIZE}Camera.bf: 47.9\n"
+ORB3 = (
+    f'%YAML:1.0\nCamera.type: "KannalaBrandt8"\n{indented(OF_FISHEYE, "Camera1.")}{ORB_SIZE}'
+    f"{indented(OF_PINHOLE, 'Camera2.')}"
+)
+VINS_SIZE = "camera_name: camera\nimage_width: 640\nimage_height: 480\n"
+VINS_K = indented(dict(list(OF_PINHOLE.items())[4:]), "   ")
+VINS = (
+    f"%YAML:1.0\n---\nmodel_type: PINHOLE\n{VINS_SIZE}distortion_parameters:\n{VINS_K}"
+    f"projection_parameters:\n{indented(F, '   ')}"
+)
+KANNALA = dict(zip(("k2", "k3", "k4", "k5", "mu", "mv", "u0", "v0"), [*FISHEYE, *F.values()], strict=True))
+VINS_FISHEYE = (
+    f"%YAML:1.0\n---\nmodel_type: KANNALA_BRANDT\n{VINS_SIZE}projection_parameters:\n{indented(KANNALA, '   ')}"
+)
+SVO = f"""label: rig
+cameras:
+- camera:
+    distortion:
+      parameters:
+        cols: 1
+        rows: 4
+        data: {FISHEYE}
+      type: equidistant
+    image_height: 480
+    image_width: 640
+    intrinsics:
+      cols: 1
+      rows: 4
+      data: {list(F.values())}
+    label: cam
+    type: pinhole
+"""
+VIKIT = (
+    f"cam_model: Pinhole\ncam_width: 640\ncam_height: 480\n{indented(F, 'cam_')}"
+    f"{indented(dict(zip(('d0', 'd1', 'd2', 'd3'), PINHOLE, strict=False)), 'cam_')}"
+)
+BASALT = {
+    "value0": {
+        "T_imu_cam": [{"px": 0}, {"px": 0}],
+        "intrinsics": [{"camera_type": "kb4", "intrinsics": OF_FISHEYE}, {"camera_type": "ds", "intrinsics": F}],
+        "resolution": [[640, 480], [752, 480]],
+    }
+}
+REALSENSE = json.dumps(
+    {"width": 640, "height": 480, "fx": K[0, 0], "fy": K[1, 1], "ppx": K[0, 2], "ppy": K[1, 2],
+     "model": "distortion.brown_conrady", "coeffs": PINHOLE}
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("write", "kind", "distortion", "shift"),
     [
         (stored("yaml", "", PINHOLE), "OpenCV", PINHOLE, 0.5),
+        (stored("xml", "", PINHOLE), "OpenCV", PINHOLE, 0.5),
+        (text("ost.txt", OST), "ROS ost.txt", PINHOLE, 0.5),
+        (text("orb.yaml", ORB), "ORB-SLAM", PINHOLE, 0.5),
+        (text("orb3.yaml", ORB3), "ORB-SLAM", FISHEYE, 0.5),
+        (text("vins.yaml", VINS), "VINS", PINHOLE, 0.5),
+        (text("vins.yaml", VINS_FISHEYE), "VINS", FISHEYE, 0.5),
+        (text("svo.yaml", SVO), "SVO", FISHEYE, 0.5),
+        (text("vikit.yaml", VIKIT), "SVO", PINHOLE[:4], 0.5),
+        (text("basalt.json", json.dumps(BASALT)), "basalt", FISHEYE, 0.5),
+        (text("realsense.json", REALSENSE), "RealSense", PINHOLE, 0.5),
+        (text("t265.yaml", ROS.replace("plumb_bob", "equidistant").replace(str(PINHOLE), str([*FISHEYE, 0.0]))),
+         "ROS", FISHEYE, 0.5),
         (stored("json", "", PINHOLE), "OpenCV", PINHOLE, 0.5),
         (stored("yaml", "", [*PINHOLE, 0.0, 0.0, 0.0]), "OpenCV", PINHOLE, 0.5),
         (stored("yml", "equidistant", FISHEYE), "ROS", FISHEYE, 0.5),
@@ -123,7 +216,7 @@ FULL = f"# a\n1 FULL_OPENCV 640 480 {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]} {' '
         (text("cameras.txt", COLMAP), "COLMAP", FISHEYE, 0.0),
         (text("cameras.txt", FULL), "COLMAP", PINHOLE, 0.0),
     ],
-)
+)  # fmt: skip
 def test_it_projects_as_opencv_does_with_the_files_own_pixels(tmp_path, write, kind, distortion, shift) -> None:
     """Where the first pixel's centre is (0, 0), ours are half a pixel more than those of the file."""
     found = read_camera(write(tmp_path))
@@ -132,6 +225,34 @@ def test_it_projects_as_opencv_does_with_the_files_own_pixels(tmp_path, write, k
     np.testing.assert_allclose(found.camera.project(POINTS), seen + shift, rtol=0, atol=EXACT_PX)
     assert f"is read as {kind}" in found.notes[0]
     assert ("half a pixel is added" if shift else "as here") in found.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("content", "note"),
+    [
+        (json.dumps(BASALT), "holds 2 cameras, of which the first is used"),
+        (ORB3, "holds 2 cameras, of which the first is used"),
+        (ROS.replace(str(PINHOLE), "[1200, -350, 0.001, 0.001, 90]"), "scales its corners by 9.51: check its coeff"),
+        (
+            ROS.replace("501.5", "250").replace("502.5", "250").replace(str(PINHOLE), "[]"),
+            "sees 116 degrees from corner",
+        ),
+    ],
+)
+def test_what_is_odd_of_a_camera_is_told(tmp_path, content, note) -> None:
+    notes = read_camera(text("camera.yaml", content)(tmp_path)).notes
+    assert any(note in each for each in notes), notes
+
+
+def test_numbers_with_names_may_stand_beside_lists(tmp_path) -> None:
+    size, matrix = "width: 640\nheight: 480\n", "T: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+    words = f"{size}{indented(F, '')}{matrix}distortion_model: equidistant\ndistortion: {FISHEYE}\n"
+    found = read_camera(text("own.yaml", words)(tmp_path))
+    assert (tuple(found.camera.distortion), len(found.notes)) == (tuple(FISHEYE), 1)
+    without = read_camera(text("own.yaml", f"{size}{indented(F, '')}")(tmp_path))
+    assert "taken for one without distortion" in without.notes[1]
+    with pytest.raises(InputError, match=r"has '.*' and '.*', which differ"):
+        read_camera(text("own.yaml", f"{ORB}distortion_coefficients: {FISHEYE}\n")(tmp_path))
 
 
 def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
@@ -151,6 +272,16 @@ def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
          "more than k1, k2, p1, p2, k3"),
         ("kalibr.yaml", KALIBR.replace("camera_model: pinhole", "camera_model: omni", 1), "camera model 'omni'"),
         ("kalibr.yaml", KALIBR.replace("equidistant", "fov"), "model 'fov'"),
+        ("orb.yaml", ORB.replace(ORB_SIZE, ""), "has no image size"),
+        ("vins.yaml", VINS.replace("PINHOLE", "MEI"), "camera model 'MEI'"),
+        ("vikit.yaml", VIKIT.replace("Pinhole", "ATAN"), "camera model 'ATAN'"),
+        ("basalt.json", json.dumps(BASALT).replace("kb4", "ds"), "camera model 'ds'"),
+        ("realsense.json", REALSENSE.replace("brown", "inverse_brown"), "camera model 'inverse_brown_conrady'"),
+        ("ost.txt", OST.replace("0.01\n", "0.01 0.1 0 0\n"), "more than k1, k2, p1, p2, k3"),
+        ("orb.yaml", ORB.replace("width: 640", "width: nan"), "has a size of nan x 480"),
+        ("cv.xml", "<opencv_storage><camera_matrix>", "is damaged"),
+        ("cv.xml", "<!DOCTYPE a><opencv_storage/>", "defines entities"),
+        ("cv.xml", "<calibration><width>640</width></calibration>", "is XML of <calibration>"),
         ("cameras.txt", "1 FOV 640 480 500 500 320 240 0.1\n", "but FOV"),
         ("cameras.txt", "1 PINHOLE 640 480 500 500\n", "no whole camera"),
         ("calib.txt", "hello\n", "no names with values|no YAML"),

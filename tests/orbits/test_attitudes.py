@@ -9,7 +9,7 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
 from spin_usd.orbits.attitudes import Aem, Inertial, Listed, Pointing, Sight, Tumbling
 from spin_usd.orbits.epochs import EME2000, Epochs
-from spin_usd.orbits.orbits import OrbitContext
+from spin_usd.orbits.orbit_context import OrbitContext
 from spin_usd.orbits.propagation import from_relative_state, propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"
@@ -111,6 +111,11 @@ def test_an_aem_means_what_ccsds_says(tmp_path: Path) -> None:
         (("0 0 0 1", "0 0 0 2"), "norm 2, expected 1"),
         (("EME2000", "RTN"), "frame 'RTN'"),
         (("ATTITUDE_TYPE = QUATERNION\n", "ATTITUDE_TYPE = QUATERNION/RATE\n"), "is damaged|has attitudes of the type"),
+        (("12:00:30 0 0 0 1", "12:00:30 0 0 0"), "has the state of 2024-05-01T12:00:30, which is not complete"),
+        (("12:00:30 0 0 0 1", "12:00:30 0 0 x 1"), "line 19: contains 'x', which is not a finite number"),
+        (("_AEM_", "_OEM_"), "is a CCSDS OEM, not an AEM; give it as an orbit"),
+        (("START_TIME", "USEABLE_START_TIME = 2024-05-01T12:00:10\nSTART_TIME"), "has no state at second 0"),
+        (("REF_FRAME_A = EME2000\n", ""), "is damaged|does not state REF_FRAME_A"),
     ],
 )
 def test_an_aem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -> None:
@@ -118,6 +123,17 @@ def test_an_aem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -
     (tmp_path / "craft.aem").write_text(AEM.format(rows=rows).replace(*change))
     with pytest.raises(InputError, match=says):
         Aem(file="craft.aem").rotations(sight(tmp_path, 0.0))
+
+
+def test_one_attitude_of_several_is_chosen(tmp_path: Path) -> None:
+    first = AEM.format(rows="2024-05-01T12:00:00 0 0 0 1\n2024-05-01T12:00:30 0 0 0 1")
+    second = first[first.index("META_START") :].replace("CRAFT", "OTHER").replace("0 0 0 1", "0 0 1 0")
+    (tmp_path / "craft.aem").write_text(first + second)
+    seen = sight(tmp_path, 0.0)
+    with pytest.raises(InputError, match=r"is of CRAFT \(2024-001A\), OTHER \(2024-001A\); name one"):
+        Aem(file="craft.aem").rotations(seen)
+    turned = Aem(file="craft.aem", craft="OTHER").rotations(seen)[0]
+    assert turned == pytest.approx(Epochs(EPOCH, np.zeros(1)).axes_of(EME2000)[0] @ np.diag([-1, -1, 1]), abs=EXACT)
 
 
 def test_a_list_is_smooth_between_its_lines(tmp_path: Path) -> None:

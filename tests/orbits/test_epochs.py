@@ -98,7 +98,7 @@ def test_what_is_not_known_is_refused() -> None:
     epochs = Epochs("2026-03-01T00:00:00Z", np.zeros(1))
     with pytest.raises(InputError, match="time system 'MRT'"):
         epochs.seconds_of(["2026-03-01T00:00:00"], "MRT", "a file")
-    with pytest.raises(InputError, match="text that is not a time"):
+    with pytest.raises(InputError, match="contains 'noon', which is not a time"):
         epochs.seconds_of(["noon"], "UTC", "a file")
     with pytest.raises(InputError, match="choose a year from 1973"):
         Epochs("1900-01-01T00:00:00Z", np.zeros(1))

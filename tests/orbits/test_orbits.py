@@ -10,7 +10,8 @@ from skyfield.api import EarthSatellite
 
 from spin_usd.errors import InputError
 from spin_usd.orbits.epochs import GCRF, Epochs
-from spin_usd.orbits.orbits import Keplerian, Oem, OrbitContext, Spice, StateVector, Tle
+from spin_usd.orbits.orbit_context import OrbitContext
+from spin_usd.orbits.orbits import Keplerian, Oem, Spice, StateVector, Tle
 from spin_usd.orbits.propagation import propagated, state_of
 
 EPOCH = "2024-05-01T12:00:00Z"
@@ -125,6 +126,12 @@ def test_spice_kernels_are_read(tmp_path: Path) -> None:
     spiceypy.spkcls(handle)
     found = Spice(kernels=("craft.bsp",), body="-999").states(context(tmp_path, 0.0, 45.5))
     assert np.abs(found - propagated(START, np.array([0.0, 45.5]), POLE))[:, :3].max() < 5e-3  # of float64 seconds
+    for folder, there in (("up", ".."), (".", ".")):  # whatever the working directory is
+        (tmp_path / folder).mkdir(exist_ok=True)
+        paths = f"PATH_VALUES = ( '{there}' )\nPATH_SYMBOLS = ( 'K' )\nKERNELS_TO_LOAD = ( '$K/cra+', 'ft.bsp' )\n"
+        (tmp_path / folder / "meta.tm").write_text(f"KPL/MK\n\\begindata\n{paths}\\begintext\n")
+        of_meta = Spice(kernels=(f"{folder}/meta.tm",), body="-999").states(context(tmp_path, 0.0, 45.5))
+        assert np.array_equal(of_meta, found)
     with pytest.raises(InputError, match=r"gives no orbit of -998"):
         Spice(kernels=("craft.bsp",), body="-998").states(context(tmp_path, 0.0))
 
@@ -148,25 +155,85 @@ def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
         (("CENTER_NAME = EARTH", "CENTER_NAME = MARS"), "is about MARS; give an orbit about the Earth"),
         (("TIME_SYSTEM = TAI", "TIME_SYSTEM = SCLK"), "time system 'SCLK'"),
         (("META_STOP\n", "META_STOP\n2024-05-01T13:00:37 7000 0 0 0 7.5 0\n"), "goes back by .* at state 2"),
-        (("CCSDS_OEM_VERS = 2.0", "CCSDS_WHAT = 2.0"), "is damaged"),
-        (("2024-05-01T12:01:37", "2024-05-01T25:01:37"), "contains text that is not a time"),
+        (("CCSDS_OEM_VERS = 2.0", "CCSDS_WHAT = 2.0"), "is not a CCSDS message; convert it"),
+        (("2024-05-01T12:01:37", "2024-05-01T25:01:37"), "contains '2024-05-01T25:01:37.0*', which is not a time"),
+        (("REF_FRAME = EME2000\n", ""), "does not state REF_FRAME; add it"),
+        (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 0 0 0 -7\n"), "line 13: has 5 numbers .*, expected six"),
+        (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7e999 0 0 0 7 0\n"), "line 13: contains '7e999', which is"),
+        (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 x 0 0 7 0\n"), "line 13: contains 'x', which is"),
+        (("_OEM_", "_OCM_"), "is a CCSDS OCM, not an OEM; give an OEM"),
+        (("_OEM_", "_OPM_"), "is a CCSDS OPM, not an OEM; give its state as an orbit of kind state"),
+        (("CCSDS_OEM_VERS", "#cP2024  5  1 12"), "is an SP3 orbit; convert it to an OEM"),
+        (("CCSDS_OEM_VERS", "H1 CPF  2"), "is a CPF prediction; convert it to an OEM"),
     ],
 )
 def test_an_oem_that_cannot_be_used_is_told(tmp_path: Path, change, says: str) -> None:
     orbit = oem(tmp_path)
     file = tmp_path / "craft.oem"
     file.write_text(file.read_text().replace(*change))
-    with pytest.raises(InputError, match=rf"craft\.oem: .*{says}"):
+    with pytest.raises(InputError, match=rf"craft\.oem[:,] .*{says}"):
         orbit.states(context(tmp_path, 0.0))
 
 
 def test_moments_outside_a_file_are_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"craft\.oem: has no state at second 4000; choose times within its span"):
+    with pytest.raises(
+        InputError, match=r"craft\.oem: has no state at second 4000; choose times within its useable span"
+    ):
         oem(tmp_path).states(context(tmp_path, 0.0, 4000.0))
 
 
+def segments(folder: Path, *changes: tuple[str, str], file: str = "craft.oem") -> Oem:
+    """An OEM of the orbit's segment, and of the same again with the changes."""
+    text = oem(folder).file and (folder / file).read_text()
+    again = text[text.index("META_START") :]
+    for change in changes:
+        again = again.replace(*change)
+    (folder / file).write_text(text + again)
+    return Oem(file=file)
+
+
+SECOND = (("OBJECT_NAME = CRAFT", "OBJECT_NAME = OTHER"), ("2024-001A", "2024-001B"))
+
+
+def test_one_craft_of_several_is_chosen_by_name_or_id(tmp_path: Path) -> None:
+    asked, alone = context(tmp_path, 0.0, 70.0), oem(tmp_path).states(context(tmp_path, 0.0, 70.0))
+    both = segments(tmp_path, *SECOND, ("EME2000", "TEME"))
+    with pytest.raises(
+        InputError, match=r"is of CRAFT \(2024-001A\), OTHER \(2024-001B\); name one of them, as object"
+    ):
+        both.states(asked)
+    for name in ("CRAFT", "2024-001A"):
+        assert np.array_equal(Oem(file=both.file, craft=name).states(asked), alone)
+    with pytest.raises(InputError, match="is of CRAFT"):
+        Oem(file=both.file, craft="2024-001").states(asked)
+
+
+def test_states_are_used_within_their_useable_span(tmp_path: Path) -> None:
+    stop = "STOP_TIME = 2024-05-01T12:01:37.000000000\n"  # second 60: TAI
+    useable = f"USEABLE_START_TIME = 2024-05-01T12:00:37\nUSEABLE_{stop}STOP_TIME"
+    orbit, file = oem(tmp_path), tmp_path / "craft.oem"
+    known = orbit.states(context(tmp_path, 0.0, 60.0))
+    file.write_text(file.read_text().replace("STOP_TIME", useable, 1))
+    assert np.array_equal(orbit.states(context(tmp_path, 0.0, 60.0)), known)
+    for second in (-30.0, 90.0):
+        with pytest.raises(InputError, match=f"has no state at second {second:g}"):
+            orbit.states(context(tmp_path, second))
+
+
+def test_segments_that_overlap_agree_or_are_told(tmp_path: Path) -> None:
+    asked = context(tmp_path, 0.0, 70.0)
+    assert np.array_equal(segments(tmp_path).states(asked), oem(tmp_path).states(asked))
+    assert not asked.notes
+    segments(tmp_path, ("EME2000", "TEME")).states(asked)
+    assert list(asked.notes) == [
+        "craft.oem has segments that overlap and differ by more than 0.01 m; the later one is used"
+    ]
+
+
 def test_entities_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "bomb.xml").write_text('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><oem>&b;</oem>')
+    (tmp_path / "bomb.xml").write_text(
+        '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><oem id="CCSDS_OEM_VERS">&b;</oem>'
+    )
     with pytest.raises(InputError, match="defines entities"):
         Oem(file="bomb.xml").states(context(tmp_path, 0.0))
 

@@ -92,6 +92,6 @@ def _flat(value: Any) -> Any:
 
 def whole(numbers: Sequence[float], path: Path) -> tuple[int, int]:
     """Return a width and a height in pixels. Raises InputError."""
-    if any(each != int(each) for each in numbers if abs(each) < 1e9) or max(map(abs, numbers)) >= 1e9:
+    if not all(abs(each) < 1e9 and each == int(each) for each in numbers):
         raise InputError(f"has a size of {numbers[0]:g} x {numbers[1]:g}", where=path, do="give whole pixels")
     return int(numbers[0]), int(numbers[1])

@@ -1,5 +1,5 @@
-"""Calibrations as OpenCV's FileStorage has them, as YAML or JSON; ROS's camera_info; Kalibr's chains and EuRoC's
-sensor.yaml.
+"""Calibrations as OpenCV's FileStorage has them, as YAML, JSON or XML; ROS's camera_info and ost.txt; Kalibr's chains,
+EuRoC's sensor.yaml, and those of odometry programs.
 
 All count pixels from the first one's centre. OpenCV defines no names for a file's contents: we accept the names in
 its samples, its documentation and its users, in any case. Kalibr has a chain of cameras; we read the first.
@@ -8,7 +8,6 @@ wiki ("Yaml formats").
 """
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +21,8 @@ from spin_usd.exchange.cameras.camera_format import (
     said_once,
     whole,
 )
+from spin_usd.exchange.cameras.named_numbers import COUNT, read_names
 from spin_usd.formats.lens_models import FISHEYES, distortion_of, is_fisheye
-from spin_usd.formats.yaml_file import read_yaml_file
 
 MATRIX = ("cameramatrix", "k", "intrinsicmatrix", "intrinsicsmatrix", "mtx", "matrix")
 COEFFICIENTS = ("distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "dist", "d", "distortion")
@@ -37,12 +36,13 @@ LEAVE_ONE = "leave one of them out"
 CROP = ("x_offset", "y_offset", "width", "height")
 
 
-def _read(path: Path, *, chain: bool) -> Calibration:
-    said, notes = read_yaml_file(path), tuple[str, ...]()
-    if chain and (cameras := [key for key, value in said.items() if key.startswith("cam") and isinstance(value, dict)]):
-        said = said[cameras[0]]
-        if len(cameras) > 1:
-            notes = (f"holds {len(cameras)} cameras, of which {cameras[0]} is used: keep only another one to use that",)
+def _read(path: Path) -> Calibration:
+    said, notes = read_names(path), tuple[str, ...]()
+    cameras = [key for key, value in said.items() if isinstance(value, dict) and "intrinsics" in value]
+    said, first, count = (said[cameras[0]], cameras[0], len(cameras)) if cameras else (said, "the first", 1)
+    if (count := max(count, said.pop(COUNT, 1))) > 1:
+        notes = (f"holds {count} cameras, of which {first} is used: keep only another one to use that",)
+    projection = _intrinsics(said, path) if "intrinsics" in said else None
     sides = [said_once(said, names, path) for names in (WIDTH, HEIGHT)]
     sizes = {"size": said_once(said, SIZE, path)} if named(said, SIZE) else {}
     sizes |= {"image_size": sides} if sides != [None, None] else {}
@@ -53,7 +53,7 @@ def _read(path: Path, *, chain: bool) -> Calibration:
         notes += (f"has no {COEFFICIENTS_ARE}: its lens is taken for one without distortion",)
     return Calibration(
         size=_uncropped(said, whole(numbers_of(size, [2], "image size", path), path), path),
-        projection=_intrinsics(said, path) if chain else _matrix(said, path),
+        projection=projection or _matrix(said, path),
         distortion=_distortion(said, path),
         notes=notes,
     )
@@ -121,12 +121,20 @@ def _has(*words: str) -> Callable[[Path, str], bool]:
     return lambda path, head: all(word in head.lower() for word in words)
 
 
-KALIBR_CAMERA = CameraFormat(
-    name="Kalibr", first_centre=CENTRE, recognises=_has("intrinsics:", "resolution:"), read=partial(_read, chain=True)
+def _named(name: str, *words: str) -> CameraFormat:
+    return CameraFormat(name=name, first_centre=CENTRE, recognises=_has(*words), read=_read)
+
+
+OPENCV_CAMERAS = (
+    _named("ORB-SLAM", "%yaml", "camera", ".fx:"),
+    _named("VINS", "model_type:", "projection_parameters:"),
+    _named("SVO", "- camera:", "intrinsics:"),
+    _named("SVO", "cam_model:", "cam_width:"),
+    _named("basalt", "camera_type", "value0"),
+    _named("RealSense", "ppx", "coeffs"),
+    _named("Kalibr", "intrinsics:", "resolution:"),
+    _named("ROS camera_info", "distortion_model:"),
+    _named("ROS ost.txt", "[image]", "camera matrix"),
+    _named("OpenCV"),
 )
-ROS_CAMERA = CameraFormat(
-    name="ROS camera_info", first_centre=CENTRE, recognises=_has("distortion_model:"), read=partial(_read, chain=False)
-)
-OPENCV_CAMERA = CameraFormat(
-    name="OpenCV", first_centre=CENTRE, recognises=lambda path, head: True, read=partial(_read, chain=False)
-)
+"""Formats in the order in which they are tried; the last takes any file."""

@@ -351,6 +351,32 @@ def test_wrong_scenarios_are_told_and_leave_nothing(tmp_path: Path, change, says
     assert not (tmp_path / "stage").exists()
 
 
+@pytest.mark.parametrize("second", [0, 300])
+def test_a_file_beside_a_relative_craft_is_refused_for_its_own_fault(tmp_path: Path, second: int) -> None:
+    """Only where second 0 alone is missing, the relative orbit is the reason."""
+    lines = [f"2024-03-20T10:0{minute}:00 7000 0 0 0 4 6" for minute in (5, 6)]
+    head = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2024-05-01T00:00:00\nORIGINATOR = T\nMETA_START\nOBJECT_NAME = A\n"
+    about = "OBJECT_ID = B\nCENTER_NAME = EARTH\nREF_FRAME = GCRF\nTIME_SYSTEM = UTC\n"
+    span = "START_TIME = 2024-03-20T10:05:00\nSTOP_TIME = 2024-03-20T10:06:00\nMETA_STOP\n"
+    (tmp_path / "a.oem").write_text(head + about + span + "\n".join(lines))
+    file = scenario(tmp_path, times=f"times_s = [{second}]")
+    text = file.read_text()
+    orbit = '[target.orbit]\nkind = "oem"\nfile = "a.oem"\n'
+    file.write_text(text[: text.index("[target.orbit]")] + orbit + text[text.index("[target.attitude]") :])
+    with pytest.raises(InputError, match="has no state at second 0") as told:
+        stage_of(tmp_path, file)
+    assert ("relative orbit begins" in str(told.value)) == (second == 300)
+
+
+@pytest.mark.parametrize("place", ["[20, 0, 0]", "[-20, 0, 0]"])
+def test_a_default_attitude_that_cannot_be_is_named_as_not_given(tmp_path: Path, place: str) -> None:
+    file = scenario(tmp_path, place=place)
+    with pytest.raises(InputError, match=r"chaser: has no attitude, and the default .* at second 0; add"):
+        stage_of(tmp_path, file)
+    advised = '[chaser.attitude]\nkind = "pointing"\nat = "target"\ntowards = "velocity"'
+    stage_of(tmp_path, scenario(tmp_path, place=place, rest=advised))
+
+
 def test_a_tumble_of_too_many_turns_is_told(tmp_path: Path) -> None:
     """Fast ones, so that the orbits are propagated for minutes and not for weeks."""
     file = scenario(tmp_path, times="times_s = [0, 600]")

@@ -261,9 +261,9 @@ def test_the_stamps_of_tum_are_seconds_since_the_first(tmp_path: Path) -> None:
     [
         ("time", ("0", "soon", "9"), "the time 'soon'; give seconds, or UTC"),
         ("time", ("0", "1_0", "20"), "the time '1_0'; give seconds, or UTC"),
-        ("time [min]", ("0", "1", "2"), "a time in min; give it in seconds"),
-        ("time [m]", ("0", "1", "2"), "a time in m; give it in seconds"),
-        ("utc", ("5", "6", "7"), "the time '5'; give seconds, or UTC"),
+        ("time [min]", ("0", "1", "2"), "a time in min; give it in s, ms"),
+        ("time [m]", ("0", "1", "2"), "a time in m; give it in s, ms"),
+        ("utc", ("5", "6", "7"), "the time '5' in the column utc; give UTC"),
     ],
 )
 def test_wrong_times_are_told(tmp_path: Path, column: str, times: tuple[str, ...], says: str) -> None:
@@ -275,7 +275,7 @@ def test_wrong_times_are_told(tmp_path: Path, column: str, times: tuple[str, ...
 @pytest.mark.parametrize(
     ("times", "says"),
     [
-        (("0", "5", "5"), "line 4 .* is 0 s after the entry before"),
+        (("0", "5", "5"), "line 4 .* has the same time as the entry above it"),
         (("0", "", "5"), "not all poses have one"),
         (("0", "1", "2026-11-26T00:00:00Z"), "some are UTC and others seconds"),
     ],

@@ -1,0 +1,121 @@
+"""Mean elements for SGP4: two-line elements (TLE), and orbit mean-elements messages (OMM) as CSV, JSON, XML or KVN.
+
+Source: CCSDS 502.0-B (OMM); CelesTrak's "A New Way to Obtain GP Data" for CSV and JSON of the same names.
+"""
+
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from spin_usd.basics.faults import decoding
+from spin_usd.basics.utc import parsed_utc
+from spin_usd.errors import InputError
+from spin_usd.files.size_limits import MAX_DOCUMENT
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.text_file import read_any_text
+from spin_usd.orbits.epochs import calendar
+
+TLE_LINE = re.compile(r"[12] [ 0-9A-Z][ \d]{4}[U0-9A-Z ]? ")
+LEFT_OUT = {
+    **dict.fromkeys(("EPHEMERIS_TYPE", "ELEMENT_SET_NO", "REV_AT_EPOCH", "MEAN_MOTION_DOT", "MEAN_MOTION_DDOT"), "0"),
+    "CLASSIFICATION_TYPE": "U",
+    "OBJECT_ID": "",
+}
+"""Fields of an OMM that SGP4 does not need, and their values where they are missing."""
+MEANT = {"CENTER_NAME": "EARTH", "REF_FRAME": "TEME", "TIME_SYSTEM": "UTC", "MEAN_ELEMENT_THEORY": "SGP4"}
+"""Values that an OMM of SGP4 has, or leaves out."""
+SHOWN = 5  # craft in a message
+Named = tuple[tuple[str, ...], Callable[[], Any]]
+"""Name and number of a craft, and what makes its sgp4.Satrec."""
+
+
+def read_elements(path: Path, craft: str | None) -> Any:
+    """Return the sgp4.Satrec of the craft of that name or number, of the only one if None. Raises InputError."""
+    text = read_any_text(path, MAX_DOCUMENT)
+    messages = "MEAN_MOTION" in text
+    found = list(_messages(text, path) if messages else _two_lines(text, path))
+    chosen = [make for names, make in found if craft is None or craft in names]
+    if len(chosen) == 1:
+        with decoding(path):
+            return chosen[0]()
+    if not found:
+        do = "give its two lines, with or without its name, or an OMM"
+        raise InputError("does not contain one TLE", where=path, do=do)
+    listed = ", ".join(dict.fromkeys(" ".join(filter(None, names)) for names, _ in islice(found, SHOWN)))
+    do = f'name one craft, as object = "{found[0][0][1]}", and keep only its elements that are nearest in time'
+    raise InputError(
+        f"contains {len(found)} sets of elements ({listed}{', …' * (len(found) > SHOWN)})", where=path, do=do
+    )
+
+
+def _two_lines(text: str, path: Path) -> Iterator[Named]:
+    from sgp4.alpha5 import from_alpha5  # not above: an extra
+
+    lines = [line.rstrip() for line in text.splitlines() if line.strip()]
+    for name, first, second in zip(["", *lines], lines, [*lines[1:], ""], strict=False):
+        if first[0] == "1" and TLE_LINE.match(first):
+            if (
+                not TLE_LINE.match(second)
+                or second[:1] + first[2:7] != f"2{second[2:7]}"
+                or min(len(first), len(second)) < 69
+            ):
+                do = "give its two lines, each of 69 characters"
+                raise InputError("does not contain one TLE", where=path, do=do)
+            title = "" if TLE_LINE.match(name) else name.removeprefix("0 ").strip()
+            with decoding(path):
+                number = str(from_alpha5(first[2:7].replace(" ", "0")))
+            yield (title, number), partial(_of_two_lines, first, second, path)
+
+
+def _of_two_lines(first: str, second: str, path: Path) -> Any:
+    from sgp4.api import Satrec
+    from sgp4.io import verify_checksum
+
+    try:
+        verify_checksum(first, second)
+        return Satrec.twoline2rv(first, second)
+    except ValueError as error:
+        raise InputError(f"is not a valid TLE ({error})", where=path, do="copy it again") from None
+
+
+def _messages(text: str, path: Path) -> Iterator[Named]:
+    from sgp4 import omm
+
+    rows: Any
+    if text.lstrip()[:1] in "[{":
+        document = read_json_file(path, MAX_DOCUMENT)
+        rows = document if isinstance(document, list) else [document]
+    elif "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise InputError("defines entities, which no message needs", where=path, do="remove its DOCTYPE")
+    elif text.lstrip().startswith("<"):
+        with decoding(path):
+            rows = list(omm.parse_xml(io.StringIO(text)))
+    elif "=" in text:
+        rows = [dict(re.findall(r"(?m)^\s*(\w+)\s*=\s*(.*?)\s*(?:\[.*)?$", each)) for each in text.split("CCSDS_OMM_")]
+    else:
+        rows = list(omm.parse_csv(io.StringIO(text)))
+    for row in rows:
+        if isinstance(row, dict) and "MEAN_MOTION" in row:
+            fields = {str(key): str(value).strip() for key, value in row.items() if value is not None}
+            yield (fields.get("OBJECT_NAME", ""), fields.get("NORAD_CAT_ID", "")), partial(_of_message, fields, path)
+
+
+def _of_message(fields: Mapping[str, str], path: Path) -> Any:
+    from sgp4 import omm
+    from sgp4.api import Satrec
+
+    if wrong := next((key for key in MEANT if fields.get(key, MEANT[key]).removeprefix("SGP/") != MEANT[key]), None):
+        do = f"give an OMM with {wrong} {MEANT[wrong]}"
+        raise InputError(f"has {wrong} {fields[wrong][:40]!r}, not {MEANT[wrong]}", where=path, do=do)
+    craft = Satrec()
+    try:
+        epoch = parsed_utc(calendar(fields["EPOCH"])).strftime("%Y-%m-%dT%H:%M:%S.%f")
+        number = str(int(fields["NORAD_CAT_ID"]) % 100_000)  # SGP4 does not use it, and its field ends at 339,999
+        omm.initialize(craft, {**LEFT_OUT, **fields, "EPOCH": epoch, "NORAD_CAT_ID": number})
+    except KeyError as error:
+        raise InputError(f"has no {error.args[0]}", where=path, do="give an OMM for SGP4") from None
+    return craft
