@@ -1,15 +1,19 @@
 """One call to a child process of its own, which reads files of others and may die of them."""
 
+import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 from spin_usd.errors import RenderError, SpinError, StageError
 from spin_usd.processes.call import Answer, Call, Request
-from spin_usd.processes.child import Child, in_process
+from spin_usd.processes.child import HAND_ON, Child, in_process
 from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.child_limits import PATIENCE_S
 from spin_usd.processes.deaths import ChildDiedError, DeathCause
 
+FOR_LOADING = ("PYTHONPATH", "LD_LIBRARY_PATH")  # which children do not get
+LOADING = re.compile(r"ModuleNotFoundError|ImportError|cannot open shared object|No module named")
 CONFINE = Call("spin_usd.processes.confine:confine", str, bool)
 
 
@@ -43,6 +47,9 @@ def unreadable(died: ChildDiedError, where: object) -> SpinError:
     something, an error that does not blame the file."""
     if died.cause is DeathCause.KILLED:
         do = "look for the cause, such as a lack of memory, and run it again"
+        return RenderError(f"was not read: {died.found}", where=where, do=do)
+    if lacking := [each for each in FOR_LOADING if each in os.environ and LOADING.search(died.found)]:
+        do = f"install what is missing, or give children {' and '.join(lacking)} too: {HAND_ON}={','.join(lacking)}"
         return RenderError(f"was not read: {died.found}", where=where, do=do)
     if died.cause is DeathCause.HUNG:
         do = "look at the disk, network or driver that it waits for, and run it again"

@@ -40,6 +40,8 @@ KEPT_VARIABLES = (
     *("CUDA_VISIBLE_DEVICES", "HIP_VISIBLE_DEVICES", "ONEAPI_DEVICE_SELECTOR"),
     *("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"),  # a processor whose own kernels are wrong; the parent has them too
 )
+HAND_ON = "SPIN_USD_HAND_ON"
+"""Variable with the names of further variables for children, separated by commas, at the user's own risk."""
 IN_PROCESS = "SPIN_USD_IN_PROCESS"
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
@@ -76,7 +78,8 @@ class Child:
         that is removed with the child: USD leaves a file there when it crashes. `memory`: limit of its address space in
         bytes (Linux), by default the limit of a child that reads files of strangers. `modules`: modules that it loads
         before the first call."""
-        environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
+        wanted = {*KEPT_VARIABLES, HAND_ON, *os.environ.get(HAND_ON, "").split(",")}
+        environment = {k: v for k, v in os.environ.items() if k in wanted}
         self._temporary = HeldFolder() if scratch is None else None
         own = self._temporary.name if self._temporary else scratch
         environment.update(TMPDIR=str(own), SPIN_USD_PARENT=str(os.getpid()))

@@ -12,9 +12,10 @@ import pytest
 from spin_usd.commands.augment.run import PARAMETER_LIST
 from spin_usd.errors import SpinError
 from spin_usd.processes.call import Call
-from spin_usd.processes.child import Child, ChildInternalError
+from spin_usd.processes.child import IN_PROCESS, Child, ChildInternalError
 from spin_usd.processes.deaths import ChildDiedError
 from spin_usd.processes.open_renderer import TRY_RENDERER
+from tests.conftest import REPOSITORY
 
 pytestmark = pytest.mark.children
 
@@ -86,6 +87,25 @@ def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkey
     with Child() as child:
         environment = psutil.Process(child.process.pid).environ()
     assert not {"PXR_PLUGINPATH_NAME", "OCIO", "PYTHONPATH", "LD_PRELOAD", "OPENIMAGEIO_OPTIONS"} & set(environment)
+
+
+ASKING = """
+from spin_usd.commands.augment.run import PARAMETER_LIST
+from spin_usd.processes.ask_child import ask_child
+print(len(ask_child(PARAMETER_LIST, None, reads="the list")))
+"""
+
+
+def test_a_child_whose_packages_lie_on_a_path_of_its_parent_says_how_it_gets_them() -> None:
+    packages = [*filter(None, sys.path), str(REPOSITORY)]
+    bare = {name: value for name, value in os.environ.items() if name != IN_PROCESS}
+    bare["PYTHONPATH"] = os.pathsep.join(packages)
+    run = [os.path.realpath(sys.executable), "-c", ASKING]  # without the packages of a virtual environment
+    refused = subprocess.run(run, env=bare, capture_output=True, text=True)
+    assert "the list: was not read: the worker process ended with exit status 1" in refused.stderr
+    assert "give children PYTHONPATH too: SPIN_USD_HAND_ON=PYTHONPATH" in refused.stderr
+    found = subprocess.run(run, env=bare | {"SPIN_USD_HAND_ON": "PYTHONPATH"}, capture_output=True, text=True)
+    assert int(found.stdout) > 10, found.stderr
 
 
 def test_what_libraries_print_does_not_reach_the_answers() -> None:
