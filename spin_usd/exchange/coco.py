@@ -38,7 +38,8 @@ CONVENTIONS = (
     "Keypoints are x, y and v in pixels whose centres are at whole numbers, as COCO has them: half a pixel less than "
     "in the dataset. v is 2 where visible, 1 where hidden by the target itself or by another body, and 0, with x and "
     "y 0, where out of the frame or behind the camera.",
-    "Masks are of the visible pixels, in run lengths (RLE) down the columns, compressed as pycocotools reads them.",
+    "Masks are of the visible pixels, in run lengths (RLE) down the columns, compressed as pycocotools reads them. "
+    "In Detectron2 set INPUT.MASK_FORMAT to bitmask: they are no polygons.",
     "An image's member poses is an addition to COCO, and readers ignore it. It has every target, visible or not: "
     "q_cam_body, scalar first, and t_cam_body, metres, take the body's axes to the camera's, which are OpenCV's: x "
     "right, y down, z forward.",

@@ -44,6 +44,7 @@ CONVENTIONS = (
     "or by another body; 0 0 0 where out of the frame or behind the camera.",
     "A target of which nothing is visible has no line. The lens distortion is in the images and in all labels.",
     "poses.json has the poses, which YOLO's labels do not hold, in the form of SPEED+.",
+    "There is no flip_idx, for a mirrored craft is another craft: train with fliplr=0.",
     "Ultralytics trains with a train and a validation split, and data.yaml names the existing ones.",
 )
 
