@@ -16,7 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL, MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
-from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
+from spin_usd.formats.mesh.vertex_colors import white, with_colors
 from spin_usd.formats.referenced_file import file_within
 from spin_usd.formats.text_file import MAX_LINE, lines_of
 from spin_usd.geometry.triangles import unit_vectors
@@ -138,13 +138,12 @@ def _color(rest: str, where: str) -> list[float]:
 
 
 def _corner_colors(colors: list[list[float]], parts: list[_ObjFaces]) -> list[Float | None]:
-    """Linear (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
+    """sRGB (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
     if not any(colors):
         return [None] * len(parts)
-    brightest = max(max(color) for color in colors if color)
-    white = [255.0 if brightest > 1 else 1.0] * 3
-    linear = linear_colors(np.array([color or white for color in colors]))
-    return [linear[[point for point, _, _ in part.corners]] for part in parts]
+    missing = [white(np.array([color for color in colors if color]))] * 3
+    whole = np.array([color or missing for color in colors])
+    return [whole[[point for point, _, _ in part.corners]] for part in parts]
 
 
 def _coordinates(rest: str, where: str) -> list[float]:

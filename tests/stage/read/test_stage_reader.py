@@ -402,8 +402,8 @@ def test_a_value_that_only_clips_have_varies_as_usds_own_box_does(tmp_path, make
     (tmp_path / "declared.usda").write_text(DECLARED)
     path = make_stage(BY_CLIPS, metadata=RANGE)
     stage = Usd.Stage.Open(str(path))
-    for time, scene in enumerate(scenes(path)):
-        cache = UsdGeom.BBoxCache(time, [UsdGeom.Tokens.default_])
+    for code, scene in enumerate(scenes(path)):
+        cache = UsdGeom.BBoxCache(code, [UsdGeom.Tokens.default_])
         box = cache.ComputeUntransformedBound(stage.GetPrimAtPath("/World/Target")).ComputeAlignedRange()
         assert scene.bodies[0].target.mesh.points.max(axis=0) == pytest.approx(box.GetMax(), abs=0.01)
-        assert box.GetMax()[0] == 1 + time
+        assert box.GetMax()[0] == 1 + code
