@@ -29,7 +29,7 @@ from spin_usd.formats.mesh.gltf_materials import (
     read_material,
 )
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
-from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedMesh, Values, placed_meshes
+from spin_usd.formats.mesh.gltf_placement import INSTANCING, LEVELS, VISIBILITY, PlacedMesh, Values, placed_meshes
 from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import AT_REST, MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
@@ -42,7 +42,7 @@ USE_OF_PRODUCT = re.compile(r"NAUO\d+")  # a node's name by Open CASCADE, whose 
 DRACO = "KHR_draco_mesh_compression"
 
 
-HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, VISIBILITY, "KHR_mesh_quantization"}
+HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, LEVELS, VISIBILITY, "KHR_mesh_quantization"}
 MOVING = ("CESIUM_RTC",)
 MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metadata|structural|animation)_")
 
@@ -69,6 +69,8 @@ def read_gltf(path: Path) -> MeshAsset:
         raise InputError("holds no faces", where=path, do="; ".join(model.notes) or None)
     unknown = sorted(set(document.json.texts("extensionsUsed")) - HANDLED)
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
+    if LEVELS in document.json.texts("extensionsUsed"):
+        notes.append(f"its coarser levels of detail ({LEVELS}) are left out")
     if "animations" in document.json:
         notes.append(AT_REST)
     materials = tuple(material for _, material in model.materials.values())

@@ -18,7 +18,7 @@ from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.geometry.rotation import matrices_from_quaternions
 
 MAX_GROUPS = 64  # kept of the nodes above one
-INSTANCING, VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
+INSTANCING, VISIBILITY, LEVELS = "EXT_mesh_gpu_instancing", "KHR_node_visibility", "MSFT_lod"
 
 
 class Values(Protocol):
@@ -119,8 +119,9 @@ def _placed_nodes(document: Document) -> Iterator[tuple[int, _PlacedNode]]:
     roots = [i for i in range(len(nodes)) if i not in children]
     if document.entries("scenes"):
         roots = document.entry("scenes", document.json.whole("scene", 0)).wholes("nodes")
+    levels = {level for node in nodes for level in node.object("extensions").object(LEVELS).wholes("ids")}  # coarser
     seen: set[int] = set()
-    stack = [(root, _PlacedNode(to_body=np.eye(4))) for root in reversed(roots)]
+    stack = [(root, _PlacedNode(to_body=np.eye(4))) for root in reversed(roots) if root not in levels]
     while stack:
         index, above = stack.pop()
         node = document.entry("nodes", index)
@@ -132,7 +133,7 @@ def _placed_nodes(document: Document) -> Iterator[tuple[int, _PlacedNode]]:
         yield index, placed
         groups = (*above.groups, node.text("name", ""))[-MAX_GROUPS:]
         below = replace(placed, groups=tuple(filter(None, groups)))
-        stack += [(child, below) for child in reversed(node.wholes("children"))]
+        stack += [(child, below) for child in reversed(node.wholes("children")) if child not in levels]
 
 
 def _local(node: JsonObject) -> Float:

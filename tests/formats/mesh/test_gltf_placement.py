@@ -67,3 +67,13 @@ def test_numbers_that_are_none_are_dropped_with_a_note(gltf: GltfWriter) -> None
         "normals of 'panel' that are not numbers: replaced by the normals of its faces",
         "displayColor of 'panel' holds values that are not numbers: dropped",
     ]
+
+
+def test_coarser_levels_of_detail_are_left_out_even_where_the_scene_names_them(gltf: GltfWriter) -> None:
+    node = {"mesh": 0, "name": "fine", "extensions": {"MSFT_lod": {"ids": [1]}}}
+    coarse = {"mesh": 0, "name": "coarse", "scale": [2, 2, 2]}
+    path = gltf({}, nodes=[node, coarse], scenes=[{"nodes": [0, 1]}], extensionsUsed=["MSFT_lod"])
+    asset = read_mesh_file(path)
+    assert [part.name for part in asset.parts] == ["fine"]
+    assert "its coarser levels of detail (MSFT_lod) are left out" in asset.notes
+    assert mesh_bounds(path, None) is None, "trimesh shows all levels"
