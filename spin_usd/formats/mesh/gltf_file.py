@@ -29,11 +29,19 @@ from spin_usd.formats.mesh.gltf_materials import (
     read_material,
 )
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
-from spin_usd.formats.mesh.gltf_placement import INSTANCING, LEVELS, VISIBILITY, PlacedMesh, Values, placed_meshes
+from spin_usd.formats.mesh.gltf_placement import (
+    INSTANCING,
+    LEVELS,
+    VISIBILITY,
+    PlacedMesh,
+    Values,
+    copies_of,
+    placed_meshes,
+)
 from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import AT_REST, MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
-from spin_usd.scene.shape import MAX_FACES
+from spin_usd.scene.shape import MAX_FACES, MIN_SHARED_FACES
 from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -155,6 +163,10 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
         raise GeometryError(f"the model has {model.faces} faces and more, expected at most {MAX_FACES}")
     if any(each.ndim == 3 and len(each) != len(points) for each in transforms):
         raise GeometryError(f"part {name!r} has {len(points)} points and joints for {len(transforms[0])}")
+    alike = len(transforms) > 1 and not place.skinned and len(faces) >= MIN_SHARED_FACES
+    if (copies := copies_of(place.matrices) if alike else None) is not None:
+        model.notes[f"the {len(copies)} copies of {name!r} share its {len(faces)} faces"] = None
+        transforms = transforms[:1]
     moved = [_moved(matrix, points, normals, faces) for matrix in transforms]
     found_normals = [each for _, each, _ in moved if each is not None]
     order = np.concatenate([each for _, _, each in moved])
@@ -169,6 +181,7 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
             normals=np.concatenate(found_normals)[corners] if len(found_normals) == len(moved) else None,
             face_material=np.full(len(corners) // 3, material, np.int32),
             primvars={key: found[order] for key, found in primvars.items()},
+            copies=copies,
         )
     )
 
