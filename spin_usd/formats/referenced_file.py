@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from urllib.parse import unquote
 
 from spin_usd.files.user_file import names_in
 
@@ -32,3 +33,10 @@ def file_within(folder: Path, beside: Path, named: str) -> Path | None:
     for part in full.relative_to(found).parts:
         found /= next((name for name in names_in(found) if name.lower() == part.lower()), part)
     return found if found.resolve().is_relative_to(folder.resolve()) else None
+
+
+def name_of(url: str, folder: Path, beside: Path) -> str:
+    """Return the file's name that a relative URL means: as it stands where there is a file of that name, as exporters
+    that encode nothing write it, else decoded. Arguments as in `file_within`."""
+    own = file_within(folder, beside, url) if "%" in url else None
+    return url if own is not None and own.is_file() else unquote(url)

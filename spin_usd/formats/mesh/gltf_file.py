@@ -46,7 +46,7 @@ from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
-USE_OF_PRODUCT = re.compile(r"NAUO\d+")  # a node's name by Open CASCADE, whose mesh has the product's
+UNNAMED = re.compile(r"NAUO\d+|=>\[[\d:]+\]|")  # names by Open CASCADE of the use of a product, and of a shape in it
 DRACO = "KHR_draco_mesh_compression"
 
 
@@ -79,6 +79,9 @@ def read_gltf(path: Path) -> MeshAsset:
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
     if LEVELS in document.json.texts("extensionsUsed"):
         notes.append(f"its coarser levels of detail ({LEVELS}) are left out")
+    extensions = document.json.object("extensions").object("KHR_materials_variants")
+    if variants := [each.text("name", "") for each in extensions.objects("variants", MAX_PARTS)]:
+        notes.append(f"its variants of materials, {', '.join(variants)}, are left out: it has its default materials")
     if "animations" in document.json:
         notes.append(AT_REST)
     materials = tuple(material for _, material in model.materials.values())
@@ -103,8 +106,7 @@ def _read_parts(model: _Model) -> None:
     placed = list(placed_meshes(model.document))
     around_all = set(placed[0].groups).intersection(*(place.groups for place in placed)) if placed else set()
     for place in placed:
-        groups = tuple(group for group in place.groups if group not in around_all)
-        places.setdefault(place.mesh, []).append(replace(place, groups=groups))
+        places.setdefault(place.mesh, []).append(place)
     meshes = {index: model.document.entry("meshes", index) for index in sorted(places)}
     primitives = {index: model.document.primitives(mesh) for index, mesh in meshes.items()}
     parts = sum(len(places[index]) * sum(map(_has_faces, each)) for index, each in primitives.items())
@@ -115,10 +117,12 @@ def _read_parts(model: _Model) -> None:
         if "weights" in mesh or any("targets" in primitive for primitive in primitives[index]):
             model.notes["its morph targets are not applied"] = None
         for place in places[index]:
-            own = "" if USE_OF_PRODUCT.fullmatch(place.name) else place.name
-            name = own or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
+            found = (place.name, mesh.text("name", ""), *reversed(place.groups))
+            name = next((each for each in found if not UNNAMED.fullmatch(each)), model.document.path.stem)
+            groups = (each for each in place.groups if each not in around_all and not UNNAMED.fullmatch(each))
+            below = replace(place, groups=(*groups, name))
             for primitive in primitives[index]:
-                _read_primitive(model, primitive, replace(place, groups=(*place.groups, name)), names.give(name))
+                _read_primitive(model, primitive, below, names.give(name))
 
 
 def _has_faces(primitive: JsonObject) -> bool:

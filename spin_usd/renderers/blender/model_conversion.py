@@ -176,6 +176,8 @@ def _as_rendered() -> Iterator[str]:
     for each in bpy.data.objects:
         if each.type == "META" and not each.hide_render:
             yield f"the metaball {each.name!r} was left out: convert it to a mesh in Blender"
+        if each.type == "MESH" and not each.hide_render and any(edge.is_loose for edge in each.data.edges):
+            yield f"the edges of {each.name!r} that have no faces were left out"
         for modifier in each.modifiers:
             modifier.show_viewport = modifier.show_render
             if hasattr(modifier, "render_levels"):
