@@ -14,6 +14,7 @@ CALLBACKS = {"on_progress", "on_note"}
 ON_THE_COMMAND_LINE_ALONE = {"as_json", "list_formats", "list_parameters", "minimal", "unfolded"}
 LISTS = {
     "variant",
+    "leave_out",
     "camera",
     "variants",
     "option",

@@ -89,6 +89,9 @@ class MeshPart:
     displayColor."""
     groups: tuple[str, ...] = ()
     """Names of its groups in the file, such as the nodes above its own."""
+    copies: Float | None = None
+    """(N, 4, 4) rotations, scales and translations of its copies in body axes, the first of which is the part itself;
+    None for one alone."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", finite(self.points, (None, 3), f"points of part {self.name!r}"))
@@ -160,4 +163,5 @@ class MeshAsset:
 
     @property
     def faces(self) -> int:
-        return sum(len(part.face_counts) for part in self.parts)
+        """Return the number of faces, those of copies included."""
+        return sum(len(part.face_counts) * (1 if part.copies is None else len(part.copies)) for part in self.parts)

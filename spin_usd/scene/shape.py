@@ -13,6 +13,8 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import parts, unit_normals
 
 MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
+MIN_SHARED_FACES = 1000
+"""Least faces of a shape that copies share: a copy costs a renderer more than fewer faces."""
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 
 

@@ -58,3 +58,39 @@ def test_doctor_is_well_without(monkeypatch, version, saying) -> None:
     line = run._confinement()
     assert line.well
     assert line.found.startswith(saying)
+
+
+WRITE = """
+import os, sys
+from spin_usd.processes import confine
+if not confine.confine_writing(sys.argv[1]):
+    sys.exit("no Landlock")
+def tried(what):
+    try:
+        what()
+        print("done")
+    except PermissionError:
+        print("refused")
+inside, outside = sys.argv[1:]
+for place in (inside, outside, os.environ["TMPDIR"]):
+    tried(lambda: open(place + "/new", "w").write("x"))
+tried(lambda: open(outside + "/old", "a"))
+tried(lambda: os.truncate(outside + "/old", 0))
+tried(lambda: os.remove(outside + "/old"))
+tried(lambda: os.mkdir(outside + "/folder"))
+os.mkdir(inside + "/a")
+tried(lambda: os.replace(inside + "/new", inside + "/a/new"))
+print(open(outside + "/old").read())
+"""
+
+
+def test_files_are_written_in_one_folder_and_nowhere_else(tmp_path) -> None:
+    for name in ("in", "out", "own"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "out" / "old").write_text("kept")
+    command = [sys.executable, "-c", WRITE, tmp_path / "in", tmp_path / "out"]
+    environment = os.environ | {"TMPDIR": str(tmp_path / "own")}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    if "no Landlock" in done.stderr:
+        pytest.skip("the kernel has no Landlock of version 3")
+    assert done.stdout.split() == ["done", "refused", "done", *["refused"] * 4, "done", "kept"], done.stderr

@@ -10,7 +10,7 @@ from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.looks import give_materials
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
-from spin_usd.commands.author.options import AuthorOptions
+from spin_usd.commands.author.options import AuthorOptions, listed
 from spin_usd.commands.author.other_bodies import write_others
 from spin_usd.commands.author.plausible_target import refuse_size
 from spin_usd.commands.author.reports import AuthorReport
@@ -72,7 +72,8 @@ def _write_target(making: Authoring) -> None:
     """Write the target's model into the stage."""
     options, sources = making.options, making.sources
     file, units = sources.target_file, options.units_per_metre
-    making.target, notes = write_model(file, making.folder, units, options.prim, options.model_time, sources.variants)
+    leaves, chosen = listed(options.leave_out), (options.prim, options.model_time, sources.variants)
+    making.target, notes = write_model(file, making.folder, units, *chosen, leaves)
     making.unit = model_unit(file, making.target, units)
     making.notes += notes
     making.notes += axes_note(file, making.target, "poses are meant in these")

@@ -1,7 +1,7 @@
 """The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,6 +37,7 @@ from spin_usd.scene.converted_model import ConvertedModel, ModelToConvert
 from spin_usd.specifications.sampling_text import BodyText, body_text
 from spin_usd.stage.author.from_mesh_file import target_name, write_mesh_target
 from spin_usd.stage.author.from_usd import copy_usd_target
+from spin_usd.stage.author.leave_out import leave_out
 from spin_usd.stage.author.target_asset import TargetAsset, describe
 
 MAX_MODEL_TIME = 1e6  # seconds: Blender counts frames in 32 bits
@@ -127,10 +128,11 @@ def write_model(
     prim: str | None,
     model_time: float | None = None,
     variants: Mapping[str, str] = MappingProxyType({}),
+    leaves: Sequence[str] = (),
 ) -> tuple[TargetAsset, tuple[str, ...]]:
     """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it. It
     is in its stored rest state, or its state `model_time` seconds after its animations begin; `variants` of a USD file
-    are selected by their sets. Raises InputError."""
+    are selected by their sets; prims of the patterns `leaves` are left out. Raises InputError."""
     moving = (*BY_BLENDER, *GLTF)
     if model_time is not None and file.suffix.lower() not in moving:
         found = f"model_time is given, and only {', '.join(moving)} have animations that it chooses"
@@ -145,6 +147,7 @@ def write_model(
     if file.suffix.lower() in USD_SUFFIXES:
         with reading(file):
             asset = copy_usd_target(file, place, name, units_per_metre, prim, variants)
+            asset = leave_out(asset, leaves, file)
         return asset, asset.notes
     if prim is not None:
         raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
@@ -154,7 +157,8 @@ def write_model(
         convert = file.suffix.lower() in CONVERTED or model_time is not None
         model = _converted(file, units_per_metre, model_time) if convert else read_mesh_file(file, units_per_metre)
         model = without_doubles(model)
-    return replace(describe(write_mesh_target(model, place, name), name), up=model.up), model.notes
+        asset = leave_out(describe(write_mesh_target(model, place, name), name), leaves, file)
+    return replace(asset, up=model.up), (*model.notes, *asset.notes)
 
 
 def is_users(file: Path) -> bool:

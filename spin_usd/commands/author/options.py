@@ -95,6 +95,10 @@ class AuthorOptions(Listening):
         str | Sequence[str],
         Option("A variant of the USD target; repeat it for each variant set.", "SET=NAME", repeated=True),
     ] = ()
+    leave_out: Annotated[
+        str | Sequence[str],
+        Option("Leave out the target's prims whose names match; repeat it for each.", "PATTERN", repeated=True),
+    ] = ()
     frames: Frames = None
     seed: Annotated[int, Option("The dataset's seed.", "N")] = 0
     preset: Annotated[

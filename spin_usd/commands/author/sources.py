@@ -158,6 +158,7 @@ def _recorded(options: AuthorOptions, additions: Additions, others: Sequence[Oth
         "prim": options.prim,
         "model_time": options.model_time,
         "variant": " ".join(listed(options.variant)) or None,
+        "leave_out": " ".join(listed(options.leave_out)) or None,
         "materials": AUTO if options.materials == AUTO else None,
         "resolution": resolution,
         "channels": options.channels,

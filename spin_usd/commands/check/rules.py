@@ -120,6 +120,10 @@ STAGE = {
     ),
     "color-clamped": Rule(meaning="A colour is above 1, and is rendered as 1.", remedy="Author colours up to 1."),
     "image-missing": Rule(meaning="A texture is not there; its fallback is rendered.", remedy="Add the file."),
+    "texture-srgb": Rule(
+        meaning="An image of numbers, such as roughness, is decoded as if they were colours.",
+        remedy='Author inputs:sourceColorSpace = "raw" if they are linear.',
+    ),
     "material-foreign": Rule(
         meaning="A material is for another renderer; the display colour is rendered.",
         remedy="Author a UsdPreviewSurface.",

@@ -18,7 +18,7 @@ from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.formats.mesh.dae_document import DaeDocument, inputs, metres_per_unit, read_dae_document, unit_notes
 from spin_usd.formats.mesh.dae_materials import bindings, read_dae_material
-from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
+from spin_usd.formats.mesh.vertex_colors import with_colors
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
@@ -222,7 +222,7 @@ def _read_group(model: _DaeModel, group: Element, placed: _PlacedGeometry, name:
     if volume and (own := at_corners("NORMAL", 3)):
         normals = own[0][own[1][order]] @ np.linalg.inv(linear)
     if own := at_corners("COLOR", 3):
-        colors = linear_colors(own[0][own[1][order]])
+        colors = own[0][own[1][order]]
     sets = sorted(number for semantic, number in found if semantic == "TEXCOORD")
     for number in sets:
         if own := at_corners("TEXCOORD", 2, number):

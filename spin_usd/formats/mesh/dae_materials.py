@@ -8,13 +8,14 @@ reflectivity.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from urllib.parse import unquote, urlsplit
+from urllib.parse import urlsplit
 from xml.etree.ElementTree import Element
 
 from spin_usd.errors import InputError
 from spin_usd.files.model_root import root_of
 from spin_usd.formats.mesh.dae_document import DaeDocument
 from spin_usd.formats.mesh.mtl_file import changed
+from spin_usd.formats.referenced_file import name_of
 from spin_usd.formats.texture_file import color_space, has_alpha, texture_beside
 from spin_usd.scene.asset import RAW, ImageFile, ImageMap, ModelMaterial
 from spin_usd.scene.material import PRESENCE, Material
@@ -113,7 +114,9 @@ class _Effect:
         named = (element.findtext("init_from/ref") or element.findtext("init_from") or "").strip()
         url = urlsplit(named) if named.startswith("file:") else None
         path = self.document.path
-        return sampler, texture_beside(path, unquote(url.path if url else named), root_of(path))
+        return sampler, texture_beside(
+            path, name_of(url.path if url else named, root_of(path), path.parent), root_of(path)
+        )
 
 
 def bindings(instance: Element) -> dict[str, tuple[str, dict[str, int]]]:

@@ -23,7 +23,7 @@ from spin_usd.files.size_limits import GLTF_ENTRIES, MAX_MODEL, MAX_UNSTORED
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.mesh.gltf_json import JsonObject, parsed_object
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT, Compressed, decoded_view
-from spin_usd.formats.referenced_file import file_within
+from spin_usd.formats.referenced_file import file_within, name_of
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.scene.asset import ImageFile
 from spin_usd.scene.shape import MAX_FACES
@@ -126,7 +126,10 @@ class Document:
             return texture_of(name, bytes(self.view(entry.whole("bufferView"))))
         if (data := _data_uri(uri, f"{self.path}, {entry.place}")) is not None:
             return texture_of(name, data)
-        return texture_beside(self.path, unquote(uri), root_of(self.path))
+        return texture_beside(self.path, self._named(uri), root_of(self.path))
+
+    def _named(self, uri: str) -> str:
+        return name_of(uri, root_of(self.path), self.path.parent)
 
     def view(self, index: int) -> memoryview:
         """Return the bytes of a buffer view, decompressed."""
@@ -183,7 +186,7 @@ class Document:
             return self.binary
         if (data := _data_uri(uri, f"{self.path}, {entry.place}")) is not None:
             return data
-        full = file_within(root_of(self.path), self.path.parent, unquote(uri))
+        full = file_within(root_of(self.path), self.path.parent, self._named(uri))
         if full is None:
             raise InputError(f"its buffer {uri!r} lies outside the model's folder", where=self.path)
         return read_bytes(full, MAX_MODEL)

@@ -29,20 +29,28 @@ from spin_usd.formats.mesh.gltf_materials import (
     read_material,
 )
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
-from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY, PlacedMesh, Values, placed_meshes
+from spin_usd.formats.mesh.gltf_placement import (
+    INSTANCING,
+    LEVELS,
+    VISIBILITY,
+    PlacedMesh,
+    Values,
+    copies_of,
+    placed_meshes,
+)
 from spin_usd.geometry.triangles import strip_triangles
 from spin_usd.scene.asset import AT_REST, MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
-from spin_usd.scene.shape import MAX_FACES
+from spin_usd.scene.shape import MAX_FACES, MIN_SHARED_FACES
 from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
-USE_OF_PRODUCT = re.compile(r"NAUO\d+")  # a node's name by Open CASCADE, whose mesh has the product's
+UNNAMED = re.compile(r"NAUO\d+|=>\[[\d:]+\]|")  # names by Open CASCADE of the use of a product, and of a shape in it
 DRACO = "KHR_draco_mesh_compression"
 
 
-HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, VISIBILITY, "KHR_mesh_quantization"}
+HANDLED = {*MATERIAL_EXTENSIONS, DRACO, MESHOPT, INSTANCING, LEVELS, VISIBILITY, "KHR_mesh_quantization"}
 MOVING = ("CESIUM_RTC",)
 MOVES_NOTHING = re.compile("[A-Z]+_(materials?|textures?|lights?|audio|xmp|metadata|structural|animation)_")
 
@@ -69,6 +77,11 @@ def read_gltf(path: Path) -> MeshAsset:
         raise InputError("holds no faces", where=path, do="; ".join(model.notes) or None)
     unknown = sorted(set(document.json.texts("extensionsUsed")) - HANDLED)
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
+    if LEVELS in document.json.texts("extensionsUsed"):
+        notes.append(f"its coarser levels of detail ({LEVELS}) are left out")
+    extensions = document.json.object("extensions").object("KHR_materials_variants")
+    if variants := [each.text("name", "") for each in extensions.objects("variants", MAX_PARTS)]:
+        notes.append(f"its variants of materials, {', '.join(variants)}, are left out: it has its default materials")
     if "animations" in document.json:
         notes.append(AT_REST)
     materials = tuple(material for _, material in model.materials.values())
@@ -93,8 +106,7 @@ def _read_parts(model: _Model) -> None:
     placed = list(placed_meshes(model.document))
     around_all = set(placed[0].groups).intersection(*(place.groups for place in placed)) if placed else set()
     for place in placed:
-        groups = tuple(group for group in place.groups if group not in around_all)
-        places.setdefault(place.mesh, []).append(replace(place, groups=groups))
+        places.setdefault(place.mesh, []).append(place)
     meshes = {index: model.document.entry("meshes", index) for index in sorted(places)}
     primitives = {index: model.document.primitives(mesh) for index, mesh in meshes.items()}
     parts = sum(len(places[index]) * sum(map(_has_faces, each)) for index, each in primitives.items())
@@ -105,10 +117,12 @@ def _read_parts(model: _Model) -> None:
         if "weights" in mesh or any("targets" in primitive for primitive in primitives[index]):
             model.notes["its morph targets are not applied"] = None
         for place in places[index]:
-            own = "" if USE_OF_PRODUCT.fullmatch(place.name) else place.name
-            name = own or mesh.text("name", model.document.path.stem)  # as viewers and Blender show it
+            found = (place.name, mesh.text("name", ""), *reversed(place.groups))
+            name = next((each for each in found if not UNNAMED.fullmatch(each)), model.document.path.stem)
+            groups = (each for each in place.groups if each not in around_all and not UNNAMED.fullmatch(each))
+            below = replace(place, groups=(*groups, name))
             for primitive in primitives[index]:
-                _read_primitive(model, primitive, replace(place, groups=(*place.groups, name)), names.give(name))
+                _read_primitive(model, primitive, below, names.give(name))
 
 
 def _has_faces(primitive: JsonObject) -> bool:
@@ -153,6 +167,10 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
         raise GeometryError(f"the model has {model.faces} faces and more, expected at most {MAX_FACES}")
     if any(each.ndim == 3 and len(each) != len(points) for each in transforms):
         raise GeometryError(f"part {name!r} has {len(points)} points and joints for {len(transforms[0])}")
+    alike = len(transforms) > 1 and not place.skinned and len(faces) >= MIN_SHARED_FACES
+    if (copies := copies_of(place.matrices) if alike else None) is not None:
+        model.notes[f"the {len(copies)} copies of {name!r} share its {len(faces)} faces"] = None
+        transforms = transforms[:1]
     moved = [_moved(matrix, points, normals, faces) for matrix in transforms]
     found_normals = [each for _, each, _ in moved if each is not None]
     order = np.concatenate([each for _, _, each in moved])
@@ -167,6 +185,7 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
             normals=np.concatenate(found_normals)[corners] if len(found_normals) == len(moved) else None,
             face_material=np.full(len(corners) // 3, material, np.int32),
             primvars={key: found[order] for key, found in primvars.items()},
+            copies=copies,
         )
     )
 

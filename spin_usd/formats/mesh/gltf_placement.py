@@ -18,7 +18,8 @@ from spin_usd.formats.mesh.gltf_json import JsonObject
 from spin_usd.geometry.rotation import matrices_from_quaternions
 
 MAX_GROUPS = 64  # kept of the nodes above one
-INSTANCING, VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
+SHEAR = 1e-6  # of a copy: float32 leaves less
+INSTANCING, VISIBILITY, LEVELS = "EXT_mesh_gpu_instancing", "KHR_node_visibility", "MSFT_lod"
 
 
 class Values(Protocol):
@@ -119,8 +120,9 @@ def _placed_nodes(document: Document) -> Iterator[tuple[int, _PlacedNode]]:
     roots = [i for i in range(len(nodes)) if i not in children]
     if document.entries("scenes"):
         roots = document.entry("scenes", document.json.whole("scene", 0)).wholes("nodes")
+    levels = {level for node in nodes for level in node.object("extensions").object(LEVELS).wholes("ids")}  # coarser
     seen: set[int] = set()
-    stack = [(root, _PlacedNode(to_body=np.eye(4))) for root in reversed(roots)]
+    stack = [(root, _PlacedNode(to_body=np.eye(4))) for root in reversed(roots) if root not in levels]
     while stack:
         index, above = stack.pop()
         node = document.entry("nodes", index)
@@ -132,7 +134,7 @@ def _placed_nodes(document: Document) -> Iterator[tuple[int, _PlacedNode]]:
         yield index, placed
         groups = (*above.groups, node.text("name", ""))[-MAX_GROUPS:]
         below = replace(placed, groups=tuple(filter(None, groups)))
-        stack += [(child, below) for child in reversed(node.wholes("children"))]
+        stack += [(child, below) for child in reversed(node.wholes("children")) if child not in levels]
 
 
 def _local(node: JsonObject) -> Float:
@@ -173,3 +175,15 @@ def _matrices(translation: Float | None, rotation: Float | None, scale: Float | 
     if translation is not None:
         found[:, :3, 3] = translation
     return found
+
+
+def copies_of(matrices: Float) -> Float | None:
+    """Return (N, 4, 4) that take what the first of `matrices` (N, 4, 4) places to where each does, by rotation, scale
+    along its axes and translation; None where one shears, flattens or mirrors."""
+    if not np.linalg.det(matrices[:, :3, :3]).all():
+        return None
+    moves = matrices @ np.linalg.inv(matrices[0])
+    gram = np.einsum("nji,njk->nik", moves[:, :3, :3], moves[:, :3, :3])
+    off = np.abs(gram * (1 - np.eye(3))).max((1, 2))
+    plain = (off <= SHEAR * np.trace(gram, axis1=1, axis2=2)) & (np.linalg.det(moves[:, :3, :3]) > 0)
+    return np.asarray(moves) if plain.all() else None

@@ -13,7 +13,7 @@ from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.formats.mesh.gltf_meshopt import MESHOPT
-from spin_usd.formats.mesh.gltf_placement import INSTANCING, VISIBILITY
+from spin_usd.formats.mesh.gltf_placement import INSTANCING, LEVELS, VISIBILITY
 from spin_usd.geometry.triangles import areas, parts
 from spin_usd.scene.source_bounds import SourceBounds
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 STEP, STEP_ERROR = (".step", ".stp"), 0.02  # by its default, half a radian between the faces of a circle
 GLTF, DAE = (".gltf", ".glb"), ".dae"
-BEYOND_TRIMESH = (INSTANCING, VISIBILITY, MESHOPT)
+BEYOND_TRIMESH = (INSTANCING, LEVELS, VISIBILITY, MESHOPT)
 
 
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:

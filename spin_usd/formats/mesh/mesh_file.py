@@ -47,11 +47,19 @@ def read_mesh_file(
         asset = reader(path)
         own = metres_per_unit or asset.metres_per_unit
         scale = 1 / own if units_per_metre is None else float(units_per_metre)
-        asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
+        asset = replace(asset, parts=tuple(_scaled(part, scale) for part in asset.parts))
         asset = _with_agreeing_normals(_without_nan(_without_flat_faces(asset)))
         return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale if metres_per_unit is None else 1.0)))
     except GeometryError as error:
         raise InputError(str(error), where=path) from None
+
+
+def _scaled(part: MeshPart, units_per_metre: float) -> MeshPart:
+    copies = part.copies
+    if copies is not None:
+        copies = copies / np.where(np.arange(4) == 3, units_per_metre, 1.0)
+        copies[:, 3, 3] = 1
+    return replace(part, points=part.points / units_per_metre, copies=copies)
 
 
 def says_unit(path: Path) -> bool:

@@ -4,15 +4,17 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.formats.texture_file import color_space, has_alpha, is_grey, texture_beside
-from spin_usd.scene.asset import RAW, ImageFile, ImageMap, ImageTransform, ModelMaterial
+from spin_usd.scene.asset import RAW, SRGB, ImageFile, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.texture import Color
 
 COLOR, NUMBER = "color", "number"
-CONSTANTS = dict.fromkeys(("Kd", "Ke", "Ks"), COLOR) | dict.fromkeys(("Ns", "Pr", "Pm", "d", "Tr"), NUMBER)
+CONSTANTS = dict.fromkeys(("Kd", "Ke", "Ks"), COLOR) | dict.fromkeys(("Ns", "Pr", "Pm", "Pc", "Pcr", "d", "Tr"), NUMBER)
+UNMODELLED = {"Ps": "sheen", "aniso": "anisotropy"}
 HIGHEST = {"Ke": 1e6, "Ns": 1e6}  # of a statement's numbers; of the others 1
 AGREEMENT = 0.01  # exporters round d and Tr apart
 INPUTS = {
@@ -21,15 +23,27 @@ INPUTS = {
     "map_d": "opacity",
     "map_pr": "roughness",
     "map_pm": "metallic",
+    "map_pc": "clearcoat",
+    "map_pcr": "clearcoatRoughness",
     "norm": "normal",
 }
-FACTORS = {"map_kd": "Kd", "map_ke": "Ke", "map_d": "d", "map_pr": "Pr", "map_pm": "Pm"}
-FIELDS = {"Kd": "diffuse_color", "Ke": "emissive_color", "d": "opacity", "Pr": "roughness", "Pm": "metallic"}
+FACTORS = {
+    "map_kd": "Kd",
+    "map_ke": "Ke",
+    "map_d": "d",
+    "map_pr": "Pr",
+    "map_pm": "Pm",
+    "map_pc": "Pc",
+    "map_pcr": "Pcr",
+}
+PLAIN = {"Pr": "roughness", "Pm": "metallic", "Pc": "clearcoat", "Pcr": "clearcoat_roughness"}
+FIELDS = {"Kd": "diffuse_color", "Ke": "emissive_color", "d": "opacity"} | PLAIN
 COLORS, NORMAL = ("map_kd", "map_ke"), "norm"
 HEIGHTS = ("map_bump", "bump", "disp")
 CHANNELS = {"r": "r", "g": "g", "b": "b", "m": "a"}
 ARGUMENTS = {"-mm": 2, "-o": 3, "-s": 3, "-t": 3}  # the others have one
-CARRIED = ("-s", "-o", "-clamp", "-imfchan")
+CARRIED = ("-s", "-o", "-clamp", "-imfchan", "-colorspace")
+SPACES = {"srgb": SRGB, "linear": RAW, "raw": RAW}
 NEUTRAL = {"-mm": (0.0, 1.0), "-t": (0.0, 0.0, 0.0), "-bm": (1.0,)}
 WITHOUT_EFFECT = ("-blendu", "-blendv", "-texres", "-boost")  # filtering of a texture, not its content
 
@@ -91,7 +105,7 @@ def image_of(
         notes.append("its material's Kd of 0 was ignored, as CAD programs write it beside a map")
     image = ImageMap(
         file=file,
-        color_space=color_space(file) if is_color else RAW,
+        color_space=_color_space(statement, color_space(file) if is_color else RAW),
         output="rgb" if is_color or key == NORMAL else _channel(statement, file),
         placement=_placement(statement),
         wrap=("clamp", "clamp") if _clamped(statement) else ("repeat", "repeat"),
@@ -99,6 +113,8 @@ def image_of(
     )
     if key == NORMAL:
         image = replace(image, scale=(2.0, 2.0, 2.0, 1.0), bias=(-1.0, -1.0, -1.0, 0.0))
+    if image.color_space == SRGB and not is_color:
+        notes.append("its numbers are decoded from sRGB, as -colorspace has it; most images of numbers are linear")
     if _clamped(statement):
         notes.append("beyond the clamped image its edge goes on, not the plain material")
     if factor in (0.0, (0.0, 0.0, 0.0)):
@@ -126,6 +142,14 @@ def _channel(statement: MapStatement, file: ImageFile) -> str:
     if is_grey(file):
         return "r"
     raise InputError("USD cannot take the luminance of a coloured image; give a grey one, or -imfchan")
+
+
+def _color_space(statement: MapStatement, usual: str) -> str:
+    """Return the colour space of -colorspace, an option of tinyobjloader; without it the usual one."""
+    given = (*statement.options.get("-colorspace", ()), "")[0]
+    if given and given.lower() not in SPACES:
+        raise InputError(f"its colour space {given!r} is not sRGB or linear")
+    return SPACES[given.lower()] if given else usual
 
 
 def _placement(statement: MapStatement) -> ImageTransform:
@@ -233,6 +257,8 @@ def read_mtl(path: Path, lines: Iterable[str], folder: Path) -> tuple[dict[str, 
             continue
         elif is_map(key):
             entry.maps.append(map_statement(key, "".join(rest), where))
+        elif key in UNMODELLED and _number("".join(rest).split(), where):
+            entry.moved.append(f"its {UNMODELLED[key]} ({key} {rest[0]}) is left out: UsdPreviewSurface has none")
         elif key in CONSTANTS:
             _state(entry, key, "".join(rest).partition("#")[0].split(), where)
     tr_is_d = tr_is_opacity([entry.opacity for entry in found.values()])
@@ -301,7 +327,8 @@ def changed(material: Material, key: str, value: Color) -> Material:
         return replace(material, ior=(1 + head_on) / (1 - head_on))
     if key == "Ns":
         return replace(material, roughness=(2 / (value[0] + 2)) ** 0.25)
-    return replace(material, roughness=value[0]) if key == "Pr" else replace(material, metallic=value[0])
+    plain: dict[str, Any] = {PLAIN[key]: value[0]}
+    return replace(material, **plain)
 
 
 def _color(fields: list[str], where: str) -> Color:

@@ -5,6 +5,7 @@ trimesh reads OBJ too, but cuts polygons, merges corners into vertices and keeps
 the authority in the tests. Source: P. Bourke, "Object Files (.obj)", "MTL material format".
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.errors import InputError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL, MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
-from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
+from spin_usd.formats.mesh.vertex_colors import white, with_colors
 from spin_usd.formats.referenced_file import file_within
 from spin_usd.formats.text_file import MAX_LINE, lines_of
 from spin_usd.geometry.triangles import unit_vectors
@@ -25,6 +27,7 @@ from spin_usd.scene.material import Material
 
 ST = "st"
 NAMING = {"o", "g", "usemtl", "mtllib"}  # whose names may hold a #
+LOST = 2**31  # an index before the first
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
 
 
@@ -38,6 +41,15 @@ class _ObjFaces:
     materials: list[int] = field(default_factory=list)
     smoothing: list[int] = field(default_factory=list)
     """The group within which a face is smooth, 0 where it is flat."""
+
+    def without_lost(self, coordinates: int, normals: int) -> int:
+        """Remove the indices that the file's numbers of coordinates and normals do not reach; return how many corners
+        had some."""
+        ends = coordinates, normals
+        bad = [any(index >= end for index, end in zip(each[1:], ends, strict=True)) for each in self.corners]
+        if any(bad):
+            self.corners = [(p, t if t < coordinates else -1, n if n < normals else -1) for p, t, n in self.corners]
+        return sum(bad)
 
 
 def read_obj(path: Path) -> MeshAsset:
@@ -89,6 +101,10 @@ def read_obj(path: Path) -> MeshAsset:
     found, notes = read_materials(path, list(materials), libraries)
     xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
     st = np.array(coordinates, np.float64).reshape(-1, 2)
+    lost = sum(each.without_lost(len(st), len(directions)) for each in parts.values())
+    if lost:
+        named = "texture coordinates or normals that the file does not have: it is read without these"
+        notes = (*notes, f"{pluralise(lost, 'corner')} of its faces have {named}")
     for (own, divided), faces in parts.items():  # a group divides an object, or repeats its name
         only = [name for name, _ in parts].count(own) == 1 and own.lower() not in NO_NAMES
         faces.name = _part_name((own, "" if only else divided), path)
@@ -138,13 +154,12 @@ def _color(rest: str, where: str) -> list[float]:
 
 
 def _corner_colors(colors: list[list[float]], parts: list[_ObjFaces]) -> list[Float | None]:
-    """Linear (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
+    """sRGB (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
     if not any(colors):
         return [None] * len(parts)
-    brightest = max(max(color) for color in colors if color)
-    white = [255.0 if brightest > 1 else 1.0] * 3
-    linear = linear_colors(np.array([color or white for color in colors]))
-    return [linear[[point for point, _, _ in part.corners]] for part in parts]
+    missing = [white(np.array([color for color in colors if color]))] * 3
+    whole = np.array([color or missing for color in colors])
+    return [whole[[point for point, _, _ in part.corners]] for part in parts]
 
 
 def _coordinates(rest: str, where: str) -> list[float]:
@@ -157,7 +172,8 @@ def _coordinates(rest: str, where: str) -> list[float]:
 
 
 def _corner(text: str, counts: tuple[int, int, int], where: str) -> tuple[int, int, int]:
-    """Indices from 0 of "v", "v/vt", "v//vn" or "v/vt/vn"; negative ones count back from the latest of `counts`."""
+    """Indices from 0 of "v", "v/vt", "v//vn" or "v/vt/vn"; negative ones count back from the latest of `counts`. Those
+    of coordinates and normals may be out of range."""
     fields = [*text.split("/"), "", ""][:3]
     found = []
     for field_text, count, what in zip(fields, counts, ("point", "texture coordinate", "normal"), strict=True):
@@ -166,7 +182,9 @@ def _corner(text: str, counts: tuple[int, int, int], where: str) -> tuple[int, i
         except ValueError:
             raise InputError(f"{text[:40]!r} is not a face's corner", where=where) from None
         index += count if index < 0 else -1
-        if not (-1 if what != "point" else 0) <= index < count:
+        if what != "point" and (index < -1 or (index == -1 and field_text)):
+            index = LOST
+        elif what == "point" and not 0 <= index < count:
             found_text = f"a face has {what} {text[:40]!r} of {count}"
             raise InputError(found_text, where=where, do="the index is out of range")
         found.append(index)
@@ -264,6 +282,10 @@ def read_materials(
             found, remarks = read_mtl(file, lines_of(file, MAX_TABLE), root_of(path))
             materials |= found
             notes += remarks
+    usual = path.with_suffix(".mtl")
+    if not materials and names and usual.is_file():
+        materials, remarks = read_mtl(usual, lines_of(usual, MAX_TABLE), root_of(path))
+        notes += [f"materials are taken from {usual.name}, which the file does not name", *remarks]
     missing = [name for name in names if name not in materials]
     if missing:
         notes.append(f"{len(missing)} of {len(names)} materials have no definition and are neutral grey")
@@ -273,8 +295,8 @@ def read_materials(
 
 def _names(folder: Path, argument: str) -> list[str]:
     """Return the libraries that one mtllib names: one, which may have blanks in its name, or several where they are
-    there."""
-    words = argument.split()
+    there; a backslash before a blank makes it a part of the name."""
+    words = [word.replace("\\ ", " ") for word in re.split(r"(?<!\\)\s+", argument)]
     return words if not _is_there(folder, argument) and any(_is_there(folder, word) for word in words) else [argument]
 
 

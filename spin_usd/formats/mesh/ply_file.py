@@ -21,7 +21,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.model_root import root_of
 from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.files.user_file import read_bytes
-from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
+from spin_usd.formats.mesh.vertex_colors import with_colors
 from spin_usd.formats.text_file import refuse_long_lines
 from spin_usd.formats.texture_file import color_space, texture_beside
 from spin_usd.geometry.triangles import strip_triangles
@@ -67,7 +67,7 @@ def read_ply(path: Path) -> MeshAsset:
     if part is None:
         raise InputError("holds no faces", where=path)
     normals, colors, st = values
-    st, colors = (st if faces.st is None else faces.st), (faces.colors if colors is None else linear_colors(colors))
+    st, colors = (st if faces.st is None else faces.st), (faces.colors if colors is None else colors)
     part = replace(part, normals=normals, primvars={} if st is None else {ST: st})
     material, notes = _material(path, data, st is not None)
     if material:
@@ -134,7 +134,7 @@ def _faces(data: PlyData) -> _PlyFaces:
         return _PlyFaces(
             indices=np.concatenate([lists[i] for i in np.flatnonzero(keep)]).astype(np.int64),
             counts=counts,
-            colors=None if colors is None else np.repeat(linear_colors(colors)[keep], counts, axis=0),
+            colors=None if colors is None else np.repeat(colors[keep], counts, axis=0),
             st=_corner_coordinates(element, keep, counts),
         )
     strips = [np.asarray(strip) for strip in _lists(data["tristrips"], INDICES)] if "tristrips" in data else []

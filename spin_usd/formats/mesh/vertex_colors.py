@@ -12,6 +12,8 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
 
 DISPLAY_COLOR = "displayColor"
+MOST_OF_ONE = 16.0
+"""Greatest colour, not a whole number, that is taken as one of 0 to 1: of 0 to 255 it would be nearly black."""
 UNSAID = Material(path="vertex_colors")
 TAKEN_AS_SRGB = "its colours are taken as sRGB"
 BESIDE_TEXTURE = (
@@ -19,26 +21,35 @@ BESIDE_TEXTURE = (
 )
 
 
-def linear_colors(encoded: Float) -> Float:
-    """Return (N, 3) linear colours of sRGB ones, which reach to 1, or to 255 where any is above 1."""
-    whole = encoded / 255 if (encoded > 1).any() else encoded
-    return np.asarray(srgb.decode(np.clip(whole, 0, 1)))
+def white(encoded: Float) -> float:
+    """Return the value of a full colour in (N, 3) `encoded` ones: 255 where they are whole numbers, some above 1, or
+    where the greatest is far above 1, else 1. Rounding, filters and bright light give colours a little above 1."""
+    finite = encoded[np.isfinite(encoded)]
+    most = finite.max(initial=0.0)
+    return 255.0 if most > MOST_OF_ONE or (most > 1 and not (finite % 1).any()) else 1.0
 
 
 def with_colors(asset: MeshAsset, colors: Sequence[Float | None]) -> MeshAsset:
-    """Return the asset with `colors`, linear (C, 3) at the corners of each part, None for a part without.
+    """Return the asset with `colors`, sRGB (C, 3) at the corners of each part, None for a part without.
 
     They multiply the diffuse colour of each face's material, as in three.js, or replace a missing one.
     """
-    if all(part_colors is None for part_colors in colors):
+    given = [part_colors for part_colors in colors if part_colors is not None]
+    if not given:
         return asset
+    most = white(np.concatenate(given))
+    outside = sum(int(((each < 0) | (each > most)).any(axis=1).sum()) for each in given)
     materials, notes, parts = list(asset.materials), [TAKEN_AS_SRGB], []
+    if outside:
+        where = f"at {outside} of its {sum(len(each) for each in given)} corners"
+        notes.append(f"{where} a colour is not within 0 and {most:g}: the nearest there was taken")
     shown: dict[int, int] = {}
     for part, part_colors in zip(asset.parts, colors, strict=True):
         if part_colors is None:
             parts.append(part)
             continue
-        parts.append(_colored(part, part_colors, materials, shown))
+        linear = srgb.decode(np.clip(part_colors / most, 0, 1))
+        parts.append(_colored(part, linear, materials, shown))
         if any("diffuseColor" in materials[index].images for index in np.unique(part.face_material) if index >= 0):
             notes.append(BESIDE_TEXTURE)
     return replace(asset, parts=tuple(parts), materials=tuple(materials), notes=(*asset.notes, *dict.fromkeys(notes)))

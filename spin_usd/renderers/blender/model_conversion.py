@@ -5,6 +5,7 @@ with a note, and a model that needs anything else from elsewhere is refused, bef
 """
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -127,6 +128,13 @@ def _without_images_from_elsewhere(folder: Path, root: Path) -> Iterator[str]:
     for image in list(bpy.data.images):
         if image.source in ("GENERATED", "VIEWER") or image.packed_file:
             continue
+        if not image.filepath or Path(bpy.path.abspath(image.filepath)).is_dir():
+            yield "a texture of the model names no file, and was left out"
+            bpy.data.images.remove(image)
+            continue
+        own = folder / re.split(r"[\\/]", image.filepath)[-1]  # for the path of another machine
+        if own.is_file() and not Path(bpy.path.abspath(image.filepath, start=str(folder))).is_file():
+            image.filepath = str(own)
         named = bpy.path.abspath(image.filepath, start=str(folder), library=image.library)
         files = [Path(named.replace("<UDIM>", str(tile.number))) for tile in image.tiles] or [Path(named)]
         lies = next((found for file in files if (found := _elsewhere(root, file))), None)
@@ -168,6 +176,8 @@ def _as_rendered() -> Iterator[str]:
     for each in bpy.data.objects:
         if each.type == "META" and not each.hide_render:
             yield f"the metaball {each.name!r} was left out: convert it to a mesh in Blender"
+        if each.type == "MESH" and not each.hide_render and any(edge.is_loose for edge in each.data.edges):
+            yield f"the edges of {each.name!r} that have no faces were left out"
         for modifier in each.modifiers:
             modifier.show_viewport = modifier.show_render
             if hasattr(modifier, "render_levels"):

@@ -29,7 +29,7 @@ from spin_usd.stage.read.lights import find_lights
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import export, layer_at, writing
-from spin_usd.stage.usd.time_variation import CachedIfConstant
+from spin_usd.stage.usd.time_variation import CachedIfConstant, stated_attributes
 from spin_usd.stage.usd.transforms import EDITED
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
@@ -289,7 +289,7 @@ def _varying(base: StageReader) -> Iterator[ChangedAttribute]:
     """Yield the attributes of the stage that change in time, except for the places of targets."""
     targets = {body.prim.GetPath() for body in base.bodies}
     for prim in Usd.PrimRange.Stage(base.stage, PROXIES):
-        for attribute in prim.GetAuthoredAttributes():
+        for attribute in stated_attributes(prim):
             posed = prim.GetPath() in targets and attribute.GetName().startswith(("xformOp", "spin:motion:"))
             stated = attribute.GetName().startswith("spin:capture:")
             if not posed and not stated and attribute.ValueMightBeTimeVarying():

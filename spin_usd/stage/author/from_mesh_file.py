@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, Vt
 
 from spin_usd.basics.arrays import Float
 from spin_usd.basics.unique_names import UniqueNames
@@ -25,6 +25,8 @@ from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
 CLASS_OF_A_MODEL = "spacecraft"
 MATERIALS = "mtl"
+SHAPE = "Shape"
+"""The mesh that copies share."""
 FOLDER = "textures"
 NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean something in asset paths
 TYPES = Sdf.ValueTypeNames
@@ -38,12 +40,16 @@ def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
     """Write the asset's layers into `folder` and return the interface layer, <name>.usda. Raises OutputError.
 
     <name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. Each
-    part is one Mesh, labelled with the part's name; the asset's class is "spacecraft".
+    part is one Mesh, labelled with the part's name, within a PointInstancer if it has copies; the asset's class is
+    "spacecraft".
     """
     prim = name[:1].upper() + name[1:]
     root = Sdf.Path.absoluteRootPath.AppendChild(prim)
     paths = [
         root.AppendChild(child) for child in unique_identifiers([MATERIALS, *(part.name for part in asset.parts)])[1:]
+    ]
+    paths = [
+        path if part.copies is None else path.AppendChild(SHAPE) for path, part in zip(paths, asset.parts, strict=True)
     ]
     geometry = _layer(prim, "The parts' meshes, metres, body axes.")
     look = _layer(prim, "Materials, and which part has which.")
@@ -93,13 +99,32 @@ def _used_points(part: MeshPart) -> Float:
     used = np.zeros(len(part.points), bool)
     used[part.face_indices] = True
     found: Float = part.points[used]
-    return found
+    if part.copies is None:
+        return found
+    corners = np.stack(np.meshgrid(*np.stack([found.min(0), found.max(0)], 1)), -1).reshape(-1, 3)
+    return np.concatenate([corners @ copy[:3, :3].T + copy[:3, 3] for copy in part.copies])
 
 
 def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = _stage_of(layer, {root: "Xform", **dict.fromkeys(paths, "Mesh")})
+    instancers = {path.GetParentPath(): "PointInstancer" for path in paths if path.GetParentPath() != root}
+    stage = _stage_of(layer, {root: "Xform", **instancers, **dict.fromkeys(paths, "Mesh")})
     for path, part in zip(paths, asset.parts, strict=True):
         _author_mesh(UsdGeom.Mesh.Define(stage, path), part)
+        if part.copies is not None:
+            _author_copies(UsdGeom.PointInstancer.Define(stage, path.GetParentPath()), path, part.copies)
+
+
+def _author_copies(instancer: UsdGeom.PointInstancer, prototype: Sdf.Path, copies: Float) -> None:
+    scales = np.linalg.norm(copies[:, :3, :3], axis=1)
+    turns = (copies[:, :3, :3] / scales[:, None]).swapaxes(1, 2)  # row vectors
+    instancer.CreatePrototypesRel().SetTargets([prototype])
+    instancer.CreateProtoIndicesAttr([0] * len(copies))
+    instancer.CreatePositionsAttr(vec3f_array(copies[:, :3, 3]))
+    instancer.CreateScalesAttr(vec3f_array(scales))
+    quats = [Gf.Quatf(Gf.Matrix3d(turn.tolist()).ExtractRotation().GetQuat()) for turn in turns]
+    instancer.CreateOrientationsfAttr(Vt.QuatfArray(quats))
+    time = Usd.TimeCode.Default()
+    instancer.CreateExtentAttr(instancer.ComputeExtentAtTime(time, time))
 
 
 def _stage_of(layer: Sdf.Layer, prims: Mapping[Sdf.Path, str]) -> Usd.Stage:
@@ -145,7 +170,8 @@ def _unit(part: MeshPart) -> Float:
 
 
 def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = _stage_of(layer, {root: "", scope: "Scope", **dict.fromkeys(paths, "")})
+    above = {path.GetParentPath(): "" for path in paths}
+    stage = _stage_of(layer, {root: "", scope: "Scope", **above, **dict.fromkeys(paths, "")})
     materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
     names = unique_identifiers([material.constants.path for material in materials])
     files = asset_paths(asset)

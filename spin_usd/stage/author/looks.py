@@ -106,7 +106,8 @@ def write_looks(
         _smooth(matt, finished)
     author_diffuse_materials(matt, matt.path.AppendChild(names.give(DISPLAYED)), diffuse)
     export(layer, file)
-    return replace(describe(file, asset.name), source_prim=asset.source_prim, notes=asset.notes, up=asset.up)
+    made = describe(file, asset.name)
+    return replace(made, source_prim=asset.source_prim, notes=asset.notes, left_out=asset.left_out, up=asset.up)
 
 
 def _interface(asset: TargetAsset, root: Usd.Prim) -> Sdf.Layer:

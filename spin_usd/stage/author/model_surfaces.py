@@ -109,8 +109,8 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
     shown = read_any(displayed.GetAttr()) if displayed else None
     return ModelSurface(
         path=prim.GetPath(),
-        names=_unique(*map(_names, below), paths),
-        materials=_unique(_names(material.GetPrim())) if material else (),
+        names=_unique(*map(prim_names, below), paths),
+        materials=_unique(prim_names(material.GetPrim())) if material else (),
         class_name=labels.class_name,
         instances=tuple(each.GetPath() for each in chain if each.IsInstance()),
         bare=blank or not (material or shown),
@@ -136,7 +136,7 @@ def _is_stronger(binding: Usd.Relationship) -> bool:
     return bool(strength == UsdShade.Tokens.strongerThanDescendants)
 
 
-def _names(prim: Usd.Prim) -> list[str]:
+def prim_names(prim: Usd.Prim) -> list[str]:
     """Return its prim name, the names of its groups, its display name, and the names of its part labels."""
     groups, labels = (
         read(prim.GetAttribute(name), DEFAULT_TIME, *TEXTS) or () for name in (schema.GROUP_LABELS, schema.PART_LABELS)

@@ -23,6 +23,7 @@ from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, Notes, root_number
+from spin_usd.stage.usd.time_variation import stated_attributes
 from spin_usd.stage.usd.values import read, read_any
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES
 
@@ -69,7 +70,7 @@ def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
     joints. Animations are made constant first, since baking looks only at their own time samples."""
     for prim in root.GetStage().Traverse():
         if prim.IsA(UsdSkel.Animation):
-            for attribute in prim.GetAuthoredAttributes():
+            for attribute in stated_attributes(prim):
                 if (value := read_any(attribute, time)) is not None:
                     attribute.Set(value)
     moment = Gf.Interval(time.GetValue(), time.GetValue())
@@ -187,7 +188,7 @@ def _motion(stage: Usd.Stage, target: Usd.Prim) -> Iterator[str]:
 
 def _ends(prim: Usd.Prim) -> Iterator[tuple[float, float]]:
     """Yield the first and the last time sample of each attribute that changes."""
-    for attribute in prim.GetAuthoredAttributes():
+    for attribute in stated_attributes(prim):
         if attribute.ValueMightBeTimeVarying():
             samples = attribute.GetTimeSamples()
             yield samples[0], samples[-1]

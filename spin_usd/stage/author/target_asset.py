@@ -43,6 +43,8 @@ class TargetAsset:
     """Path of the root in the file that was given."""
     notes: tuple[str, ...] = ()
     """Sentences on which prims of that file are the target."""
+    left_out: bool = False
+    """Whether some of the file is left out."""
     up: str = ""
     """The file's up axis; empty if not stated."""
 
@@ -61,7 +63,7 @@ def describe(
     stage = open_source(file)
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
     _refuse_nested_targets(root, where)
-    found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
+    found = gprims_of(root)
     if not holds_geometry(root):
         raise InputError("holds no geometry", where=where, do=_unselected(root))
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
@@ -80,6 +82,11 @@ def describe(
         up=str(UsdGeom.GetStageUpAxis(stage)).lower(),
         variants={name: tuple(root.GetVariantSet(name).GetVariantNames()) for name in root.GetVariantSets().GetNames()},
     )
+
+
+def gprims_of(root: Usd.Prim) -> list[Usd.Prim]:
+    """List the gprims at and below `root` outside instances."""
+    return [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
 
 
 def _unselected(root: Usd.Prim) -> str | None:

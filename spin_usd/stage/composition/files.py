@@ -32,8 +32,14 @@ MAX_FILES = 10_000
 MAX_DEPTH = 256  # USD's text parser recurses: 100,000 nested brackets overflow its stack
 TEXT, CRATE = b"#usda", b"PXR-USDC"  # how layers begin
 BLOCK = 2**22
-QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
+QUOTED = re.compile(
+    rb'"""(?s:[^"\\]|\\.|"(?!""))*+"""|"(?!"")(?:[^"\\\n]|\\.)*+"'
+    rb"|'''(?s:[^'\\]|\\.|'(?!''))*+'''|'(?!'')(?:[^'\\\n]|\\.)*+'"
+    rb"|@@@(?s:\\@@@|.)*?@@@|@(?!@@)[^@\n]*+@|<[^>\n]*+>|#[^\n]*+|//[^\n]*+|/\*(?s:.)*?\*/"
+)
+"""Strings, asset paths, paths and comments of USDA, whose brackets nest nothing."""
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
+PACK = "pack it again, with usdzip or UsdUtils.CreateNewUsdzPackage"
 DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
 STEPS = np.zeros(256, np.int8)
 """Change of the depth of brackets, by a byte of the text."""
@@ -171,7 +177,7 @@ def _check_layer(file: Path) -> None:
 
 def _refuse_nesting(text: bytes, where: object) -> None:
     """Raise StageError for text whose brackets nest deeper than MAX_DEPTH."""
-    if _depth(text) > MAX_DEPTH and _depth(QUOTED.sub(b"", text)) > MAX_DEPTH:
+    if _depth(QUOTED.sub(b"", text)) > MAX_DEPTH:
         raise StageError(f"nests brackets deeper than {MAX_DEPTH}", where=where, do="flatten it")
 
 
@@ -186,11 +192,17 @@ def _depth(text: bytes) -> int:
 
 
 def _check_package(file: Path) -> None:
-    """Raise StageError where a package holds another one or too long a layer, or a layer in it nests brackets too
-    deep or names a file outside it."""
+    """Raise StageError where a package breaks the rules of USDZ, holds another one or too long a layer, or where a
+    layer in it nests brackets too deep or names a file outside it."""
     package = Sdf.ZipFile.Open(str(file))
-    for name in package.GetFileNames() if package else []:
+    names = package.GetFileNames() if package else []
+    if not names or Path(names[0]).suffix.lower() not in EXTENSIONS:
+        found = f"begins with {names[0]!r}, and a package begins with its layer" if names else "is not a package"
+        raise StageError(found, where=file, do=PACK)
+    for name in names:
         layer, suffix = f"{file}[{name}]", Path(name).suffix.lower()
+        if (info := package.GetFileInfo(name)).compressionMethod or info.encrypted:
+            raise StageError("is compressed or encrypted, and a package stores its files plain", where=layer, do=PACK)
         if suffix == ".usdz":
             raise StageError("is a package within a package", where=layer, do="put its files into one")
         if suffix in LAYERS:

@@ -59,9 +59,16 @@ class CameraSpaceCache:
         return same
 
 
+def stated_attributes(prim: Usd.Prim) -> list[Usd.Attribute]:
+    """List the attributes of `prim` that may have a value of its own, from a layer or from value clips: USD's own list
+    of authored attributes leaves out a schema's attribute to which only clips give a value."""
+    clips = any(each.HasAuthoredMetadata("clips") for each in (*ancestors(prim), prim))
+    return list(prim.GetAttributes() if clips else prim.GetAuthoredAttributes())
+
+
 def varying(prim: Usd.Prim) -> frozenset[str]:
     """Return the names of the attributes of `prim`, except its own pose, that can change in time."""
-    attributes = (a for a in prim.GetAuthoredAttributes() if not a.GetName().startswith(POSE))
+    attributes = (a for a in stated_attributes(prim) if not a.GetName().startswith(POSE))
     return frozenset(a.GetName() for a in attributes if a.ValueMightBeTimeVarying())
 
 
@@ -78,8 +85,8 @@ def _hides_or_moves(prim: Usd.Prim) -> bool:
 
 
 def has_varying_attribute(prim: Usd.Prim) -> bool:
-    """Return whether any authored attribute of `prim` can change in time."""
-    return any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAuthoredAttributes())
+    """Return whether any attribute of `prim` can change in time."""
+    return any(attribute.ValueMightBeTimeVarying() for attribute in stated_attributes(prim))
 
 
 def visibility_varies(prim: Usd.Prim) -> bool:

@@ -86,3 +86,30 @@ def test_overlapping_faces_are_said_once_of_each_shape(tmp_path: Path, shared: P
 def coincident(root: str) -> list[Finding]:
     found = stage_findings(CheckStage(stage=root), lambda *_: None).findings
     return [each for each in found if each.code == "faces-coincident"]
+
+
+LEVELS = """o craft_LOD0
+v 0 0 0
+v 1 0 0
+v 0 1 0
+f 1 2 3
+o craft_LOD1
+v 0 0 -0.01
+v 1.01 0 -0.01
+v 0 1.01 -0.01
+f 4 5 6
+"""
+
+
+@pytest.mark.parametrize(("leaves", "size"), [((), 1), (("*LOD0",), 1.01)])
+def test_one_level_of_detail_is_the_target(tmp_path: Path, leaves: tuple[str, ...], size: float) -> None:
+    """Its size is not that of the whole file, and nothing says that it was not kept."""
+    (tmp_path / "poses.json").write_text(json.dumps(POSES))
+    (tmp_path / "craft.obj").write_text(LEVELS)
+    given = {"poses": tmp_path / "poses.json", "target": tmp_path / "craft.obj", "camera": "speedplus"}
+    report = author_stage(**given, units_per_metre=1, out=tmp_path / "stage", leave_out=leaves)
+    assert len([note for note in report.notes if "left out" in note]) == 1
+    reader = StageReader(tmp_path / "stage/dataset.usda")
+    target = reader.scene(reader.frames[0]).bodies[0].target
+    assert target.mesh.box[1].tolist() == pytest.approx([size, size, -0.01 if leaves else 0])
+    assert len(target.parts) == 1

@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
+import pytest
 
 from spin_usd.basics.arrays import Float
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from tests.formats.mesh.conftest import SQUARE, GltfWriter
+from tests.formats.mesh.conftest import SQUARE, GltfWriter, png
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 TURN_Z = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # 90 degrees, x, y, z, w
@@ -67,3 +68,45 @@ def test_numbers_that_are_none_are_dropped_with_a_note(gltf: GltfWriter) -> None
         "normals of 'panel' that are not numbers: replaced by the normals of its faces",
         "displayColor of 'panel' holds values that are not numbers: dropped",
     ]
+
+
+def test_coarser_levels_of_detail_are_left_out_even_where_the_scene_names_them(gltf: GltfWriter) -> None:
+    node = {"mesh": 0, "name": "fine", "extensions": {"MSFT_lod": {"ids": [1]}}}
+    coarse = {"mesh": 0, "name": "coarse", "scale": [2, 2, 2]}
+    path = gltf({}, nodes=[node, coarse], scenes=[{"nodes": [0, 1]}], extensionsUsed=["MSFT_lod"])
+    asset = read_mesh_file(path)
+    assert [part.name for part in asset.parts] == ["fine"]
+    assert "its coarser levels of detail (MSFT_lod) are left out" in asset.notes
+    assert mesh_bounds(path, None) is None, "trimesh shows all levels"
+
+
+@pytest.mark.parametrize(
+    ("node", "mesh", "above", "name"),
+    [
+        ("NAUO1", "plate", "craft", "plate"),
+        ("NAUO1", "=>[0:1:1:14]", "wing", "wing"),
+        ("=>[0:1:1:14]", "=>[0:1:1:15]", "NAUO2", "model"),
+        ("", "", "", "model"),
+        ("cover", "plate", "craft", "cover"),
+    ],
+)
+def test_names_that_open_cascade_makes_up_are_no_names(gltf: GltfWriter, node, mesh, above, name) -> None:
+    """A product of several shapes has its name at the node above them."""
+    path = gltf({}, nodes=[{"name": above, "children": [1]}, {"mesh": 0, "name": node}])
+    text = path.read_text().replace('"name": "panel"', f'"name": "{mesh}"')
+    path.write_text(text)
+    assert [part.name for part in read_mesh_file(path).parts] == [name]
+
+
+def test_the_names_of_variants_are_noted(gltf: GltfWriter) -> None:
+    extension = {"KHR_materials_variants": {"variants": [{"name": "clean"}, {"name": "worn"}]}}
+    notes = read_mesh_file(gltf({}, extensions=extension, extensionsUsed=[*extension])).notes
+    assert any("clean, worn" in note for note in notes)
+
+
+@pytest.mark.parametrize("file", ["a%20b.png", "a b.png"])
+def test_a_percent_sign_in_a_files_own_name(gltf: GltfWriter, file: str) -> None:
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    path = gltf({}, materials=[material], textures=[{"source": 0}], images=[{"uri": "a%20b.png"}])
+    (path.parent / file).write_bytes(png(np.zeros((2, 2, 3))))
+    assert "diffuseColor" in read_mesh_file(path).materials[0].images

@@ -150,7 +150,6 @@ def test_faces_without_area_are_dropped_with_a_note(tmp_path: Path) -> None:
     [
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", r"line 4.*point '4' of 3"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n", r"line 4.*point '0'"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//1\n", r"line 4.*normal"),
         ("v 0 0 0\nv 1 0 0\nf 1 2\n", r"line 3.*2 corners"),
         ("v 0 0 0\nv 1 x 0\n", r"line 2.*three numbers"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n", r"line 4.*corner"),
@@ -241,3 +240,22 @@ def test_faces_that_share_all_but_a_corner_stay(tmp_path: Path) -> None:
     faces = np.concatenate([corner[:, None] + [0, 1, 40], corner[:, None] + [1, 41, 40]])
     trimesh.Trimesh(points, faces, process=False).export(tmp_path / "grid.obj")
     assert without_doubles(read_mesh_file(tmp_path / "grid.obj", 1)).faces == len(faces)
+
+
+@pytest.mark.parametrize(
+    ("rows", "corners", "normals", "mapped"),
+    [
+        ("", "1/1/1 2/2/2 3/3/3", False, False),
+        ("vt 0 0\nvt 1 0\n", "1/1/-1 2/2/-1 3/-3/-1", False, True),
+        ("vn 0 0 1\n", "1//1 2//1 3//7", False, False),
+        ("", "1//1 2//1 3//1\nvn 0 0 1", True, False),
+    ],
+)
+def test_indices_of_normals_that_are_not_there_are_read_without_them(
+    tmp_path: Path, rows: str, corners: str, normals: bool, mapped: bool
+) -> None:
+    """As Blender and trimesh do; a normal that comes after its face is there."""
+    asset = read_mesh_file(write(tmp_path, f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{rows}f {corners}\n"), 1)
+    (part,) = asset.parts
+    assert (part.normals is not None, "st" in part.primvars) == (normals, mapped)
+    assert any("that the file does not have" in note for note in asset.notes) != normals

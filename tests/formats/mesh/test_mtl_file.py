@@ -266,3 +266,54 @@ def test_faces_without_coordinates_keep_the_constants(tmp_path: Path) -> None:
     assert (bool(textured.images), bool(plain.images)) == (True, False)
     assert textured.constants == plain.constants
     assert any("1 faces of part 'model'" in note for note in asset.notes)
+
+
+def test_a_coat_is_read_and_sheen_is_noted(tmp_path: Path) -> None:
+    asset = read(tmp_path, "newmtl a\nPc 0.75\nPcr 0.1\nPs 0.5\naniso 0\nnewmtl b\nPs 0\n")
+    coated, plain = (material.constants for material in asset.materials)
+    assert (coated.clearcoat, coated.clearcoat_roughness) == (0.75, 0.1)
+    assert plain.clearcoat == 0
+    assert asset.notes == ("material 'a' of lib.mtl: its sheen (Ps 0.5) is left out: UsdPreviewSurface has none",)
+
+
+@pytest.mark.parametrize(
+    ("statement", "space"),
+    [
+        ("map_Kd -colorspace sRGB wood.png", "sRGB"),
+        ("map_Kd -colorspace linear wood.png", "raw"),
+        ("map_Pr -colorspace linear -imfchan r wood.png", "raw"),
+    ],
+)
+def test_the_colour_space_of_an_option(tmp_path: Path, statement: str, space: str) -> None:
+    (tmp_path / "wood.png").write_bytes(png(COLORED))
+    asset = read_map(tmp_path, statement)
+    assert only(asset)[1].color_space == space
+    assert asset.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("named", "file"),
+    [
+        (r"C:\art\RAL 9010.png", "RAL 9010.png"),
+        (r"\\server\art\maps\wood.png", "maps/wood.png"),
+        ("/home/me/maps/wood.png", "wood.png"),
+    ],
+)
+def test_an_absolute_path_of_another_machine_finds_the_image_beside(tmp_path: Path, named: str, file: str) -> None:
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).write_bytes(png(COLORED))
+    assert only(read_map(tmp_path, f"map_Kd {named}"))[0] == "diffuseColor"
+
+
+@pytest.mark.parametrize(
+    ("named", "file", "notes"),
+    [
+        (r"white\ one.mtl", "white one.mtl", 0),
+        (r"none.mtl white\ one.mtl", "white one.mtl", 1),
+        ("gone.mtl", "model.mtl", 2),
+    ],
+)
+def test_libraries_with_blanks_and_of_the_models_name(tmp_path: Path, named: str, file: str, notes: int) -> None:
+    asset = read(tmp_path, "newmtl a\nKd 1 0 0\nnewmtl b\n", named, file)
+    assert asset.materials[0].constants.diffuse_color == (1, 0, 0)
+    assert len(asset.notes) == notes

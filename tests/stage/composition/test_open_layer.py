@@ -141,3 +141,45 @@ def test_a_layer_of_text_is_bounded(tmp_path) -> None:
         os.truncate(path, 2**30)
         with pytest.raises(StageError, match=r"bytes of text, more than|is not a USD layer"):
             files_of(path)
+
+
+@pytest.mark.parametrize(("first", "method", "saying"), [
+    ("tex.png", zipfile.ZIP_STORED, r"begins with 'tex\.png', and a package begins with its layer"),
+    ("a.usda", zipfile.ZIP_DEFLATED, r"a\.usdz\[a\.usda\]: is compressed"),
+])  # fmt: skip
+def test_rules_of_packages_are_named(tmp_path, first, method, saying) -> None:
+    with zipfile.ZipFile(tmp_path / "a.usdz", "w", method) as package:
+        package.writestr(first, '#usda 1.0\ndef "A" {\n}\n')
+    with pytest.raises(StageError, match=saying):
+        open_as_it_is(tmp_path / "a.usdz")
+
+
+CLOSING = ("]" * 100 + "/") * 4
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        f'string s = "{CLOSING}"',
+        f"string s = '{CLOSING}'",
+        f'string s = "a\\"{CLOSING}"',
+        f'string s = """\n""{CLOSING}\\""" """',
+        f"string s = '''\n{CLOSING}'''",
+        f"asset s = @{CLOSING}@",
+        f"asset s = @@@{CLOSING}\\@@@]@@@",
+        f"# it's {CLOSING}",
+        f'// a " {CLOSING}',
+        f"/* '\n{CLOSING} */",
+    ],
+)
+@pytest.mark.parametrize("deep", [True, False])
+def test_brackets_in_strings_comments_and_asset_paths_nest_nothing(tmp_path, hidden, deep) -> None:
+    """Neither closing ones before 300 lists, which they would hide, nor as many opening ones."""
+    text = hidden if deep else hidden.replace("]", "[")
+    value = "[" * 300 + "]" * 300 if deep else "[]"
+    root = layer(tmp_path / "a.usda", f'def "A" (\ncustomData = {{\n{text}\ndouble[] x = {value}\n}}\n) {{\n}}\n')
+    if deep:
+        with pytest.raises(StageError, match="nests brackets deeper than 256"):
+            open_as_it_is(root)
+    else:
+        assert open_as_it_is(root).GetPrimAtPath("/A")

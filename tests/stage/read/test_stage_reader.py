@@ -359,3 +359,51 @@ def test_thousands_of_frames_cost_little_each(make_stage) -> None:
     assert (time.perf_counter() - started) / len(found) < SECONDS_PER_FRAME
     assert found[-1].bodies[0].T_cam_body.translation[2] == pytest.approx(10 + 19.99)
     assert found[-1].bodies[0].target is found[0].bodies[0].target
+
+
+MOVED = """#usda 1.0
+over "Grows"
+{
+    over "Ball"
+    {
+        double radius.timeSamples = { 0: 1, 3: 4 }
+    }
+}
+"""
+DECLARED = """#usda 1.0
+over "Grows"
+{
+    over "Ball"
+    {
+        double radius
+    }
+}
+"""
+BY_CLIPS = """
+def "Grows" (
+    clips = {
+        dictionary default = {
+            double2[] active = [(0, 0)]
+            asset[] assetPaths = [@./moved.usda@]
+            asset manifestAssetPath = @./declared.usda@
+            string primPath = "/Grows"
+            double2[] times = [(0, 0), (3, 3)]
+        }
+    }
+)
+{
+    def Sphere "Ball" {}
+}
+"""
+
+
+def test_a_value_that_only_clips_have_varies_as_usds_own_box_does(tmp_path, make_stage) -> None:
+    (tmp_path / "moved.usda").write_text(MOVED)
+    (tmp_path / "declared.usda").write_text(DECLARED)
+    path = make_stage(BY_CLIPS, metadata=RANGE)
+    stage = Usd.Stage.Open(str(path))
+    for code, scene in enumerate(scenes(path)):
+        cache = UsdGeom.BBoxCache(code, [UsdGeom.Tokens.default_])
+        box = cache.ComputeUntransformedBound(stage.GetPrimAtPath("/World/Target")).ComputeAlignedRange()
+        assert scene.bodies[0].target.mesh.points.max(axis=0) == pytest.approx(box.GetMax(), abs=0.01)
+        assert box.GetMax()[0] == 1 + code

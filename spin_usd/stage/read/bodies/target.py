@@ -15,7 +15,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.shape import MAX_FACES, Shape
+from spin_usd.scene.shape import MAX_FACES, MIN_SHARED_FACES, Shape
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
@@ -41,8 +41,6 @@ from spin_usd.stage.usd.visibility import (
 )
 
 MAX_REACH_M, MIN_RADIUS_M = 1e12, 1e-12  # of a body: ten times as far as the Sun is, a hundredth of an atom
-# A shape with fewer triangles is copied for each instance: an instance costs a renderer more than so few triangles.
-MIN_SHARED_FACES = 1000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

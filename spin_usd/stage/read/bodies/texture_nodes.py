@@ -38,6 +38,7 @@ READERS = {
 """The readers, and how many numbers each outputs."""
 
 CHANNELS = {"r": slice(0, 1), "g": slice(1, 2), "b": slice(2, 3), "a": slice(3, 4), "rgb": slice(0, 3)}
+NUMBERS = ("r", "g", "b")
 WRAPS = ("black", "clamp", "repeat", "mirror", "useMetadata")
 MAX_DEPTH = 64  # nodes in a row
 
@@ -89,7 +90,7 @@ class NodeReader:
         if asset is None or not asset.path:
             fallback = read_numbers(shader, "fallback", time, (0, 0, 0, 1))
             return tuple(float(v) for v in fallback[CHANNELS[output.name]])
-        image, wrap = self._image(shader, asset)
+        image, wrap = self._image(shader, asset, number=output.name in NUMBERS)
         return Texture(
             path=str(shader.GetPath()),
             image=image,
@@ -100,13 +101,18 @@ class NodeReader:
             bias=_rgba(read_numbers(shader, "bias", time, (0, 0, 0, 0))),
         )
 
-    def _image(self, shader: UsdShade.Shader, asset: Sdf.AssetPath) -> tuple[Image | Tiles, tuple[str, str]]:
-        """Read the node's image and its wrap modes."""
+    def _image(
+        self, shader: UsdShade.Shader, asset: Sdf.AssetPath, *, number: bool
+    ) -> tuple[Image | Tiles, tuple[str, str]]:
+        """Read the node's image and its wrap modes, with a note where a single `number` is decoded from sRGB."""
         space = self._color_space(shader)
         wraps = [read_token(shader, name, self.time, WRAPS, "useMetadata") for name in ("wrapS", "wrapT")]
         if is_tiled(asset):
             return self.images.read_tiles(asset, space, shader.GetPrim()), ("clamp", "clamp")
         decoded = self.images.read(asset, space, shader.GetPrim())
+        if number and decoded.source.linearised:
+            message = f"decodes a number, such as roughness, from sRGB, as its sourceColorSpace is {space!r}"
+            self.notes.add("texture-srgb", shader.GetPath(), message)
         s, t = (own if wrap == "useMetadata" else wrap for wrap, own in zip(wraps, decoded.wrap, strict=True))
         return decoded.image, (s, t)
 

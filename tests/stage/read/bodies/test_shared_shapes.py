@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import visible_surface
-from spin_usd.stage.read.bodies.target import MIN_SHARED_FACES
+from spin_usd.scene.shape import MIN_SHARED_FACES
 
 ONCE_BALL = """
 def Xform "Library"

@@ -382,3 +382,15 @@ def test_a_set_without_tiles(tiled, tmp_path) -> None:
         file.unlink()
     with pytest.raises(StageError, match=r"^/World/Target/Paint/Texture: its image @./tiles/a.<UDIM>.png@ has no tile"):
         StageReader(tiled).scene(StageReader(tiled).frames[0])
+
+
+@pytest.mark.parametrize(("space", "noted"), [("raw", 0), ("sRGB", 1), ("auto", 1)])
+def test_numbers_that_are_decoded_from_srgb_are_noted(make_stage, tmp_path, space, noted) -> None:
+    """Of 8 bits and three channels "auto" is sRGB; a colour from the same node is no case of it."""
+    (tmp_path / "a.png").write_bytes(png(PIXELS, color=6))
+    inputs = "float inputs:roughness.connect = </World/Target/Paint/Texture.outputs:r>\n" + RGB
+    empty = {"texture": "", "interface": "", "reader": "", "nodes": ""}
+    text = STAGE.format(inputs=inputs, primvars=ST, st="Reader", **empty).replace('"raw"', f'"{space}"')
+    reader = StageReader(make_stage(text))
+    reader.scene(reader.frames[0])
+    assert [note.code for note in reader.notes].count("texture-srgb") == noted
