@@ -15,6 +15,7 @@ from spin_usd.basics.faults import reading
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
+from spin_usd.exchange.layout.limits import needs_extra
 from spin_usd.reading.events import EventStream
 from spin_usd.scene.event import Events
 
@@ -107,6 +108,7 @@ def _layout(ending: str, write: Callable[[Iterable[Events], Path, Size], None]) 
         needs=(),
         conventions=CONVENTIONS,
         shared=files,
+        limits=(needs_extra("events"),),
         refuse=streams_of,
         files=lambda dataset, picture: iter(()),
         file=lambda dataset, picture: f"{picture.variant}{ending}",

@@ -21,9 +21,8 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.layout.export_format import ExportFormat, FormatOption, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import depth_numbers, eight_bits
-from spin_usd.exchange.layout.limits import depth_at_most, no_fisheye, same_files
+from spin_usd.exchange.layout.limits import depth_at_most, needs_extra, no_fisheye, same_files
 from spin_usd.exchange.layout.shards import PICTURES, ExportShard, shard_with, shards_of
-from spin_usd.exchange.layout.survey import Survey
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.pose_numbers import finite_numbers
 from spin_usd.files.size_limits import MAX_SHARD
@@ -208,11 +207,6 @@ def _known(values: Float) -> Any:
     return None if np.isnan(values).any() else values.tolist()
 
 
-def has_pyarrow(survey: Survey) -> None:
-    """Raise MissingPackageError where pyarrow is not installed."""
-    EXTRAS["parquet"].require(survey.format)
-
-
 def _layout(options: Mapping[str, Any]) -> Layout:
     depth = options[DEPTH] == MILLIMETRES
     return Layout(
@@ -221,7 +215,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         files=_files,
         file=lambda dataset, picture: _name(shard_with(dataset, picture)),
         card_head=_card_head,
-        limits=(has_pyarrow, no_fisheye, same_files, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
+        limits=(needs_extra("parquet"), no_fisheye, same_files, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
         several=True,
     )
 

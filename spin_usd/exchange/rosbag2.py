@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.basics.extras import EXTRAS
 from spin_usd.exchange.bop_scenes import camera_matrix
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
+from spin_usd.exchange.layout.limits import needs_extra
 from spin_usd.exchange.layout.stamps import SAYS, stamp_of
-from spin_usd.exchange.layout.survey import Survey
 from spin_usd.geometry.rotation import quaternion_from_matrix
 
 CENTRE = 0.0  # of the first pixel, as OpenCV and image_geometry have it
@@ -175,11 +174,6 @@ def _place_and_turn(matrix: Float, types: Mapping[str, Any], place: str) -> tupl
     return types[f"geometry_msgs/msg/{place}"](x=x, y=y, z=z), types["geometry_msgs/msg/Quaternion"](w=w, **quaternion)
 
 
-def has_rosbags(survey: Survey) -> None:
-    """Raise MissingPackageError where rosbags is not installed."""
-    EXTRAS["ros"].require(survey.format)
-
-
 def _storage(picture: ExportedPicture) -> str:
     return f"{picture.variant}/{picture.variant}.mcap"
 
@@ -202,7 +196,7 @@ ROSBAG2 = ExportFormat(
         conventions=CONVENTIONS,
         files=_files,
         file=lambda dataset, picture: _storage(picture),
-        limits=(has_rosbags,),
+        limits=(needs_extra("ros"),),
         splits={"train": "train"},
         several=True,
         first_centre=CENTRE,

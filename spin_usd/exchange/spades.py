@@ -18,7 +18,7 @@ from spin_usd.exchange.events import streams_of
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
-from spin_usd.exchange.layout.limits import no_distortion, one_camera
+from spin_usd.exchange.layout.limits import needs_extra, no_distortion, one_camera
 from spin_usd.exchange.pose_format import SCALAR_LAST, PoseEntry, PoseFormat, files_like
 from spin_usd.exchange.speedplus import camera_file
 from spin_usd.files.size_limits import MAX_SHARD
@@ -103,7 +103,7 @@ SPADES = ExportFormat(
         conventions=CONVENTIONS,
         shared=lambda dataset: iter((camera_file(dataset),)),
         files=_files,
-        limits=(no_distortion, one_camera),
+        limits=(needs_extra("events"), no_distortion, one_camera),
         refuse=refuse,
         splits={"train": "train"},
     ),

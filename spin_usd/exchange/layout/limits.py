@@ -1,5 +1,6 @@
 """Limits of formats: content that they cannot hold, refused before anything is written."""
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.errors import UnsupportedError
 from spin_usd.exchange.layout.export_format import Limit
 from spin_usd.exchange.layout.survey import Survey, reach
@@ -7,6 +8,11 @@ from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE
 
 UINT16_MAX = 2**16 - 1
 INSTANCE = "instance"
+
+
+def needs_extra(name: str) -> Limit:
+    """Return the limit to installations with the extra of that name; it raises MissingPackageError."""
+    return lambda survey: EXTRAS[name].require(survey.format)
 
 
 def undistorted(remedy: str) -> Limit:
