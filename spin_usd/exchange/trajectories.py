@@ -49,7 +49,7 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
     yield NOTE.format(name)
     if headed:
         yield "its poses are of the body that carries the camera: T_BS of sensor.yaml is not applied"
-    place, times = 0, PoseTimes(from_first=True)
+    place, again, last, times = 0, 0, None, PoseTimes(from_first=True)
     for number, line in enumerate(lines_of(path, MAX_POSE_LIST), 1):
         words, where = line.replace(",", " ").split(), f"{path}, line {number}"
         if not words or words[0].startswith("#"):
@@ -74,10 +74,16 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         if headed and not times.unit:
             times.unit = "ns" if words[0].isdigit() else "s"
         time = times.seconds(words[0], where) if timed else None
+        if timed and time == last:
+            again += 1
+            continue
+        last = time
         if times.by_size and not place:
             yield times.note
         yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off, time=time)
         place += 1
+    if again:
+        yield f"{again} of its poses have the time of the one above, and are left out"
 
 
 def _check_heads(line: str, where: str) -> None:

@@ -27,6 +27,8 @@ OF_AEM_2 = (
     (r"(?m)^(ATTITUDE_TYPE\s*=.*)$", r"\1\nQUATERNION_TYPE = LAST"),
 )
 """Lines that version 2 of an AEM implies and version 1 requires."""
+OF_AEM_1 = re.compile(r"(?m)^(?:ATTITUDE_DIR\s*=\s*B2A|QUATERNION_TYPE\s*=\s*FIRST)")
+"""Lines that contradict those."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 LARGEST = 1e15  # metres, beyond any orbit
 VERSION = re.compile(r"CCSDS_([A-Z]{3})_VERS")
@@ -125,6 +127,9 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
     text = read_any_text(path, MAX_DOCUMENT)
     _check_kind(text, kind, path)
     of_second = re.search(r"CCSDS_AEM_VERS\s*=\s*2\.", text)
+    if of_second and (line := OF_AEM_1.search(text)):
+        found = f"is of version 2, and has {line[0]}, which only version 1 means"
+        raise InputError(found, where=path, do="write the version that its lines are of")
     for pattern, instead in (*AS_READ, *(OF_AEM_2 if of_second else ())):
         text = re.sub(pattern, instead, text)
     if "<!DOCTYPE" in text or "<!ENTITY" in text:

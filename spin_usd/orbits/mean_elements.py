@@ -42,6 +42,9 @@ def read_elements(path: Path, craft: str | None) -> Any:
     if len(chosen) == 1:
         with decoding(path):
             return chosen[0]()
+    if not found and "CCSDS_OMM_VERS" in text:
+        do = "give an OMM with MEAN_ELEMENT_THEORY SGP4"
+        raise InputError("has no mean motion, which SGP4 needs", where=path, do=do)
     if not found:
         do = "give its two lines, with or without its name, or an OMM"
         raise InputError("does not contain one TLE", where=path, do=do)

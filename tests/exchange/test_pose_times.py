@@ -125,12 +125,13 @@ def test_heads_like_eurocs_are_a_trajectory(tmp_path) -> None:
     assert listed(tmp_path / "own.csv", "#time,px,py,pz,qw,qx,qy,qz", *rows).times.tolist() == [0, 0.5]
 
 
-def test_a_time_that_is_given_twice_is_named_with_its_line(tmp_path) -> None:
-    with pytest.raises(InputError, match=r"line 3 \('2.0'\): has the time of line 2 again; keep one of the two"):
-        tum(tmp_path, ["1.0", "2.0", "2.0"])
-    poses = tum(tmp_path, ["1.0", "2.0", "2.00"])
-    assert poses.times is None
-    assert "line 3 ('2.00') has the same time as the entry above it; keep one" in poses.notes[-1]
+def test_of_two_poses_of_one_time_the_first_is_used(tmp_path) -> None:
+    """TUM's own groundtruth.txt has such."""
+    poses = tum(tmp_path, ["1.0", "2.0", "2.0", "2.00", "3.0"])
+    assert (poses.names, poses.times.tolist()) == (("1.0", "2.0", "3.0"), [0, 1, 2])
+    assert "2 of its poses have the time of the one above, and are left out" in poses.notes[-1]
+    with pytest.raises(InputError, match=r"line 3 \('1.0'\): has the time of line 1 again; keep one of the two"):
+        tum(tmp_path, ["1.0", "2.0", "1.0"])
 
 
 def test_a_far_world_is_told(tmp_path) -> None:

@@ -99,6 +99,9 @@ def test_an_aem_means_what_ccsds_says(tmp_path: Path) -> None:
     second = text.replace("VERS = 1.0", "VERS = 2.0").replace("ATTITUDE_DIR = A2B\n", "")
     (tmp_path / "second.aem").write_text(second)
     assert np.array_equal(Aem(file="second.aem").rotations(seen), turns)
+    (tmp_path / "second.aem").write_text(second.replace("ATTITUDE_TYPE", "ATTITUDE_DIR = B2A\nATTITUDE_TYPE"))
+    with pytest.raises(InputError, match="is of version 2, and has ATTITUDE_DIR = B2A, which only version 1 means"):
+        Aem(file="second.aem").rotations(seen)
     swapped = (tmp_path / "craft.aem").read_text().replace("ATTITUDE_DIR = A2B", "ATTITUDE_DIR = B2A")
     (tmp_path / "craft.aem").write_text(swapped)
     assert Aem(file="craft.aem").rotations(seen)[0, :, 0] == pytest.approx(-bias[:, 1], abs=EXACT)

@@ -37,6 +37,12 @@ def xml(fields):
     return f"<ndm><omm><body><segment><metadata>{metadata}</metadata><data>{data}</data></segment></body></omm></ndm>"
 
 
+def test_elements_of_another_theory_are_no_tle(tmp_path) -> None:
+    (tmp_path / "craft.omm").write_text("CCSDS_OMM_VERS = 2.0\nSEMI_MAJOR_AXIS = 6800\n")
+    with pytest.raises(InputError, match="has no mean motion, which SGP4 needs; give an OMM with"):
+        Tle(file="craft.omm").states(context(tmp_path))
+
+
 def states(folder, text, craft=None):
     (folder / "craft.txt").write_text(text)
     return Tle(file="craft.txt", craft=craft).states(context(folder, 0.0, 3000.0))
