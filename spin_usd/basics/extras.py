@@ -74,8 +74,10 @@ EXTRAS: Mapping[str, Extra] = {
 
 def to_install(*packages: str) -> str:
     """Return the remedy if these packages are not installed: the command needs no address of ours."""
-    if "bpy" in packages and sys.version_info[:2] != (3, 13):
-        return "to render with Blender use Python 3.13: bpy has wheels for it alone"
+    if sys.version_info[:2] != (3, 13):
+        if packages == ("bpy",):
+            return "to render with Blender use Python 3.13: bpy has wheels for it alone"
+        packages = tuple(package for package in packages if package != "bpy")
     return f"run pip install {' '.join(map(_requirement, packages))}"
 
 

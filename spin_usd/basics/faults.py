@@ -76,7 +76,7 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
         module = (fault.name or "").partition(".")[0]
         for extra in EXTRAS.values():
             if package := extra.packages.get(module):
-                return MissingPackageError(f"{package} is not installed", do=to_install(package))
+                return MissingPackageError(f"{package} is not installed", do=to_install(*(extra.missing or [package])))
     if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
         do = "read datasets and score predictions here, and do all else on Linux"
         return MissingPackageError(f"this system has no {fault.name}", do=do)

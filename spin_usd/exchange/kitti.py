@@ -8,6 +8,7 @@ the benchmarks of stereo (2015) and depth, and pykitti 0.3.1, which reads it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from spin_usd.exchange.layout.images import any_image
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
 from spin_usd.exchange.layout.limits import UINT16_MAX, undistorted
 from spin_usd.exchange.layout.rectified_picture import RECTIFIED, RECTIFY, RECTIFY_IT, RECTIFYING, YES, as_exported
-from spin_usd.exchange.layout.stamps import SAYS, stamp_of
+from spin_usd.exchange.layout.stamps import EPOCH, SAYS, stamp_of
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
@@ -151,7 +152,8 @@ def _drive(picture: ExportedPicture) -> str:
 
 def _time(picture: Picture) -> str:
     """Return the picture's timestamp as KITTI writes it."""
-    return f"{stamp_of(picture):%Y-%m-%d %H:%M:%S.%f}000"
+    seconds, nanoseconds = divmod(stamp_of(picture), 10**9)
+    return f"{EPOCH + timedelta(seconds=seconds):%Y-%m-%d %H:%M:%S}.{nanoseconds:09}"
 
 
 def _projection(picture: ExportedPicture, rig: Transform | None) -> Float:

@@ -81,8 +81,7 @@ class _Bag:
         with Writer(bag, version=VERSION, storage_plugin=StoragePlugin.MCAP) as writer:
             topics: dict[str, Any] = {}
             for picture in map(self.dataset.picture, self.numbers):
-                moment = stamp_of(picture.picture)
-                nanoseconds = int(moment.timestamp()) * 10**9 + moment.microsecond * 1000
+                nanoseconds = stamp_of(picture.picture)
                 for topic, message in _messages(picture, nanoseconds, store.types):
                     kind = TYPES[topic]
                     if topic not in topics:

@@ -139,7 +139,9 @@ KITTI_POSES = _of("KITTI", rf"{NUMBER}(?:[ \t]+{NUMBER}){{11}}\s*(?:\n|$)", coun
 
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     """Yield the image, and its lines in both lists."""
-    stamp = f"{stamp_of(picture.picture).timestamp():.6f}"
+    seconds, nanoseconds = divmod(stamp_of(picture.picture), 10**9)
+    decimals = f"{nanoseconds:09}"
+    stamp = f"{seconds}.{decimals.removesuffix('000')}"
     image = any_image(picture, f"rgb/{picture.name}{own_suffix(picture)}")
     target = picture.target
     T_cam_body = Transform.from_quaternion(to="cam", of="body", q=target.q_cam_body, t=target.t_cam_body)

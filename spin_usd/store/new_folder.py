@@ -19,7 +19,9 @@ def new_folder(out: Path) -> Iterator[Path]:
     """
     if out.is_symlink():
         raise InputError("is a link", where=out, do="give the folder that it leads to, or remove it")
-    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+    if out.exists() and not out.is_dir():
+        raise InputError("is a file, not a folder", where=out, do="give a new folder")
+    if out.exists() and any(out.iterdir()):
         raise InputError("exists already and is not empty", where=out, do="give a new folder, or remove it")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

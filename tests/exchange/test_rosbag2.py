@@ -13,7 +13,7 @@ from tests.exchange.conftest import clone, contents, write_export
 
 reader = pytest.importorskip("mcap_ros2.reader")
 rosbag2 = pytest.importorskip("rosbags.rosbag2")
-TIMES = 0.0, 0.123457, 7.5
+TIMES = 0.0, 0.123456789, 7.5
 
 
 def messages(bag):
@@ -48,7 +48,7 @@ def test_the_messages_are_the_pictures(timed, bag) -> None:
         for time, message in row[:3]:
             assert message.header.frame_id == "camera_optical_frame"
             assert message.header.stamp.sec == int(stamp.timestamp())
-            assert message.header.stamp.nanosec == round(second % 1 * 1e6) * 1000
+            assert message.header.stamp.nanosec == round(second % 1 * 1e9)
             assert time == message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
         image, depth, pose, tf = (message for _, message in row)
         assert (image.encoding, image.step) == ("mono8", image.width)
