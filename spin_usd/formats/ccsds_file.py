@@ -29,6 +29,8 @@ OF_AEM_2 = (
 """Lines that version 2 of an AEM implies and version 1 requires."""
 OF_AEM_1 = re.compile(r"(?m)^(?:ATTITUDE_DIR\s*=\s*B2A|QUATERNION_TYPE\s*=\s*FIRST)")
 """Lines that contradict those."""
+ATTITUDES = re.compile(r"(?i)ATTITUDE_TYPE\s*[=>]\s*(?!QUATERNION\s*(?:<|$))([A-Z][A-Z_/ ]*[A-Z])", re.MULTILINE)
+"""A type of attitude that is not read."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 LARGEST = 1e15  # metres, beyond any orbit
 VERSION = re.compile(r"CCSDS_([A-Z]{3})_VERS")
@@ -85,8 +87,7 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
     given = segment.data.attitude_state
     states = [each.quaternion_state for each in given if getattr(each, "quaternion_state", None)]
     if len(states) < len(given):
-        kind = _stated(about, "attitude_type", path)
-        raise InputError(f"has attitudes of the type {kind}", where=path, do="give quaternions")
+        raise InputError("has states that are not quaternions", where=path, do="give quaternions")
     frames = [_stated(about, name, path) for name in ("ref_frame_a", "ref_frame_b")]
     if _stated(about, "attitude_dir", path) == "B2A":
         frames.reverse()
@@ -126,6 +127,8 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
 
     text = read_any_text(path, MAX_DOCUMENT)
     _check_kind(text, kind, path)
+    if other := ATTITUDES.search(text):  # ccsds-ndm does not know all
+        raise InputError(f"has attitudes of the type {other[1]}", where=path, do="give quaternions")
     of_second = re.search(r"CCSDS_AEM_VERS\s*=\s*2\.", text)
     if of_second and (line := OF_AEM_1.search(text)):
         found = f"is of version 2, and has {line[0]}, which only version 1 means"
@@ -140,10 +143,12 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
         found = f"holds more than one CCSDS {kind}"
         raise InputError(found, where=path, do="give one message, as KVN or XML")
     segments = [((str(each.metadata.object_name), str(each.metadata.object_id)), each) for each in message.body.segment]
+    if not segments:
+        raise InputError("has no whole segment", where=path, do="copy it again")
     chosen = [(names, segment) for names, segment in segments if craft is None or craft in names]
     if len({names for names, _ in chosen}) != 1:
         listed = ", ".join(f"{name} ({number})" for name, number in dict.fromkeys(names for names, _ in segments))
-        raise InputError(f"is of {listed or 'no craft'}", where=path, do='name one of them, as object = "NAME"')
+        raise InputError(f"is of {listed}", where=path, do='name one of them, as object = "NAME"')
     return [segment for _, segment in chosen]
 
 

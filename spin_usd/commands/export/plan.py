@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from spin_usd import __version__
 from spin_usd.basics.arrays import digest
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError, UnsupportedError
@@ -113,6 +114,9 @@ def _entries(
             raise InputError(found, where=file, do="choose other tags, frames or variants")
     pose = poses_of((each.frame, each.pose) for each in pictures)
     split = split_of_each(list(pose.values()), shares, seed=request.seed)
+    if empty := next((name for name in shares if name not in split.values()), None):
+        found = f"the split {empty} is less than one of {pluralise(len(split), 'pose')}"
+        raise InputError(found, do="give it a larger share, or export more pictures")
     return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)
 
 
