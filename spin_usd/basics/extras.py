@@ -24,15 +24,25 @@ class Extra:
         """The packages that are not installed."""
         return tuple(package for module, package in self.packages.items() if not _is_there(module))
 
-    def require(self, where: object = None) -> None:
-        """Raise MissingPackageError unless all its packages are installed."""
-        if missing := self.missing:
+    def require(self, where: object = None, *, but: str = "") -> None:
+        """Raise MissingPackageError unless all its packages, `but` that one, are installed."""
+        if missing := [package for package in self.missing if package != but]:
             be = "is" if len(missing) == 1 else "are"
             found = f"{self.use} needs {' and '.join(missing)}, which {be} not installed"
             raise MissingPackageError(found, where=where, do=to_install(*missing))
 
 
 EXTRAS: Mapping[str, Extra] = {
+    "read": Extra(
+        "reading datasets",
+        {
+            "jsonschema": "jsonschema",
+            "msgspec": "msgspec",
+            "numpy": "numpy",
+            "OpenImageIO": "OpenImageIO",
+            "PIL": "pillow",
+        },
+    ),
     "render": Extra(
         "everything except reading datasets",
         {
@@ -69,7 +79,7 @@ EXTRAS: Mapping[str, Extra] = {
     "ros": Extra("export --to rosbag2", {"rosbags": "rosbags"}),
     "cluster": Extra("render --cluster or --out URL", {"fsspec": "fsspec", "ray": "ray"}),
 }
-"""By the names of pyproject.toml."""
+"""By the names of pyproject.toml; [read] is what all installations have."""
 
 
 def to_install(*packages: str) -> str:
@@ -96,6 +106,7 @@ def _requirement(package: str) -> str:
 
 def _is_there(module: str) -> bool:
     try:
-        return find_spec(module) is not None
+        found = find_spec(module)
+        return found is not None and found.origin is not None  # a folder that pip left has none
     except (ImportError, ValueError):  # ValueError: what tests put in its place
         return False

@@ -89,7 +89,15 @@ def _read(path: Path) -> Iterator[PoseEntry | str]:
         time = _time(cell, timed, times, where) if cell.get(timed, "").strip() else None
         if number == 0 and times.by_size:
             yield times.note
-        yield PoseEntry(filename=name, q_cam_body=rotation, t_cam_body=place, line=line, off_rotation=off, time=time)
+        yield PoseEntry(
+            filename=name,
+            q_cam_body=rotation,
+            t_cam_body=place,
+            line=line,
+            off_rotation=off,
+            time=time,
+            epoch=times.epoch,
+        )
 
 
 def _notes(cell: Mapping[str, str], timed: str, headings: Iterable[str]) -> Iterator[str]:

@@ -19,6 +19,8 @@ class PoseEntry:
     off_rotation: float = 0.0
     time: float | datetime | None = None
     """When it is: seconds, or UTC."""
+    epoch: datetime | None = None
+    """UTC of second 0, if the file's times count from 1970."""
 
 
 SCALAR_FIRST, SCALAR_LAST = (

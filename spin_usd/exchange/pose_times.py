@@ -1,5 +1,6 @@
 """Times of pose lists: exact until the first one is subtracted, in the unit that the file or their size gives."""
 
+from datetime import UTC, datetime, timedelta
 from decimal import Decimal, InvalidOperation
 
 from spin_usd.errors import InputError
@@ -14,7 +15,9 @@ PLACES = {
 SINCE_1970 = {"nanoseconds": 10**17, "microseconds": 10**14, "milliseconds": 10**11}
 """Least stamps of each unit, those of 1973. As the next larger unit the same numbers are years after 5000."""
 LARGEST = 10**20
-STAMP_S = 10**8  # from here on a time counts from an epoch, not from the list's start
+STAMP_S = 10**8  # from here on a time counts from 1970, not from the list's start
+NO_STAMP_S = 5 * 10**9  # and from the year 2128 on it counts from something else
+UNIX = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class PoseTimes:
@@ -30,6 +33,12 @@ class PoseTimes:
     @property
     def note(self) -> str:
         return f"its times are too large for seconds since 1970: they are taken for {self.unit}"
+
+    @property
+    def epoch(self) -> datetime | None:
+        """UTC of second 0, to the microsecond, if times are so large that they count from 1970."""
+        first = 0 if self._first is None else round(self._first.scaleb(6 - PLACES[self.unit]))
+        return UNIX + timedelta(microseconds=first) if STAMP_S * 10**6 <= first < NO_STAMP_S * 10**6 else None
 
     def seconds(self, text: str, where: str) -> float:
         """Return the seconds of a row. Raises InputError."""

@@ -91,6 +91,10 @@ def _times(entries: "Sequence[NamedPose]", notes: list[str]) -> tuple[Float | No
             return None, ""
     if len(times) > 1 and not SHORT_S <= (step := times[1] - times[0]) <= LONG_S:
         notes.append(f"its first two times are {step:.3g} s apart: check their unit")
+    epochs = {entry.pose.epoch for entry in entries}
+    if len(epochs) == 1 and (epoch := epochs.pop()):
+        notes.append(f"its times count from 1970: second 0 is {utc_text(epoch)}")
+        moments = [epoch]
     return np.array(times, np.float64), utc_text(moments[0]) if moments else ""
 
 

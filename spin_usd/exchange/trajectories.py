@@ -80,7 +80,10 @@ def _read(path: Path, *, name: str, count: int, timed: bool, pose: Pose, headed:
         last = time
         if times.by_size and not place:
             yield times.note
-        yield PoseEntry(filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off, time=time)
+        epoch = times.epoch
+        yield PoseEntry(
+            filename=filename, q_cam_body=q, t_cam_body=t, line=number, off_rotation=off, time=time, epoch=epoch
+        )
         place += 1
     if again:
         yield f"{again} of its poses have the time of the one above, and are left out"

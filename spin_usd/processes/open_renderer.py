@@ -12,6 +12,7 @@ from platform import python_version
 from types import NoneType
 from typing import TYPE_CHECKING, Any
 
+from spin_usd.basics.extras import to_install
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.processes.call import Call
 from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
@@ -116,7 +117,7 @@ def require_renderer(name: str, *, instead: str = "") -> None:
     entry = renderer_entry(name)
     if not entry.installed:
         found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
-        do = f"install spin_usd[render] with Python {entry.python}, which has it"
+        do = to_install(entry.library)
         raise UnsupportedError(found, do=f"{do}, or {instead}" if instead else do)
 
 

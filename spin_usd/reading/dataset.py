@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self, SupportsIndex, TypeAlias, overload
 import numpy as np
 
 from spin_usd.basics.pluralise import pluralise
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, MissingPackageError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.url import refuse_unless_path
 from spin_usd.reading.description import DescribedPart, DescribedTarget, Targets, read_description
@@ -295,11 +295,11 @@ class Dataset(Sequence[Picture]):
     def to_dataframe(self) -> "DataFrame":
         """Return a table of pandas with a row for each picture: frame, variant, index, the files' paths, the first
         target's pose and the values of `where` by the same names; values of further targets are called NAME.range and
-        so on. Raises InputError if pandas is not installed."""
+        so on. Raises MissingPackageError without pandas."""
         try:
             from pandas import DataFrame
         except ImportError:
-            raise InputError("pandas is not installed", do="install pandas, which makes the table") from None
+            raise MissingPackageError("pandas is not installed", do="run pip install pandas") from None
         return DataFrame([values_of(picture) for picture in self])
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.faults import reading
 from spin_usd.errors import InputError
 from spin_usd.files.url import refuse_unless_path
@@ -160,7 +161,9 @@ class FreshDataset(Dataset):
 
         Raises:
             InputError: For a specification that cannot be read.
+            MissingPackageError: Beside the extra [read] alone.
         """
+        EXTRAS["render"].require("FreshDataset", but="bpy")
         with reading():
             file = spec_path(spec)
             read_augmentation_spec(file)

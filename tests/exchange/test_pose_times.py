@@ -125,6 +125,13 @@ def test_heads_like_eurocs_are_a_trajectory(tmp_path) -> None:
     assert listed(tmp_path / "own.csv", "#time,px,py,pz,qw,qx,qy,qz", *rows).times.tolist() == [0, 0.5]
 
 
+def test_stamps_that_count_from_1970_keep_their_utc(tmp_path) -> None:
+    poses = tum(tmp_path, ["1764316800.5", "1764316801"])
+    assert (poses.epoch, poses.times.tolist()) == ("2025-11-28T08:00:00.5Z", [0, 0.5])
+    assert "second 0 is 2025-11-28T08:00:00.5Z" in poses.notes[-1]
+    assert tum(tmp_path, ["17.5", "18"]).epoch == ""
+
+
 def test_of_two_poses_of_one_time_the_first_is_used(tmp_path) -> None:
     """TUM's own groundtruth.txt has such."""
     poses = tum(tmp_path, ["1.0", "2.0", "2.0", "2.00", "3.0"])

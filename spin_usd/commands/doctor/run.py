@@ -57,9 +57,10 @@ def examine(folder: Path) -> Iterator[Line]:
     yield Line(subject="spin_usd", found=spin_usd.__version__)
     yield _python()
     yield _system()
-    for name in dict.fromkeys((*LIBRARIES, *EXTRAS["render"].packages.values())):
+    needed = [*EXTRAS["read"].packages.values(), *EXTRAS["render"].packages.values()]
+    for name in {each.lower(): each for each in (*LIBRARIES, *needed)}.values():
         yield _library(name)
-    yield from (_extra(name) for name in EXTRAS if name != "render")
+    yield from (_extra(name) for name in EXTRAS if name not in ("read", "render"))
     yield from _children()
     yield _processors()
     yield _devices()

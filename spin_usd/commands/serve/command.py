@@ -1,7 +1,7 @@
 """`spin-usd serve`: pictures of a stage for other programs, on request."""
 
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.commands.serve.options import ServeOptions
-from spin_usd.errors import UnsupportedError
 from spin_usd.terminal.lines import print_out
 
 
@@ -11,11 +11,7 @@ def serve(options: ServeOptions) -> None:
     The protocol is ZeroMQ and msgpack; docs/loop_client.py is an example of a client. With --log all requests become a
     stage, which render turns into the same images. Ctrl-C stops the server.
     """
-    try:
-        from spin_usd.commands.serve.run import serve as follow
-    except ModuleNotFoundError as error:
-        if error.name != "zmq":
-            raise
-        raise UnsupportedError("serve needs pyzmq", do="install spin_usd[serve]") from None
+    EXTRAS["serve"].require()
+    from spin_usd.commands.serve.run import serve as follow
 
     follow(options, tell=print_out)

@@ -15,8 +15,10 @@ SAYS = (
 
 def stamp_of(picture: Picture) -> int:
     """Return the nanoseconds since 1970 of the picture's UTC, of its seconds after START, or else of one every
-    STEP_S."""
+    STEP_S. UTC has microseconds, so it is second 0 that is rounded to them, if the picture has seconds."""
+    seconds = picture.time_s
     if picture.utc is not None:
-        return (parsed_utc(picture.utc) - EPOCH) // MICROSECOND * 1000
-    seconds = picture.index * STEP_S if picture.time_s is None else picture.time_s
-    return (START - EPOCH) // MICROSECOND * 1000 + round(seconds * 1e9)
+        start = parsed_utc(picture.utc) - timedelta(seconds=seconds or 0.0)
+    else:
+        start, seconds = START, picture.index * STEP_S if seconds is None else seconds
+    return (start - EPOCH) // MICROSECOND * 1000 + round((seconds or 0.0) * 1e9)
