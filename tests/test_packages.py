@@ -64,8 +64,12 @@ def test_the_table_of_extras_is_the_projects() -> None:
         assert name != "render" or there == extra.packages
 
 
-def test_the_remedy_names_the_versions_that_are_needed() -> None:
-    assert to_install("pyzmq", "ray", "other") == "run pip install 'pyzmq>=27' 'ray[client]>=2.50' other"
+def test_the_remedy_names_the_versions_that_are_needed_and_the_pip(monkeypatch) -> None:
+    wanted = "install 'pyzmq>=27' 'ray[client]>=2.50' other"
+    monkeypatch.setenv("VIRTUAL_ENV", sys.prefix)
+    assert to_install("pyzmq", "ray", "other") == f"run pip {wanted}"
+    monkeypatch.delenv("VIRTUAL_ENV")
+    assert to_install("pyzmq", "ray", "other") == f"run {sys.executable} -m pip {wanted}"
 
 
 def test_a_dataset_is_read_without_the_packages_that_render(rendered) -> None:
@@ -111,8 +115,8 @@ def test_doctor_says_which_package_is_missing(monkeypatch, spin_usd) -> None:
     place = next(
         place for place, line in enumerate(lines) if line.split() == ["NO", "missing-package", "not", "installed"]
     )
-    assert lines[place + 1].strip() == "-> run pip install missing-package"
-    assert any("[serve]" in line and "for serve: not installed; if you want it, run pip install 'pyzmq>=27'" in line
+    assert lines[place + 1].strip() == f"-> {to_install('missing-package')}"
+    assert any("[serve]" in line and f"for serve: not installed; if you want it, {to_install('pyzmq')}" in line
                for line in lines)  # fmt: skip
 
 

@@ -1,10 +1,11 @@
 """The extras of the package: what each is for, and the packages that it brings."""
 
+import os
 import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, requires
+from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 
 from spin_usd.errors import MissingPackageError
@@ -22,7 +23,7 @@ class Extra:
     @property
     def missing(self) -> tuple[str, ...]:
         """The packages that are not installed."""
-        return tuple(package for module, package in self.packages.items() if not _is_there(module))
+        return tuple(package for module, package in self.packages.items() if not _is_there(module, package))
 
     def require(self, where: object = None, *, but: str = "") -> None:
         """Raise MissingPackageError unless all its packages, `but` that one, are installed."""
@@ -83,12 +84,14 @@ EXTRAS: Mapping[str, Extra] = {
 
 
 def to_install(*packages: str) -> str:
-    """Return the remedy if these packages are not installed: the command needs no address of ours."""
+    """Return the remedy if these packages are not installed: pip's own words, with the Python that lacks them
+    where its virtual environment is not the active one."""
     if sys.version_info[:2] != (3, 13):
         if packages == ("bpy",):
             return "to render with Blender use Python 3.13: bpy has wheels for it alone"
         packages = tuple(package for package in packages if package != "bpy")
-    return f"run pip install {' '.join(map(_requirement, packages))}"
+    here = sys.prefix in (sys.base_prefix, os.environ.get("VIRTUAL_ENV"))
+    return f"run {'pip' if here else f'{sys.executable} -m pip'} install {' '.join(map(_requirement, packages))}"
 
 
 def _requirement(package: str) -> str:
@@ -104,9 +107,9 @@ def _requirement(package: str) -> str:
     return package
 
 
-def _is_there(module: str) -> bool:
+def _is_there(module: str, package: str) -> bool:
     try:
         found = find_spec(module)
-        return found is not None and found.origin is not None  # a folder that pip left has none
+        return found is not None and (found.origin is not None or bool(version(package)))  # not a folder that pip left
     except (ImportError, ValueError):  # ValueError: what tests put in its place
         return False

@@ -24,8 +24,9 @@ class AuthorOptions(Listening):
         str | Path | None,
         Option(
             "A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, SPADES, CubeSat-CDT, BOP, "
-            "SwissCube, URSO, COCO, YOLO, WebDataset, Croissant, Parquet, nerfstudio, COLMAP or spin_usd's own; or "
-            "your own CSV with the columns name,qw,qx,qy,qz,x,y,z.",
+            "SwissCube, URSO, COCO, YOLO, WebDataset, Croissant, Parquet, nerfstudio, COLMAP or spin_usd's own; a "
+            "trajectory as TUM, EuRoC, KITTI or ROS write it; or your own CSV with the columns "
+            "name,qw,qx,qy,qz,x,y,z.",
             "PATH",
             also="It needs `target` and `camera` too.",
         ),
@@ -65,7 +66,8 @@ class AuthorOptions(Listening):
     camera: Annotated[
         str | Path | Sequence[str | Path],
         Option(
-            f"{named('camera')}; a SPEED+ camera.json, or a camera layer. Repeat it for each further camera, which "
+            f"{named('camera')}; a SPEED+ camera.json, a calibration of OpenCV, ROS, Kalibr, COLMAP or "
+            "nerfstudio, or a camera layer. Repeat it for each further camera, which "
             "also takes a picture of each frame, with its pose in the axes of the first: X,Y,Z, QW,QX,QY,QZ,X,Y,Z or a "
             "pose list of one pose. NAME=FILE names a camera; otherwise the file's name does.",
             "NAME_OR_FILE[:POSE]",

@@ -77,7 +77,7 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
 def _remove_unwanted(store: Store, planned: Plan, options: RunOptions) -> int:
     """Remove pictures of other stages, and return how many.
 
-    With `replace` all pictures of another stage go; with `prune` pictures that the stage does not have. Raises
+    With `replace` all pictures of another stage go; with either, pictures that the stage does not have. Raises
     InputError if there are some and the option is not given.
     """
     other = same_stage.other_origin(store, planned)
@@ -87,7 +87,7 @@ def _remove_unwanted(store: Store, planned: Plan, options: RunOptions) -> int:
         unwanted = list(store.records())
     else:
         unwanted = orphans.orphaned_pictures(store, planned)
-        if not options.prune:
+        if not (options.prune or options.replace):
             orphans.refuse(store, unwanted)
     orphans.remove(store, unwanted)
     return len(unwanted)

@@ -163,7 +163,7 @@ class LoggedStage:
             raise InputError(found, do="give `time` with each request, or with none")
         if frame.time_s is not None and frame.time_s <= self._last_time:
             found = f"its time, {frame.time_s:g} s, is not after {self._last_time:g} s, the time of the picture before"
-            raise InputError(found, do="request pictures in the order of their times, or give none a time")
+            raise InputError(found, do="give it a later `time`; a frame has its own")
         if frame.name.lower() in self._names:
             do = "give each its own name; capitals do not count"
             raise InputError(f"a picture of the log is called {frame.name!r} already", do=do)
