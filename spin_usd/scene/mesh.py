@@ -13,8 +13,9 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.facing import few_axes
 from spin_usd.geometry.triangles import normals_of
 from spin_usd.scene.instances import Instances
-from spin_usd.scene.shape import MAX_FACES, Shape, hull_points
+from spin_usd.scene.shape import MAX_FACES, Shape, hull_points, spanning
 
+MANY_POINTS = 2**17  # of hulls of copies: to sort more takes longer than to find their hull
 BOX = np.array(list(product((0, 1), repeat=3)))
 BOX_EDGES = np.array([(i, j) for i in range(8) for j in range(i) if abs(BOX[i] - BOX[j]).sum() == 1])
 
@@ -123,7 +124,8 @@ class Mesh(Shape):
         if not self.instances:
             return self.own_hull
         spans = [self.own_hull] if len(self.faces) else []
-        return hull_points(np.concatenate([*spans, *(points for points in self._moved(hull=True))]))
+        points = np.concatenate([*spans, *(points for points in self._moved(hull=True))])
+        return hull_points(spanning(points) if len(points) > MANY_POINTS else points)
 
     @cached_property
     def outline(self) -> tuple[Float, NDArray[np.integer]]:

@@ -110,14 +110,19 @@ class Shape:
 
 def hull_points(points: Float) -> Float:
     """Points that span the convex hull of `points` (N, 3); all of them when the hull is flat."""
-    from scipy.spatial import ConvexHull, QhullError
-
     ordered = points[np.lexsort(points.T[::-1])]  # np.unique along an axis does the same in twice the time
     unique = ordered[np.r_[True, (ordered[1:] != ordered[:-1]).any(1)]] if len(ordered) else ordered
+    return frozen(spanning(unique))
+
+
+def spanning(points: Float) -> Float:
+    """Return those of the `points` (N, 3) that span their convex hull; all of them when the hull is flat."""
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
-        return frozen(unique[ConvexHull(unique).vertices])
+        return np.asarray(points[ConvexHull(points).vertices])
     except (QhullError, ValueError):
-        return frozen(unique)
+        return points
 
 
 def _primvar(name: str, values: NDArray[np.float32], faces: int) -> NDArray[np.float32]:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
+from spin_usd.scene.instances import Instances
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.scene import FrameId, OneBody, Scene, Shutter
@@ -49,6 +50,20 @@ def target(points, faces, *, parts=None, materials=(GREY,), **fields):
         Part(id=i, path=f"/T/p{i}", name=f"p{i}", class_name="c") for i in range(1, int(mesh.face_part.max()) + 1)
     )
     return Target(path="/T", name="T", mesh=mesh, parts=named, materials=tuple(materials))
+
+
+def copied(shape, matrices):
+    """A mesh of nothing but the `shape`, of one part, in all places of `matrices` (N, 3, 4)."""
+    count, nothing = len(matrices), np.zeros((0, 3))
+    places = Instances(shape=shape, matrices=matrices, parts=np.ones((count, 2)), groups=np.zeros(count))
+    return Mesh(
+        points=nothing,
+        faces=nothing,
+        face_part=np.zeros(0),
+        face_material=np.zeros(0),
+        corner_normals=np.zeros((0, 3, 3)),
+        instances=(places,),
+    )
 
 
 def pose(q=(1, 0, 0, 0), t=(0, 0, 4)):

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.mesh import Mesh
-from tests.cases.scenes import box, soup, target
+from spin_usd.scene.shape import hull_points
+from tests.cases.scenes import box, copied, soup, target
 
 POINTS, FACES = box()
 GOOD = {
@@ -65,6 +66,18 @@ def test_extent_holds_every_used_point(seed) -> None:
     assert away.max() == pytest.approx(mesh.radius)
     for direction in np.random.default_rng(seed).normal(size=(20, 3)):
         assert (mesh.hull @ direction).max() == pytest.approx((points @ direction).max())
+
+
+@pytest.mark.parametrize("apart", [0.0, 1.0, 1.3])
+@pytest.mark.parametrize("places", [(6, 6, 6), (6, 6, 1), (2, 1, 1)])
+def test_copies_have_the_hull_of_the_same_faces_alone(monkeypatch, apart, places) -> None:
+    """In one another, touching or apart, in a block, a plane or a row."""
+    monkeypatch.setattr("spin_usd.scene.mesh.MANY_POINTS", 100)
+    matrices = np.tile(np.eye(3, 4), (np.prod(places), 1, 1))
+    matrices[:, :, 3] = apart * np.indices(places).reshape(3, -1).T
+    copies = copied(target(POINTS, FACES).mesh, matrices)
+    alone = hull_points(np.concatenate([points for points, _ in copies.placed]))
+    np.testing.assert_array_equal(copies.hull, alone)
 
 
 def test_a_flat_mesh_has_a_hull() -> None:

@@ -4,8 +4,10 @@ Embree computes in float32. Rays are given to it in body axes around the target'
 radius, and start where they enter its bounding sphere: so every number is near one, and range costs no precision.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import batched
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -28,6 +30,7 @@ from spin_usd.scene.target import Target
 BEHIND = 5e-7  # of the target's radius: how far behind a hole a ray goes on; float32 is good to 1e-7 there
 FAR = 1e30  # a ray's length without an end
 MAX_FACES = 1 << 20  # of a mesh: with more, instances made out, it takes too long to look
+PART_FACES = 1 << 21  # of a mesh of copies: more than twice as many are opened in parts
 MAX_LAYERS = 16  # each is a scene of Embree's, and a process that opens a thousand crashes
 Faces = NDArray[np.int32]
 
@@ -68,9 +71,8 @@ class OverlappingFaces:
 
     @classmethod
     def among(cls, points: Float32, faces: Faces) -> "OverlappingFaces | None":
-        """Return those of the mesh with these points (P, 3) and faces (F, 3); None where there are none, or too many
-        faces to look."""
-        found = overlapping(points[faces].astype(np.float64)) if len(faces) <= MAX_FACES else np.zeros((0, 2), np.intp)
+        """Return those of the mesh with these points (P, 3) and faces (F, 3); None where there are none."""
+        found = overlapping(points[faces].astype(np.float64))
         if not len(found):
             return None
         layer = _layers(found, len(faces))
@@ -111,13 +113,41 @@ def _layers(pairs: Pairs, count: int) -> NDArray[np.int32]:
     return layer
 
 
+class SceneInParts:
+    """Embree's scenes of some places of a mesh each: to build one of all takes half as much memory again."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._parts: list[tuple[int, EmbreeScene]] = []
+        first, places = 0, 1 + sum(len(each.matrices) for each in mesh.instances)
+        for some in batched(mesh.placed, -(-places * PART_FACES // mesh.count)):
+            points, faces = in_target_units(mesh, some)
+            self._parts.append((first, mesh_scene(points, faces)))
+            self._parts[-1][1].run(points[:1], points[:1])  # builds it
+            first += len(faces)
+
+    def run(
+        self, origins: Float32, directions: Float32, dists: Any = None, query: str = "", output: bool = False
+    ) -> Any:
+        """Return what EmbreeScene.run returns; of faces that are equally near, those of the part of lower numbers."""
+        left = np.full(len(origins), FAR, np.float32) if dists is None else dists.copy()
+        if query:
+            return np.max([part.run(origins, directions, dists=left, query=query) for _, part in self._parts], axis=0)
+        found = {"primID": np.full(len(origins), -1, np.int32), **dict.fromkeys("uv", 0 * left), "tfar": left}
+        for first, part in reversed(self._parts):
+            nearer = part.run(origins, directions, dists=found["tfar"].copy(), output=True)
+            met = nearer["primID"] >= 0
+            nearer["primID"] += np.int32(first)
+            found = {name: np.where(met, nearer[name], values) for name, values in found.items()}
+        return found if output else found["primID"]
+
+
 class EmbreeCaster:
     """Casts rays at targets, and keeps Embree's data for each mesh as long as the mesh exists."""
 
     name = "embree"
 
     def __init__(self) -> None:
-        self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
+        self._opened: WeakKeyDictionary[Mesh, EmbreeScene | SceneInParts] = WeakKeyDictionary()
         self._overlapping: WeakKeyDictionary[Mesh, OverlappingFaces | None] = WeakKeyDictionary()
 
     def visibility(self, scene: Scene) -> Visibility:
@@ -198,20 +228,22 @@ class EmbreeCaster:
             return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
         return np.asarray(embree.run(origins, directions), np.int32)
 
-    def _embree(self, mesh: Mesh) -> EmbreeScene:
+    def _embree(self, mesh: Mesh) -> EmbreeScene | SceneInParts:
         if mesh not in self._opened:
-            self._opened[mesh] = mesh_scene(*in_target_units(mesh))
+            parts = mesh.instances and mesh.count > 2 * PART_FACES
+            self._opened[mesh] = SceneInParts(mesh) if parts else mesh_scene(*in_target_units(mesh, mesh.placed))
         return self._opened[mesh]
 
     def _overlaps(self, mesh: Mesh) -> OverlappingFaces | None:
         """Return the mesh's faces that lie in one another, found when the first face is requested."""
         if mesh not in self._overlapping:
-            self._overlapping[mesh] = OverlappingFaces.among(*in_target_units(mesh))
+            few = mesh.count <= MAX_FACES
+            self._overlapping[mesh] = OverlappingFaces.among(*in_target_units(mesh, mesh.placed)) if few else None
         return self._overlapping[mesh]
 
 
 def first_stop(
-    embree: EmbreeScene,
+    embree: EmbreeScene | SceneInParts,
     origins: Float32,
     directions: Float32,
     stops: Callable[[NDArray[np.int32], Float], NDArray[np.bool_]],
@@ -244,13 +276,13 @@ def first_stop(
     return face
 
 
-def in_target_units(mesh: Mesh) -> tuple[Float32, Faces]:
-    """Return points (P, 3) and faces (F, 3) of all of `mesh`.
+def in_target_units(mesh: Mesh, pieces: Iterable[tuple[Float, Faces]]) -> tuple[Float32, Faces]:
+    """Return points (P, 3) and faces (F, 3) of some `pieces` of `mesh`, as it has them placed.
 
     Embree's binding places nothing twice, so instances are made out for it, in its own 70 bytes a face.
     """
     points, faces, first = [], [], 0
-    for placed, indices in mesh.placed:
+    for placed, indices in pieces:
         points.append(((placed - mesh.centre) / mesh.radius).astype(np.float32))
         faces.append(indices + np.int32(first))
         first += len(placed)

@@ -30,14 +30,15 @@ def face_findings(target: Target) -> Iterator[Finding]:
     """Yield a warning where faces that overlap others and are in the open, each counted whole, make up MIN_SHARE of the
     target's area."""
     mesh = target.mesh
-    area = np.concatenate([areas(points[faces]) for points, faces in mesh.placed])
     chosen = evenly_spread(mesh)
-    area /= area[chosen].sum()
+    area = areas(corners_of(mesh, chosen))
+    area /= area.sum()
     pairs = coincident_faces(mesh, chosen)
     if not len(pairs):
         return
     pairs = pairs[_in_the_open(target, pairs[:, 0])]
-    share = float(area[np.unique(pairs[:, 0])].sum())
+    area = area[np.searchsorted(chosen, pairs[:, 0])]
+    share = float(area[np.unique(pairs[:, 0], return_index=True)[1]].sum())
     if share >= MIN_SHARE:
         message = (
             f"faces that hold {100 * share:.3g} % of its area overlap others ({_named(target, pairs, area)}): labels "
@@ -48,10 +49,10 @@ def face_findings(target: Target) -> Iterator[Finding]:
 
 
 def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
-    """Return the paths of the parts whose faces coincide most."""
+    """Return the paths of the parts whose faces coincide most; `area` (K,) is the share of the first of each pair."""
     by_parts: Counter[tuple[int, int]] = Counter()
-    for first, two in zip(pairs[:, 0], np.sort(parts_of(target.mesh, pairs.ravel()).reshape(-1, 2)), strict=True):
-        by_parts[int(two[0]), int(two[1])] += area[first]
+    for own, two in zip(area, np.sort(parts_of(target.mesh, pairs.ravel()).reshape(-1, 2)), strict=True):
+        by_parts[int(two[0]), int(two[1])] += own
     paths = {part.id: part.path for part in target.parts}
     named = [
         f"{paths[a]} with {paths[b]}" if a != b else f"{paths[a]} with itself"

@@ -1,14 +1,16 @@
 """The caster of rays against every triangle tried in double precision."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.renderers.embree.caster import EmbreeCaster, SceneInParts, first_stop, in_target_units, mesh_scene
 from spin_usd.scene.derived.surface import visible_surface
 from tests.authorities.first_hit import first_hit
-from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
+from tests.cases.scenes import BARREL, SMALL, box, copied, pose, scene, soup, target
 
 EDGE = (
     2e-6  # of a triangle, in barycentric weights, and of the target's radius: float32 may take either so near an edge
@@ -120,3 +122,41 @@ def test_meshes_are_kept_apart_and_let_go() -> None:
     assert len(caster._opened) == 2
     del near, far
     assert len(caster._opened) == 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rays_meet_in_parts_what_they_meet_in_the_whole(monkeypatch, seed) -> None:
+    """The nearest faces, and their places to the bit; what blocks; and what they meet behind holes."""
+    monkeypatch.setattr("spin_usd.renderers.embree.caster.PART_FACES", 100)
+    rng = np.random.default_rng(seed)
+    points, faces, _ = soup(seed)
+    matrices = np.zeros((9, 3, 4))
+    matrices[..., :3] = np.linalg.qr(rng.normal(size=(9, 3, 3)))[0]
+    matrices[..., 3] = rng.uniform(-1, 1, (9, 3))
+    mesh = copied(target(points, faces).mesh, matrices)
+    parts, whole = SceneInParts(mesh), mesh_scene(*in_target_units(mesh, mesh.placed))
+    origins = rng.uniform(-1, 1, (2000, 3)).astype(np.float32)
+    ways = rng.normal(size=origins.shape)
+    ways = (ways / np.linalg.norm(ways, axis=1, keepdims=True)).astype(np.float32)
+    ends = rng.uniform(0, 1, len(origins)).astype(np.float32)
+    found = parts.run(origins, ways)
+    assert len(np.unique(found // len(faces))) == 1 + len(matrices)
+    np.testing.assert_array_equal(found, whole.run(origins, ways))
+    found, expected = (each.run(origins, ways, dists=ends.copy(), output=True) for each in (parts, whole))
+    for name, values in found.items():
+        np.testing.assert_array_equal(values, expected[name])
+    found, expected = (each.run(origins, ways, dists=ends.copy(), query="OCCLUDED") for each in (parts, whole))
+    np.testing.assert_array_equal(found == -1, expected == -1)
+    found, expected = (first_stop(each, origins, ways, lambda face, _: face % 3 == 0) for each in (parts, whole))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_copies_of_many_faces_are_opened_in_parts(monkeypatch) -> None:
+    """And have the pictures of the same faces alone."""
+    points, faces = box()
+    matrices = np.tile(np.eye(3, 4), (30, 1, 1))
+    matrices[..., 3] = np.random.default_rng(1).uniform(-1, 1, (30, 3))
+    one = scene(replace(target(points, faces), mesh=copied(target(points, faces).mesh, matrices)))
+    expected = EmbreeCaster().visibility(one).face
+    monkeypatch.setattr("spin_usd.renderers.embree.caster.PART_FACES", 40)
+    np.testing.assert_array_equal(EmbreeCaster().visibility(one).face, expected)

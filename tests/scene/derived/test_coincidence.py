@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.derived.coincidence import GAP, MAX_MIDDLES, coincident_faces, evenly_spread
-from tests.cases.scenes import box, soup, target, unit_quaternions
+from tests.cases.scenes import box, copied, soup, target, unit_quaternions
 
 SECONDS = 20.0  # for 200,000 faces; measured 1
 
@@ -92,3 +92,27 @@ def test_many_faces_take_seconds() -> None:
     assert MAX_MIDDLES / 2 < len(looked_at) <= MAX_MIDDLES
     np.testing.assert_array_equal(np.unique(found[:, 0]), looked_at)
     assert areas(mesh.points[mesh.faces]).sum() == pytest.approx(2 * side**2)
+
+
+@pytest.mark.parametrize(("count", "spread"), [(2, 0.0), (20, 3.0), (50, 40.0)])
+@pytest.mark.parametrize("scales", [(1, 1, 1), (-1, 1, 1), (1, 2, 0.5)])
+@pytest.mark.parametrize("step", [2, 23])
+def test_copies_have_the_pairs_of_the_same_faces_alone(count, spread, scales, step) -> None:
+    """In one another or apart, turned, mirrored, stretched; of few middles a copy, and of many."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    doubled = np.concatenate([ball.faces, ball.faces[:40]])
+    rng = np.random.default_rng(count)
+    matrices = np.zeros((count, 3, 4))
+    matrices[..., :3] = [matrix_from_quaternion(q / np.linalg.norm(q)) for q in rng.normal(size=(count, 4))]
+    matrices[..., :3] *= rng.uniform(0.5, 1, (count, 1, 1)) * scales
+    matrices[1:, :, 3] = rng.uniform(-spread, spread, (count - 1, 3))
+    matrices[-1] = matrices[0]
+    copies = copied(target(ball.vertices, doubled).mesh, matrices)
+    alone = target(
+        np.concatenate([points for points, _ in copies.placed]),
+        np.concatenate([faces + i * len(ball.vertices) for i, (_, faces) in enumerate(copies.placed)]),
+    ).mesh
+    looked_at = np.arange(0, copies.count, step)
+    found, expected = coincident_faces(copies, looked_at), coincident_faces(alone, looked_at)
+    assert len(found)
+    np.testing.assert_array_equal(np.unique(found, axis=0), np.unique(expected, axis=0))
