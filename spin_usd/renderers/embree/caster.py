@@ -6,7 +6,7 @@ radius, and start where they enter its bounding sphere: so every number is near 
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import batched
+from itertools import islice
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -119,7 +119,8 @@ class SceneInParts:
     def __init__(self, mesh: Mesh) -> None:
         self._parts: list[tuple[int, EmbreeScene]] = []
         first, places = 0, 1 + sum(len(each.matrices) for each in mesh.instances)
-        for some in batched(mesh.placed, -(-places * PART_FACES // mesh.count)):
+        placed = iter(mesh.placed)
+        while some := list(islice(placed, -(-places * PART_FACES // mesh.count))):
             points, faces = in_target_units(mesh, some)
             self._parts.append((first, mesh_scene(points, faces)))
             self._parts[-1][1].run(points[:1], points[:1])  # builds it
