@@ -208,9 +208,11 @@ COLMAP = ExportFormat(
 )
 
 
-def read_poses(path: Path) -> Iterator[PoseEntry]:
-    """Read the images of the file at `path`, whose world is taken for the body. Raises InputError that names the
-    line."""
+def read_poses(path: Path) -> Iterator[PoseEntry | str]:
+    """Read the images of the file at `path`, whose world is taken for the body, and a note. Raises InputError that
+    names the line."""
+    yield "positions are taken for metres; COLMAP itself gives its world any scale"
+    cameras = set[str]()
     for number, line, _ in _image_lines(path):
         where = f"{path}, line {number}"
         words = line.split(maxsplit=9)
@@ -222,7 +224,10 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
         except ValueError:
             raise InputError("contains text that is not a number before the image's name", where=where) from None
         pose = finite_numbers(numbers, 7, "the pose", where)
+        cameras.add(words[8])
         yield PoseEntry(filename=words[9].strip(), q_cam_body=pose[:4], t_cam_body=pose[4:])
+    if len(cameras) > 1:
+        yield f"its images are of {len(cameras)} cameras: all pictures are taken with --camera alone"
 
 
 COLMAP_POSES = PoseFormat(

@@ -119,6 +119,7 @@ def test_each_camera_has_a_line_and_a_picture_of_nothing_an_empty_one(rendered, 
     write_export(dataset, "colmap", tmp_path / "out")
     assert [row[:2] for row in lines(tmp_path / "out", "cameras")] == [["1", "FULL_OPENCV"], ["2", "PINHOLE"]]
     assert [head[8:] for head, _, _ in images(tmp_path / "out")] == [["1", "a.png"], ["2", "b.png"]]
+    assert "its images are of 2 cameras" in read_pose_list(tmp_path / "out").notes[-1]
     blanked = clone(rendered, tmp_path / "blanked", [{"frame": "a"}, {"frame": "b"}])
     blank(blanked, "a")
     write_export(blanked, "colmap", tmp_path / "blank", options={"points": "50"})

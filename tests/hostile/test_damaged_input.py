@@ -225,3 +225,27 @@ def test_a_target_of_60000_nested_prims_is_refused_and_leaves_nothing(place, spi
     spin_usd(*place.author("--target", f"deep.{kind}"), cwd=place.folder, code=2)
     assert not (place.folder / "out").exists()
     assert not [p for p in place.folder.iterdir() if p.name.startswith(".")]
+
+
+STATEMENTS = {
+    "tuples that never end (OpenUSD 4215)": "def Mesh 'm' { float3 a = " + "(" * 250 + "1",
+    "tuples without a bound (OpenUSD 4215)": "def Mesh 'm' { float3 a = " + "(" * 200_000 + "1",
+    "a prim after a broken path (OpenUSD 4217)": "def Mesh '' { def '' { def 'a' (a = ''){ def Mesh 'b' () {} } } }",
+    "prims of no type in one another (OpenUSD 4217)": "def def class over 'a' { def { over class 'b' {} } }",
+    "a variant set outside prims (OpenUSD 4218)": "variantSet 'v' = { 'x' { variantSet 'w' = { 'y' { } } }",
+    "variants within variants (OpenUSD 4218)": "def 'a' { variantSet '' = { '' { variantSet '' = { '' { } } } } } }",
+    "a name that nothing can have (OpenUSD 1730)": "(e='' D={string a=''})def''{def''{def''(a=''){l r e t=<>\n}}}",
+}
+
+
+@pytest.mark.children
+@pytest.mark.parametrize("name", STATEMENTS)
+def test_statements_like_those_that_broke_usds_parser_are_a_sentence(spin_usd, tmp_path, name) -> None:
+    """The reports' own inputs are not public: these are of their kinds."""
+    model = tmp_path / "model.usda"
+    model.write_text(f"#usda 1.0\n{STATEMENTS[name]}\n")
+    given = ("--sample", "range=5 count=1", "--camera", "speedplus", "--out", tmp_path / "out")
+    done = spin_usd("author", "--target", model, *given, code=2)
+    assert "model.usda" in done.stderr
+    assert "internal error" not in done.stderr
+    assert not (tmp_path / "out").exists()
