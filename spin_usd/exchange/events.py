@@ -108,7 +108,7 @@ def _layout(ending: str, write: Callable[[Iterable[Events], Path, Size], None]) 
         needs=(),
         conventions=CONVENTIONS,
         shared=files,
-        limits=(needs_extra("events"),),
+        limits=(needs_extra("events", but="faery" if write is write_evt3 else ""),),
         refuse=streams_of,
         files=lambda dataset, picture: iter(()),
         file=lambda dataset, picture: f"{picture.variant}{ending}",

@@ -25,9 +25,8 @@ from spin_usd.geometry.rotation import quaternion_from_matrix
 CENTRE = 0.0  # of the first pixel, as OpenCV and image_geometry have it
 CAMERA, LIDAR = "camera_optical_frame", "lidar_link"
 VERSION: Literal[8] = 8  # of metadata.yaml, which ROS 2 reads from Iron on; the storage is read by Humble too
-IMAGE, INFO, DEPTH, POINTS, POSE, TF = (
-    *("/camera/image_raw", "/camera/camera_info", "/camera/depth", "/lidar/points", "/target/pose", "/tf"),
-)
+IMAGE, INFO, DEPTH = "/camera/image_raw", "/camera/camera_info", "/camera/depth"
+POINTS, POSE, TF = "/lidar/points", "/target/pose", "/tf"
 TYPES: Mapping[str, str] = {
     IMAGE: "sensor_msgs/msg/Image",
     INFO: "sensor_msgs/msg/CameraInfo",

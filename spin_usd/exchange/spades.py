@@ -103,7 +103,7 @@ SPADES = ExportFormat(
         conventions=CONVENTIONS,
         shared=lambda dataset: iter((camera_file(dataset),)),
         files=_files,
-        limits=(needs_extra("events"), no_distortion, one_camera),
+        limits=(needs_extra("events", but="faery"), no_distortion, one_camera),
         refuse=refuse,
         splits={"train": "train"},
     ),

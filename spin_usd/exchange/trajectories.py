@@ -32,8 +32,8 @@ from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED
 from spin_usd.geometry.transform import Transform
 
 NOTE = (
-    "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; where it has the "
-    "body's poses in the camera's axes instead, give them as CSV with the heads name, qw, qx, qy, qz, x, y, z"
+    "is a trajectory as {} has it: poses of a camera in a world, whose axes are taken for the body's; if yours has the "
+    "body's poses in the camera's axes, give a CSV with the columns name, qw, qx, qy, qz, x, y, z"
 )
 TIME_UNIT = re.compile(r"#\s*time\w*?[\s_]*[\[(]\s*(\w+)\s*[\])]")
 """A heading of the column of times, and their unit."""

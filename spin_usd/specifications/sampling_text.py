@@ -56,10 +56,10 @@ def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
     with the word."""
     words = _words(text)
     given = _number("count", words.pop("count")) if "count" in words else count
+    poses, sample, constraints = _sorted(words)
     if given is None:
         raise InputError("does not state the number of pictures", where=f"sample {text!r}", do="add count=100")
     pictures = _whole(_within("count", given, 1, MAX_PICTURES))
-    poses, sample, constraints = _sorted(words)
     part = {"name": "sample", "names": NAMES, "pictures": pictures, "poses": poses, "sample": sample}
     return {"schema": "sample-1", "part": [part], "constraints": constraints}
 

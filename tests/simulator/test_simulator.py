@@ -162,7 +162,7 @@ def test_a_pickled_picture_has_what_it_had(simulator) -> None:
         ({"lights": {"moon": 2}}, "there is no light 'moon'"),
         ({"values": {"sun.colour": 2}}, "is not a parameter"),
         ({"values": {"sensor.gain": "high"}}, "does not take 'high'"),
-        ({"exposure": -1.0}, "may be sampled as -1 s"),
+        ({"exposure": -1.0}, "could be -1 s"),
         ({"sun": (0, 0, 0)}, "does not take"),
         ({"frame": 0, "time": 1.0}, "a frame and a time are both given"),
         ({"name": "a/b"}, "cannot name a picture"),

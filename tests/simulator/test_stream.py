@@ -127,7 +127,7 @@ def test_a_stream_can_be_logged_and_rendered(small_stage, spec, spin_usd, tmp_pa
     [
         ('"sun.2.direction" = { distribution = "directions" }', "sun.2.direction: adds a prim; augment the stage"),
         ('"background" = { distribution = "fixed", value = "earth" }', "background: earth needs a new render"),
-        ('"sun.factor" = { distribution = "fixed", value = -1 }', "may be sampled as -1"),
+        ('"sun.factor" = { distribution = "fixed", value = -1 }', "could be -1"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(small_stage, tmp_path, sampled, said) -> None:

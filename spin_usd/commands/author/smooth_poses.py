@@ -16,7 +16,7 @@ def smooth_poses(poses: PoseList, times: Float | None) -> PoseList:
     fit = fitted_rates(times, matrices_from_quaternions(poses.q_cam_body), poses.t_cam_body)
     name = poses.source or "the pose list"
     if fit is None:
-        said = f"{name}: its poses are too few, or do not follow one another smoothly: no exposure is blurred by them"
+        said = f"{name}: its poses are too few, or do not follow one another smoothly: pictures have no motion blur"
         return poses.with_rates(None, None, said)
     said = f"{name}: between its poses the target moves by splines through them"
     if fit.missed or fit.missed_rad:

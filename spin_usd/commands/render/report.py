@@ -107,7 +107,8 @@ class RunListener:
         self._report_progress()
 
     def stopping(self, pictures: int) -> None:
-        self.note(f"finishing {pluralise(pictures, 'picture')}; Ctrl-C or SIGTERM now stops at once")
+        begun = f"finishing {pluralise(pictures, 'picture')}" if pictures else "stopping"
+        self.note(f"{begun}; Ctrl-C or SIGTERM now stops at once")
 
     def stopped(self) -> None:
         made, all_pictures = self.report.reused + self.report.made, self.report.pictures

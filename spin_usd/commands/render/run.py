@@ -63,7 +63,7 @@ def render_dataset(
         do = "give one of them: a cluster shares out all pictures by itself"
         raise InputError("--shard and --cluster are given together", do=do)
     if event_labels is not None:
-        EXTRAS["events"].require()
+        EXTRAS["events"].require(but="faery")
     if event_labels is not None and (shard or options.cluster is not None or is_url(out)):
         do = "render events into a folder of this machine, a variant at a time where there are several machines"
         raise InputError("events are requested with a shard, a cluster or a URL", do=do)

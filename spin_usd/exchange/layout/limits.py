@@ -10,9 +10,10 @@ UINT16_MAX = 2**16 - 1
 INSTANCE = "instance"
 
 
-def needs_extra(name: str) -> Limit:
-    """Return the limit to installations with the extra of that name; it raises MissingPackageError."""
-    return lambda survey: EXTRAS[name].require(survey.format)
+def needs_extra(name: str, *, but: str = "") -> Limit:
+    """Return the limit to installations with the extra of that name, `but` that package; it raises
+    MissingPackageError."""
+    return lambda survey: EXTRAS[name].require(survey.format, but=but)
 
 
 def undistorted(remedy: str) -> Limit:

@@ -87,7 +87,7 @@ class Parameter:
             self._refuse(f"{low:g} to {high:g}", limits)
 
     def _refuse(self, numbers: str, limits: Range) -> NoReturn:
-        found = f"may be sampled as {numbers}{' ' * bool(self.unit)}{self.unit}"
+        found = f"could be {numbers}{' ' * bool(self.unit)}{self.unit}"
         raise InputError(found, where=self.name, do=f"choose {limits}")
 
 

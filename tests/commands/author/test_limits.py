@@ -24,17 +24,17 @@ def entries(name, **words):
 @pytest.mark.parametrize(
     ("name", "words", "sentence"),
     [
-        ("optics.glare", {"distribution": "fixed", "value": 2}, "may be sampled as 2; choose numbers from 0 to 1"),
+        ("optics.glare", {"distribution": "fixed", "value": 2}, "could be 2; choose numbers from 0 to 1"),
         ("optics.glare", {"distribution": "uniform", "low": 0, "high": 1.0001}, "choose numbers from 0 to 1"),
         (
             "exposure.time",
             {"distribution": "log_uniform", "low": 1e-8, "high": 1, "unit": "ms"},
-            "may be sampled as 1e-11 to 0.001 s; choose numbers from 1e-09 to 1e",
+            "could be 1e-11 to 0.001 s; choose numbers from 1e-09 to 1e",
         ),
-        ("optics.glare", {"distribution": "choice", "values": [0.1, 0.2, -0.1]}, "may be sampled as -0.1; choose"),
-        ("optics.glare", {"distribution": "normal", "mean": 0.5, "sigma": 1, "high": 1.5}, "may be sampled as 1.5"),
+        ("optics.glare", {"distribution": "choice", "values": [0.1, 0.2, -0.1]}, "could be -0.1; choose"),
+        ("optics.glare", {"distribution": "normal", "mean": 0.5, "sigma": 1, "high": 1.5}, "could be 1.5"),
         ("optics.glare", {"distribution": "normal", "mean": 9, "sigma": 1}, "fewer than 0.001 of all values about 9"),
-        ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "may be sampled as 0 to 8; choose numbers"),
+        ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "could be 0 to 8; choose numbers"),
         ("focus.distance", {"distribution": "uniform", "low": 0, "high": 8, "unit": "m"}, "choose numbers above 0"),
         ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "does not take 0.0: it is a truth"),
         ("sun.factor", {"distribution": "uniform", "low": -0.001, "high": 2}, "choose numbers from 0 to"),

@@ -325,7 +325,7 @@ def test_units_are_sizes_of_one_another(own) -> None:
 
 
 def test_limits_are_those_of_the_reader() -> None:
-    with pytest.raises(InputError, match=re.escape("optics.glare: may be sampled as 2; choose numbers from 0 to 1")):
+    with pytest.raises(InputError, match=re.escape("optics.glare: could be 2; choose numbers from 0 to 1")):
         parameter_named("optics.glare").check(2.0)
 
 

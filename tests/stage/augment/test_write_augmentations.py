@@ -312,7 +312,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SAMPLE + '"optics.glare" = { distribution = "uniform", low = 0.5, high = 1.001 }',
-            "optics.glare: may be sampled as 0.5 to 1.001; choose numbers from 0 to 1",
+            "optics.glare: could be 0.5 to 1.001; choose numbers from 0 to 1",
         ),
         (
             SAMPLE + '"exposure.stops" = { distribution = "normal", mean = 0, sigma = 1, low = 60, unit = "stops" }',
