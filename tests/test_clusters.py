@@ -85,6 +85,7 @@ def test_the_container_has_the_libraries_that_the_workflow_installs() -> None:
     assert system_packages() == set(listed.split())
 
 
+@pytest.mark.slow
 def test_the_container_has_every_system_library_that_blender_loads() -> None:
     bpy = importlib.util.find_spec("bpy")
     if bpy is None or not shutil.which("dpkg-query") or not shutil.which("ldd"):

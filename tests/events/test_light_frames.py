@@ -88,6 +88,7 @@ def test_what_no_render_saw_is_rendered(tmp_path) -> None:
     assert few.rendered == len(spinning.pictures) == 5
 
 
+@pytest.mark.slow
 def test_small_targets_are_as_pictures_show_them(tmp_path) -> None:
     """Their few pixels have edges everywhere, which the rays of their middles do not tell."""
     far = Moving(author_moving(tmp_path / "far", distance=6, speed=0.2))

@@ -90,6 +90,7 @@ def test_rosbags_reads_its_own_folder_and_the_bytes_are_the_same_again(timed, ba
     assert contents(tmp_path / "again") == contents(bag.parent)
 
 
+@pytest.mark.slow
 def test_a_lidar_has_its_points_and_its_frame(spin_usd, tmp_path) -> None:
     spin_usd("author", "--sample", "range=3 inside=1 count=1", "--target", "tango", "--camera", "speedplus",
              "--resolution", 64, "--lidar", "flash", "--out", tmp_path / "stage")  # fmt: skip

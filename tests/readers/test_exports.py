@@ -12,6 +12,8 @@ import pytest
 from spin_usd.reading.dataset import Dataset
 from tests.exchange.conftest import blank, clone
 
+pytestmark = pytest.mark.slow
+
 PICTURES = 3
 COLMAP = 1e-6  # pixels, and metres: as far as pycolmap refines a point
 LOSSY = 2.0  # levels of 255, on average, that the code of a video loses

@@ -16,6 +16,8 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
+pytestmark = pytest.mark.slow
+
 SNIPPETS = re.findall(
     r"^```python\n(.*?)^```", (REPOSITORY / "docs" / "reference" / "dataset.md").read_text(), re.MULTILINE | re.DOTALL
 )

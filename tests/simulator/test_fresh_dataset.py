@@ -308,7 +308,9 @@ def answer(fresh, places, answers) -> None:
 
 
 @pytest.mark.children
-@pytest.mark.parametrize("method", ["fork", "forkserver", "spawn"])
+@pytest.mark.parametrize(
+    "method", ["spawn", *(pytest.param(each, marks=pytest.mark.slow) for each in ("fork", "forkserver"))]
+)
 def test_workers_that_outlive_an_epoch_draw_the_next_one(rendered, spec, method) -> None:
     context = multiprocessing.get_context(method)
     places, answers = context.SimpleQueue(), context.SimpleQueue()

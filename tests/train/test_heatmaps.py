@@ -48,6 +48,7 @@ def test_the_peak_of_a_gaussian_is_found(x, y) -> None:
     assert peaks(maps)[0] == pytest.approx(np.array([[x, y]]), abs=CELLS)
 
 
+@pytest.mark.slow
 def test_what_is_taught_gives_the_pose_back(tango) -> None:
     """Perfect heatmaps make the true pose, through the lens."""
     from train.heatmaps import pose_of, taught
@@ -98,6 +99,7 @@ def test_a_pack_gives_each_picture_back(tmp_path) -> None:
             assert np.array_equal(maps, maps_there)
 
 
+@pytest.mark.slow
 def test_appearances_are_dealt_out_in_turn(tango, tmp_path, spin_usd) -> None:
     """Of three variants a row of one shows each as often, and a row of three all of them."""
     from train.pictures import read_set

@@ -152,7 +152,7 @@ def test_a_picture_does_not_depend_on_how_many_there_are(name) -> None:
         assert (less.q_cam_body[i] == more.q_cam_body[where[shot.name]]).all()
 
 
-@pytest.mark.parametrize("name", ["speedplus", "urso", "cubesat_cdt"])
+@pytest.mark.parametrize("name", [pytest.param("speedplus", marks=pytest.mark.slow), "urso", "cubesat_cdt"])
 def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) -> None:
     """Not even where it was sampled again for a constraint."""
     found = []

@@ -75,7 +75,7 @@ def test_a_damaged_file_is_made_again_and_nothing_else_stays_in_the_cache(made, 
 
 
 @pytest.mark.children
-@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_any_number_of_workers_makes_the_same_bytes(made, stage, tmp_path, workers) -> None:
     render(stage, out=tmp_path / "set", event_labels=True, workers=workers, **OPTIONS)
     for name in ("nominal.h5", "nominal.json"):
@@ -181,7 +181,7 @@ def test_the_plan_says_how_many_renders_it_takes(made, stage) -> None:
     "how",
     [
         {"start": 0.0, "speed": 0.6, "distance": 1.5, "resolution": "32"},  # it leaves the frame
-        {"start": -5.0, "speed": 5.0, "distance": 60.0},  # half a pixel
+        pytest.param({"start": -5.0, "speed": 5.0, "distance": 60.0}, marks=pytest.mark.slow),  # half a pixel
         {"start": 3.0, "speed": 0.0},  # it is never in it
     ],
 )

@@ -102,7 +102,7 @@ def test_a_turning_square_is_round_and_keeps_its_energy(blender, glowing_square)
     assert np.isclose(found.sum(), 32**2, rtol=ENERGY)
 
 
-@pytest.mark.parametrize("z", [6, 600])
+@pytest.mark.parametrize("z", [6, pytest.param(600, marks=pytest.mark.slow)])
 def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplus, z) -> None:
     """Approach, drift and tumbling together, near and far; the far one comes nearer by many times its own size."""
     camera = smaller(magnified(speedplus, z), 4)

@@ -134,6 +134,7 @@ def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name)
     assert_sum(apart, as_one(blender, monkeypatch, scene, Effort(samples=SAMPLES), seed=1), samples=SAMPLES)
 
 
+@pytest.mark.slow
 def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blender, taken, monkeypatch) -> None:
     from spin_usd.renderers.crop import picture_bands
 
@@ -150,6 +151,7 @@ def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blen
         assert_sum(apart, as_one(blender, monkeypatch, case, Effort(samples=64), seed=1), samples=64)
 
 
+@pytest.mark.slow
 def test_each_group_is_what_its_source_makes_alone(blender, taken) -> None:
     """The order is that of LightGroups: lights by their places, then what shines from around, then what glows."""
     lights, fields = SOURCES["everything"]
