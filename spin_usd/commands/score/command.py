@@ -16,14 +16,14 @@ from spin_usd.terminal.tables import show_table
 if TYPE_CHECKING:
     from spin_usd.commands.score.report import ScoredErrors, ScoredModel
 
-HEADINGS = ("pictures", "count", "SPEED", "SPEED+", "position m", "p90", "attitude deg", "p90")
+HEADINGS = ("pictures", "count", "SPEED", "SPEED+", "median m", "p90 m", "median deg", "p90 deg")
 
 
 def score(context: typer.Context, options: ScoreOptions, *, as_json: Json = False) -> None:
     """Score predicted poses: SPEED and SPEED+ scores, errors in metres and degrees, ADD, and BOP's recalls.
 
-    Errors are medians and 90th percentiles. SPEED is the score without thresholds, SPEED+ the score with the thresholds
-    of its calibration.
+    Columns in m are errors of position, columns in deg errors of attitude: medians and 90th percentiles. SPEED is the
+    score without thresholds, SPEED+ the score with the thresholds of its calibration.
     """
     from msgspec import UNSET
 
