@@ -3,6 +3,7 @@
 A new one is a file of its own and an entry here.
 """
 
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES
 from spin_usd.exchange.cameras.camera_format import CameraFormat
@@ -90,5 +91,5 @@ CAMERA_FORMATS: tuple[CameraFormat, ...] = (
 def format_named(name: str) -> ExportFormat:
     """Return the format of that name. Raises InputError that lists those there are."""
     if name not in EXPORT_FORMATS:
-        raise InputError(f"there is no format {name!r}", do=f"choose among {', '.join(EXPORT_FORMATS)}")
+        raise InputError(f"there is no format {name!r}", do=suggestion(name, EXPORT_FORMATS))
     return EXPORT_FORMATS[name]

@@ -9,13 +9,13 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from spin_usd.basics.resources import bundled_names
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
@@ -190,8 +190,7 @@ def read_materials_file(path: str | Path, table: Table = MATERIALS) -> tuple[Mat
 def _material(row: Row) -> MaterialRule:
     name, known = _text(row, "material"), (*bundled_names("material"), KEEP)
     if name not in known:
-        meant = get_close_matches(name, known, n=1)
-        do = f"did you mean {meant[0]}?" if meant else "see spin-usd list materials"
+        do = suggestion(name, known, "see spin-usd list materials")
         raise InputError(f"there is no material {name!r}", where=row.where, do=do)
     return MaterialRule(
         pattern=row.name,

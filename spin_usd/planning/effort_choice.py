@@ -12,6 +12,7 @@ from spin_usd.accuracy.choice import choose, expectation, outcome_of
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.basics.json_fields import Size
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.files.sha256 import sha256_of
 from spin_usd.options import EffortOptions, refuse_together
@@ -80,7 +81,7 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
     """Return the effort of the quality `name`, with its figures in the measurement beside the `stage`. Raises
     InputError if there is no such quality."""
     if name not in QUALITIES:
-        raise InputError(f"there is no quality {name!r}", do=f"choose among {', '.join(QUALITIES)}")
+        raise InputError(f"there is no quality {name!r}", do=suggestion(name, QUALITIES))
     effort = QUALITIES[name]
     chosen = Chosen(by="quality", asked=name, reason=f"the quality {name} is {effort.text}")
     try:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS, NEEDS
 from spin_usd.options import PictureOptions, names_in
@@ -34,7 +35,7 @@ class RenderRequest:
     def __post_init__(self) -> None:
         for label in self.labels:
             if label not in LABELS:
-                raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
+                raise InputError(f"there is no label {label!r}", do=suggestion(label, LABELS))
         refuse_unknown_device(self.device, AUTO)
         if self.device not in (CPU, AUTO):
             self._refuse_device()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import LABELS
@@ -65,7 +66,7 @@ class LivePicture(Picture):
 
     def _read(self, kind: str, rows: range | None) -> NDArray[Any]:
         if kind not in FILE_KINDS:
-            raise InputError(f"there is no label {kind!r}", do=f"choose among {', '.join(LABELS)}")
+            raise InputError(f"there is no label {kind!r}", do=suggestion(kind, LABELS))
         if self.labels is not None and kind not in self.labels:
             raise InputError(f"has no {kind}", where=self.frame, do=f"add {kind} to its labels")
         if kind not in self.arrays:

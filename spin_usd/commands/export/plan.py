@@ -17,6 +17,7 @@ from spin_usd import __version__
 from spin_usd.basics.arrays import digest
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.progress import Progress
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout
@@ -173,7 +174,7 @@ def _target(dataset: Dataset, name: str | None) -> str:
     """Return the name of the target that is exported where a format holds one. Raises InputError."""
     names = [target.name for target in dataset.targets]
     if name is not None and name not in names:
-        raise InputError(f"has no target {name!r}", where=dataset.root, do=f"choose among {', '.join(names)}")
+        raise InputError(f"has no target {name!r}", where=dataset.root, do=suggestion(name, names))
     return name or names[0]
 
 

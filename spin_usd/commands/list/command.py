@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from spin_usd.basics.resources import BUNDLED, bundled, bundled_names
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.files.user_file import read_text
@@ -85,7 +86,7 @@ def list(
 ) -> None:
     """List the names that other commands accept: targets, cameras, presets, lights, labels and more."""
     if kind is not None and kind not in LISTS:
-        raise InputError(f"there are no {kind!r} to list", do=f"choose among {', '.join(LISTS)}")
+        raise InputError(f"there are no {kind!r} to list", do=suggestion(kind, LISTS))
     chosen = LISTS if kind is None else {kind: LISTS[kind]}
     if as_json:
         print_out(json.dumps({title: each.names() for title, each in chosen.items()}))

@@ -19,6 +19,7 @@ from msgspec.msgpack import Decoder, Encoder
 
 import spin_usd
 from spin_usd.basics.stop_signals import Stopped, postponed
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.commands.serve.messages import (
     MAX_MESSAGE,
     Asked,
@@ -194,7 +195,7 @@ class Server:
     def _request(self, asked: Asked) -> PictureRequest:
         """Return the request for a picture. Raises InputError."""
         if unknown := [kind for kind in asked.arrays if kind not in FILE_KINDS]:
-            raise InputError(f"there is no {unknown[0]!r}", do=f"choose among {', '.join(FILE_KINDS)}")
+            raise InputError(f"there is no {unknown[0]!r}", do=suggestion(unknown[0], FILE_KINDS))
         if BACKGROUND in (asked.values or {}):
             do = "draw photographs on the server's machine, by Simulator.stream"
             raise InputError(f"{BACKGROUND} names a file of the server's machine", do=do)

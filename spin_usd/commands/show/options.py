@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.completions import listed_in
 from spin_usd.errors import InputError
 from spin_usd.options import Dataset, Listening, Option, Workers, names_in
@@ -56,7 +57,7 @@ class ShowOptions(Listening):
         found = tuple(label for name in names_in(self.labels) for label in groups.get(name, (name,)))
         for label in found:
             if label not in PIXEL_LABELS:
-                raise InputError(f"there is no label {label!r} of pixels", do=f"choose among {', '.join(PIXEL_LABELS)}")
+                raise InputError(f"there is no label {label!r} of pixels", do=suggestion(label, PIXEL_LABELS))
         return found
 
     @property

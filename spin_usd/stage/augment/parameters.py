@@ -3,8 +3,8 @@
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 
+from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.material import LIMITS, Limits
@@ -263,8 +263,7 @@ def parameter_named(name: str) -> Parameter:
         return Parameter(name=name, description="An input of a material.", make=materials.material_input, limits=own)
     if found and found[2] == VARIATION and not found[3]:
         return Parameter(name=name, description=VARIES, make=variation, limits=Range(0, 1))
-    meant = get_close_matches(name, [*PARAMETERS, BACKGROUND], n=1)
-    do = f"did you mean {meant[0]}?" if meant else "see schemas/augment-1.schema.json for the list of them"
+    do = suggestion(name, [*PARAMETERS, BACKGROUND], "see schemas/augment-1.schema.json for the list of them")
     raise InputError("is not a parameter", where=name, do=do)
 
 

@@ -162,7 +162,7 @@ def test_a_folder_of_something_else_is_left_alone(two_variants, tmp_path) -> Non
 @pytest.mark.parametrize(
     ("to", "asked", "sentence"),
     [
-        ("speedpus", {}, "there is no format 'speedpus'; choose among speedplus"),
+        ("speedpus", {}, "there is no format 'speedpus'; did you mean speedplus"),
         ("speedplus", {"options": {"mask": "none"}}, "speedplus has no option 'mask'; choose among domain, image"),
         ("speedplus", {"options": {"masks": "all"}}, "option masks='all' is not possible; choose silhouette or parts"),
         ("speedplus", {"split": "dev=1"}, "speedplus has no split 'dev'; choose among train, validation, test"),
