@@ -56,6 +56,15 @@ def _labels() -> Mapping[str, str]:
     return {name: label.channels.meaning for name, label in LABELS.items()}
 
 
+def _event_sensors() -> Mapping[str, str]:
+    from spin_usd.scene.event_sensor import PRESETS  # not above: it loads numpy
+
+    said = (
+        "thresholds {0.threshold_on:.2g} and {0.threshold_off:.2g}, cutoff {0.cutoff:g} Hz, noise {0.shot_noise:g} Hz"
+    )
+    return {name: said.format(each) for name, each in PRESETS.items()}
+
+
 def _formats() -> Mapping[str, str]:
     from spin_usd.exchange.table import EXPORT_FORMATS  # not above: it loads numpy
 
@@ -73,10 +82,11 @@ LISTS = {
     "samples": Kind(option="author --sample", names=_travelling("sample")),
     "scenarios": Kind(option="author --scenario", names=_travelling("scenario")),
     "augmentations": Kind(option="augment --spec, author --augment", names=_travelling("specification")),
+    "event-sensors": Kind(option="author --event-sensor", names=_event_sensors),
     "labels": Kind(option="render --labels", names=_labels),
     "formats": Kind(option="export --to", names=_formats),
 }
-assert len(LISTS) == len(BUNDLED) + 2, "each kind of bundled files is listed"
+assert len(LISTS) == len(BUNDLED) + 3, "each kind of bundled files is listed"
 
 
 def list(
