@@ -81,9 +81,9 @@ def test_a_name_cannot_steer_the_terminal(at_terminal) -> None:
 def test_a_pipe_gets_every_finding_in_a_line_and_every_rule_with_its_count(capsys) -> None:
     show_findings(FINDINGS, unfolded=False)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == f"error: depth/nominal/img000001.exr: the file is missing; {REMEDY} [missing]"
-    assert lines[1:10] == [f"error: depth/{n}.exr: differs from its record; {REMEDY} [sha256]" for n in range(9)]
-    assert lines[10].startswith(r"warning: image/\x1b[31m\u202egnp.png: ")
+    assert lines[0] == f"error [missing]: depth/nominal/img000001.exr: the file is missing; {REMEDY}"
+    assert lines[1:10] == [f"error [sha256]: depth/{n}.exr: differs from its record; {REMEDY}" for n in range(9)]
+    assert lines[10].startswith(r"warning [stray]: image/\x1b[31m\u202egnp.png: ")
     assert lines[11:] == ["rule missing: 1 error", "rule sha256: 9 errors", "rule stray: 1 warning"]
 
 

@@ -127,7 +127,7 @@ def _lines(rules: Sequence[RuleFindings]) -> Iterator[str]:
     """Yield a line for each finding, then one for each rule."""
     for rule in rules:
         for finding in rule.findings:
-            yield f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]"
+            yield f"{finding.severity} [{finding.code}]: {finding.where}: {finding.message}"
     for rule in rules:
         yield f"rule {rule.code}: {rule.count}"
 
