@@ -36,6 +36,9 @@ class SharedEpoch:
     """An epoch that this process shares with its copies in other processes: workers of a loader may outlive it."""
 
     def __init__(self, epoch: int) -> None:
+        self._begin(epoch)
+
+    def _begin(self, epoch: int) -> None:
         self._hold(nameless_file())
         os.pwrite(self._file, os.urandom(TOKEN_BYTES), EPOCH_BYTES)
         self.number = epoch
@@ -60,7 +63,7 @@ class SharedEpoch:
                 self._hold(nameless_file_of(process, file))
                 if os.pread(self._file, TOKEN_BYTES, EPOCH_BYTES) == content[EPOCH_BYTES:]:
                     return
-        self.__init__(int.from_bytes(content[:EPOCH_BYTES], "little"))  # type: ignore[misc]
+        self._begin(int.from_bytes(content[:EPOCH_BYTES], "little"))
 
     def _hold(self, file: int) -> None:
         self._file = file

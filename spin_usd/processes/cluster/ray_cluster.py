@@ -243,7 +243,7 @@ def _lives(node: str) -> bool:
 def _connect(address: str) -> bool:
     """Connect to the cluster, and return whether this program was not connected to one already."""
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # Ray reports its use to its makers otherwise
-    EXTRAS["cluster"].require()
+    EXTRAS["cluster"].require(but="fsspec")  # which URLs alone need
     import ray
 
     if ray.is_initialized():
