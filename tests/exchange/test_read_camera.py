@@ -268,8 +268,8 @@ def test_our_own_colmap_camera_is_read_back(tmp_path) -> None:
         ("cv.yaml", ROS.replace("image_width: 640\nimage_height: 480\n", ""), "has no image size"),
         ("cv.yaml", "image_width: 640\nimage_height: 480\n", "has no camera matrix"),
         ("cv.json", json.dumps({"w": 640, "h": 480, "K": K.tolist(), "D": FISHEYE}), "has four coefficients"),
-        ("ros.yaml", ROS.replace("plumb_bob", "rational_polynomial").replace("0.01]", "0.01, 0.1, 0.0, 0.0]"),
-         "more than k1, k2, p1, p2, k3"),
+        ("ros.yaml", ROS.replace("plumb_bob", "rational_polynomial").replace("cols: 5", "cols: 8")
+         .replace("0.01]", "0.01, 0.1, 0.0, 0.0]"), "more than k1, k2, p1, p2, k3"),
         ("kalibr.yaml", KALIBR.replace("camera_model: pinhole", "camera_model: omni", 1), "camera model 'omni'"),
         ("kalibr.yaml", KALIBR.replace("equidistant", "fov"), "model 'fov'"),
         ("orb.yaml", ORB.replace(ORB_SIZE, ""), "has no image size"),
@@ -395,3 +395,11 @@ def test_a_fisheye_of_nerfstudio_says_so_once(tmp_path) -> None:
     content = NERFSTUDIO.replace('"frames"', '"is_fisheye": false, "frames"')
     with pytest.raises(InputError, match="camera_model 'OPENCV_FISHEYE', and is_fisheye False"):
         read_camera(text("transforms.json", content)(tmp_path))
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "json", "xml"])
+def test_a_matrix_of_other_sides_than_its_numbers_is_refused(tmp_path, suffix) -> None:
+    path = stored(suffix, "", PINHOLE)(tmp_path)
+    path.write_text(re.sub(r"(cols\W+)5", r"\g<1>4", path.read_text()))
+    with pytest.raises(InputError, match=r"5 numbers as a matrix of 1 x 4, the distortion .*; correct its rows"):
+        read_camera(path)

@@ -75,11 +75,16 @@ def said_once(said: Mapping[str, Any], names: Sequence[str], path: Path) -> Any:
 
 
 def numbers_of(value: Any, counts: Sequence[int], name: str, path: Path) -> list[float]:
-    """Return the numbers of a list, of rows, or of OpenCV's matrix, as many as `counts` allow. Raises InputError."""
+    """Return the numbers of a list, of rows, or of OpenCV's matrix, as many as `counts` allow and as the matrix has
+    places. Raises InputError."""
     flat = _flat(value)
     if not isinstance(flat, list) or len(flat) not in counts or not all(type(v) in (int, float) for v in flat):
         found = "has no" if value is None else "does not give as numbers the"
         raise InputError(f"{found} {name}", where=path, do="see docs/how-to/own-camera.md for the supported files")
+    rows, cols = (value.get(side) if isinstance(value, dict) else None for side in ("rows", "cols"))
+    if flat and isinstance(rows, int | float) and isinstance(cols, int | float) and rows * cols != len(flat):
+        found = f"gives {len(flat)} numbers as a matrix of {rows:g} x {cols:g}, the {name}"
+        raise InputError(found, where=path, do="correct its rows and cols, or its data")
     return [float(each) for each in flat]
 
 

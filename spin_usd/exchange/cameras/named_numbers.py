@@ -45,7 +45,9 @@ def _of_storage(text: str, path: Path) -> dict[str, Any]:
     if root.tag != "opencv_storage":
         found = f"is XML of <{root.tag[:40]}>, not of OpenCV's <opencv_storage>"
         raise InputError(found, where=path, do="see docs/how-to/own-camera.md for the supported files")
-    return {each.tag: _numbers(each.findtext("data") or each.text or "") for each in root}
+    return {
+        each.tag: {part.tag: _numbers(part.text or "") for part in each} or _numbers(each.text or "") for each in root
+    }
 
 
 def _of_ini(text: str, path: Path) -> dict[str, Any]:
