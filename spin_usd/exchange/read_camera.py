@@ -1,19 +1,15 @@
 """The camera of a calibration in any of the formats of the table."""
 
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.cameras.camera_format import CENTRE, CORNER, CameraFile
-from spin_usd.exchange.table import CAMERA_FORMATS
-from spin_usd.files.size_limits import MAX_SPECIFICATION
-from spin_usd.files.user_file import open_file
+from spin_usd.exchange.table import CAMERA_FORMATS, CAMERA_HEAD, recognised, refuse_of_other_option
 from spin_usd.geometry.camera import Camera
 
-HEAD_BYTES = 1 << 16
 BENT = 3.0  # scale of corners, beyond which coefficients are probably wrong
 WIDE_DEG = 110.0  # field of view, beyond which polynomials of a pinhole's tangent fit badly
 LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5, 0.5), as here: they stay"}
@@ -21,11 +17,13 @@ LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5
 
 def read_camera(path: str | Path) -> CameraFile:
     """Read the camera of the file at `path`. Raises InputError that names the file and the missing value."""
-    path, head = Path(path), ""
-    with suppress(InputError, OSError), open_file(path, MAX_SPECIFICATION) as file:
-        head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
-    found = next(each for each in CAMERA_FORMATS if each.recognises(path, head))
-    said, shift = found.read(path), CORNER - found.first_centre
+    path = Path(path)
+    found = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
+    try:
+        said, shift = found.read(path), CORNER - found.first_centre
+    except InputError:
+        refuse_of_other_option(path, found)
+        raise
     fx, fy, cx, cy = said.projection
     try:
         camera = Camera(

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from math import isfinite
@@ -15,14 +14,11 @@ from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.basics.utc import utc_text
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
-from spin_usd.exchange.table import POSE_FORMATS
-from spin_usd.files.size_limits import MAX_SHARD
-from spin_usd.files.user_file import open_file
+from spin_usd.exchange.table import POSE_FORMATS, POSE_HEAD, recognised, refuse_of_other_option
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
-HEAD_BYTES = 4096
 SHORT_S, LONG_S = 1e-7, 1e6  # between two pictures, beyond which the unit of time is in doubt
 FAR_M = 1e5  # from the camera, where a spacecraft is less than a pixel
 REACH = "look for a unit or a scale that is off by many powers of ten"
@@ -134,6 +130,9 @@ def _read(file: Path, of: PoseFormat) -> Iterator[PoseEntry | str]:
         yield from of.read(file)
     except GeometryError as error:
         raise InputError(error.found, where=error.where or file, do=error.do or REACH) from None
+    except InputError:
+        refuse_of_other_option(file, of)
+        raise
 
 
 def _renamed(entries: list[NamedPose]) -> tuple[list[NamedPose], tuple[str, ...]]:
@@ -197,10 +196,7 @@ def _place(file: Path, folder: Path) -> str:
 
 def _format_of(path: Path) -> PoseFormat:
     """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
-    head = ""
-    with suppress(InputError, OSError), open_file(path, MAX_SHARD) as file:
-        head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
-    return next(each for each in POSE_FORMATS if each.recognises(path, head))
+    return recognised(path, POSE_FORMATS, POSE_HEAD)
 
 
 def _picture_name(filename: str, where: str) -> str:

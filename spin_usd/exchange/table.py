@@ -3,8 +3,13 @@
 A new one is a file of its own and an entry here.
 """
 
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TypeVar
+
 from spin_usd.basics.suggestion import suggestion
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.exchange.bop import BOP, BOP_CAMERA, BOP_POSES
 from spin_usd.exchange.cameras.camera_format import CameraFormat
 from spin_usd.exchange.cameras.opencv_camera import OPENCV_CAMERAS
@@ -32,6 +37,11 @@ from spin_usd.exchange.urso import URSO, URSO_POSES
 from spin_usd.exchange.video import VIDEO
 from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
 from spin_usd.exchange.yolo import YOLO
+from spin_usd.files.size_limits import MAX_SHARD
+from spin_usd.files.user_file import open_file
+
+Format = TypeVar("Format", PoseFormat, CameraFormat)
+POSE_HEAD, CAMERA_HEAD = 1 << 12, 1 << 16  # bytes, by which formats recognise files
 
 _ALL = (
     SPEEDPLUS,
@@ -93,3 +103,28 @@ def format_named(name: str) -> ExportFormat:
     if name not in EXPORT_FORMATS:
         raise InputError(f"there is no format {name!r}", do=suggestion(name, EXPORT_FORMATS))
     return EXPORT_FORMATS[name]
+
+
+def recognised(path: Path, formats: Sequence[Format], head_bytes: int) -> Format:
+    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
+    head = ""
+    with suppress(InputError, OSError), open_file(path, MAX_SHARD) as file:
+        head = file.read(head_bytes).decode("utf-8-sig", "replace")
+    return next(each for each in formats if each.recognises(path, head))
+
+
+def refuse_of_other_option(path: Path, of: PoseFormat | CameraFormat) -> None:
+    """Raise InputError for a calibration given as poses, and for poses given as a camera. `of`: the format that refuses
+    the file; one that recognised it is right about its kind."""
+    found, do = "", ""
+    with suppress(SpinError, StopIteration):
+        if of is POSE_FORMATS[-1]:
+            camera = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
+            camera.read(path)
+            found, do = f"is a calibration ({camera.name})", "give it as --camera"
+        elif of is CAMERA_FORMATS[-1]:
+            poses = recognised(path, POSE_FORMATS, POSE_HEAD)
+            next(poses.read(path))
+            found, do = f"is a pose list ({poses.name})", "give it as --poses"
+    if found:
+        raise InputError(found, where=path, do=do) from None

@@ -9,6 +9,7 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.exchange.read_camera import read_camera
+from spin_usd.exchange.read_pose_list import read_pose_list
 
 EXACT_PX = 1e-9
 PINHOLE = [-0.21, 0.07, 1e-3, -2e-3, 0.01]
@@ -403,3 +404,12 @@ def test_a_matrix_of_other_sides_than_its_numbers_is_refused(tmp_path, suffix) -
     path.write_text(re.sub(r"(cols\W+)5", r"\g<1>4", path.read_text()))
     with pytest.raises(InputError, match=r"5 numbers as a matrix of 1 x 4, the distortion .*; correct its rows"):
         read_camera(path)
+
+
+def test_a_file_of_the_other_option_is_named(tmp_path) -> None:
+    camera, poses = stored("yaml", "", PINHOLE)(tmp_path), tmp_path / "poses.csv"
+    poses.write_text("name,qw,qx,qy,qz,x,y,z\na,1,0,0,0,0,0,5\n")
+    with pytest.raises(InputError, match=r"is a calibration \(OpenCV\); give it as --camera"):
+        read_pose_list(camera)
+    with pytest.raises(InputError, match=r"is a pose list \(CSV\); give it as --poses"):
+        read_camera(poses)
