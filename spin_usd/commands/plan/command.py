@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from spin_usd.planning.variant_table import VariantRow, VariantTable
 
 NAMED = 6  # variants at most that are named
+WITHOUT_EVENTS = "these and the table do not include the events, whose cost is in the notes"
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 
@@ -38,9 +39,8 @@ def plan(context: typer.Context, options: PlanOptions, *, as_json: Json = False)
     _print_views(report)
     if options.out:
         _print_dataset(report, Path(options.out))
-    print_out(
-        f"about {duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
-    )
+    total = f"about {duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk"
+    print_out(f"{total}; {WITHOUT_EVENTS}" if options.events else total)
     print_out(_speed(report.cost))
     if options.explain:
         print_out(*explanation(report).split("\n"))
