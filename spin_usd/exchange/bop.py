@@ -75,6 +75,8 @@ CONVENTIONS = (
     "Several cameras of a stage are in one scene: their folders and files end in _CAMERA, and cam_R_w2c and cam_t_w2c "
     "take the first one's axes to theirs.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",
+    "models has the rendered meshes. bop_toolkit's evaluation reads models_eval: copy models to that name, or simplify "
+    "its meshes there.",
 )
 FILE = "scene_gt.json"
 SCALES = (0.1, 1.0)

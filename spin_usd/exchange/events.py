@@ -25,6 +25,7 @@ CONVENTIONS = (
     "start; x is a column and y a row from the upper left pixel, which is (0, 0); on is brighter.",
     "Labels of events, and poses, are in the dataset alone.",
 )
+DOUBLED = ("expelliarmus reads the times of EVT 3.0 doubled, by a fault of its own: halve them there.",)
 EVT3_SIDE = 2**11  # pixels that 11 bits can number
 ADDRESS_Y, ADDRESS_X, TIME_LOW, TIME_HIGH = 0x0000, 0x2000, 0x6000, 0x8000
 """Words of EVT 3.0: the upper four bits give the meaning of the other twelve."""
@@ -106,7 +107,7 @@ def _layout(ending: str, write: Callable[[Iterable[Events], Path, Size], None]) 
 
     return Layout(
         needs=(),
-        conventions=CONVENTIONS,
+        conventions=CONVENTIONS + (DOUBLED if write is write_evt3 else ()),
         shared=files,
         limits=(needs_extra("events", but="faery" if write is write_evt3 else ""),),
         refuse=streams_of,
