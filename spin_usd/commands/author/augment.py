@@ -125,7 +125,7 @@ def _sampled(
     base, frames, _ = open_base(stage)
     constraints = dict(entry.constraints)
     of_planet = [name for name in constraints if CONSTRAINTS[name].needs_planet]
-    if of_planet and background and find_planet(base) is None:  # these bind the appearances that have one
+    if of_planet and background and find_planet(base.stage) is None:  # these bind the appearances that have one
         for name in of_planet:
             del constraints[name]
     values = sample_pictures(

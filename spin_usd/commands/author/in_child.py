@@ -19,8 +19,8 @@ from spin_usd.commands.author.written_target import colour_notes, read_written_t
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
-from spin_usd.stage.augment.sampled_values import open_base
-from spin_usd.stage.augment.sun_and_planet import read_sky
+from spin_usd.stage.augment.planet import find_planet
+from spin_usd.stage.augment.sun_and_planet import has_sun
 from spin_usd.stage.author.poses_layer import author_clock
 from spin_usd.stage.author.source_bounds import box_corners, target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
@@ -116,10 +116,9 @@ def _same_in_all(making: Authoring, stage: Any) -> Iterator[str]:
         what = " and ".join(pictures.drawn_once)
         be = "is" if len(pictures.drawn_once) == 1 else "are"
         yield f'{what} {be} drawn once for all {count} pictures of a part: per = "frame" draws another value in each'
-    sky = read_sky(open_base(stage)[0])
     for name, there, own, word in (
-        ("Sun", sky.sun is not None and not making.sources.additions.sun, "sun.", "sun.direction"),
-        ("Earth", sky.planet is not None, "earth.", "earth.attitude"),
+        ("Sun", has_sun(stage) and not making.sources.additions.sun, "sun.", "sun.direction"),
+        ("Earth", find_planet(stage) is not None, "earth.", "earth.attitude"),
     ):
         if there and not any(each.startswith(own) for each in (*pictures.drawn, *pictures.drawn_once)):
             yield f"all {count} pictures have the same {name}: {word}=uniform in --sample draws another in each"

@@ -27,12 +27,12 @@ POSITION = ("earth.direction", "earth.altitude", "earth.attitude")
 MILLIMETRE = 3  # digits after the point to which a position is rounded
 
 
-def find_planet(base: BaseStage) -> Usd.Prim | None:
+def find_planet(stage: Usd.Stage) -> Usd.Prim | None:
     """Find the planet that the parameters earth.* set: the only one, else the one named Earth; None without any.
 
     Raises InputError if there are several and none has that name.
     """
-    planets = [prim for prim in Usd.PrimRange.Stage(base.stage, PROXIES) if prim.HasAPI(schema.PLANET_API)]
+    planets = [prim for prim in Usd.PrimRange.Stage(stage, PROXIES) if prim.HasAPI(schema.PLANET_API)]
     named = [prim for prim in planets if prim.GetName() == "Earth"]
     if len(planets) > 1 and len(named) != 1:
         raise InputError(f"the stage has {len(planets)} planets", where="earth.*", do="name one of them Earth")
@@ -40,7 +40,7 @@ def find_planet(base: BaseStage) -> Usd.Prim | None:
 
 
 def the_planet(base: BaseStage, name: str) -> Usd.Prim:
-    planet = find_planet(base)
+    planet = find_planet(base.stage)
     if planet is None:
         raise InputError("the stage has no planet", where=name, do="select an environment or background with one")
     return planet

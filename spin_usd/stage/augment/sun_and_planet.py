@@ -29,19 +29,23 @@ NAME = "sampled"
 
 def read_sky(base: BaseStage) -> Sky:
     """Read the Sun, if any; the ball around the target's bound; the planet of earth.*, if any; the picture's rim."""
-    suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
-    planet = find_planet(base)
+    planet = find_planet(base.stage)
     target, radius = _target(base)
     camera = read_camera(find_camera(base.stage), base.first)
     rays = camera.rays(camera.rim(RIM_STEPS))
     return Sky(
-        sun=sun_directions(base, find_sun(base)) if suns else None,
+        sun=sun_directions(base, find_sun(base)) if has_sun(base.stage) else None,
         target=target,
         target_radius=radius,
         planet=planet_centres(base, planet) if planet else None,
         radii=radii(base, planet) if planet else (0.0, 0.0),
         frame=rays / np.linalg.norm(rays, axis=1, keepdims=True),
     )
+
+
+def has_sun(stage: Usd.Stage) -> bool:
+    """Return whether the stage has a distant light."""
+    return any(prim.IsA(UsdLux.DistantLight) for prim in find_lights(stage))
 
 
 def _target(base: BaseStage) -> tuple[Float, float]:
