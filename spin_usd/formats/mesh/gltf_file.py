@@ -47,6 +47,8 @@ from spin_usd.scene.texture import Primvar
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = re.compile(r"TEXCOORD_(0|[1-9]\d{0,3})"), "COLOR_0"
 UNNAMED = re.compile(r"NAUO\d+|=>\[[\d:]+\]|")  # names by Open CASCADE of the use of a product, and of a shape in it
+MANY_FACES = 1_000_000
+SHARED = f"to share a mesh, place it by {INSTANCING}, not sheared or mirrored, with {MIN_SHARED_FACES} faces or more"
 DRACO = "KHR_draco_mesh_compression"
 
 
@@ -65,6 +67,8 @@ class _Model:
     """By (index, texture coordinates, colours) of the parts that have them."""
     notes: dict[str, None] = field(default_factory=dict)
     faces: int = 0
+    once: dict[str, int] = field(default_factory=dict)
+    """Faces by the primitives that have them."""
 
 
 def read_gltf(path: Path) -> MeshAsset:
@@ -84,6 +88,9 @@ def read_gltf(path: Path) -> MeshAsset:
         notes.append(f"its variants of materials, {', '.join(variants)}, are left out: it has its default materials")
     if "animations" in document.json:
         notes.append(AT_REST)
+    faces, once = sum(len(part.face_counts) for part in model.parts), sum(model.once.values())
+    if faces > MANY_FACES and faces >= 2 * once:
+        notes.append(f"copies by its nodes make {faces} faces of {once}, which take time and memory: {SHARED}")
     materials = tuple(material for _, material in model.materials.values())
     return MeshAsset(
         name=path.stem, parts=tuple(model.parts), materials=materials, notes=(*model.notes, *notes), up="y"
@@ -163,6 +170,7 @@ def _read_primitive(model: _Model, primitive: JsonObject, place: PlacedMesh, nam
         primvars[DISPLAY_COLOR] = colors
     transforms = place.transforms(attributes, values)
     model.faces += len(transforms) * len(faces)
+    model.once[primitive.place] = len(faces)
     if model.faces > MAX_FACES:
         raise GeometryError(f"the model has {model.faces} faces and more, expected at most {MAX_FACES}")
     if any(each.ndim == 3 and len(each) != len(points) for each in transforms):

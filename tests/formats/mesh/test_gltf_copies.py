@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from spin_usd.formats.mesh import gltf_file
 from spin_usd.formats.mesh.gltf_placement import copies_of
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.shape import MIN_SHARED_FACES
@@ -77,3 +78,11 @@ def test_flattened_copies_are_not_shared() -> None:
     flat = np.stack([np.eye(4), np.diag([1, 1, 0, 1.0])])
     assert copies_of(flat) is None
     assert copies_of(flat[:1]) is not None
+
+
+def test_many_faces_by_copies_are_told(gltf, monkeypatch) -> None:
+    """Those of mirrored copies, which cannot share theirs."""
+    monkeypatch.setattr(gltf_file, "MANY_FACES", 3000)
+    plain, mirrored = [[1, 1, 1]] * 3, [[1, 1, 1], [-1, 1, 1], [1, 1, 1]]
+    notes = [" ".join(read_mesh_file(ball(gltf, each)).notes) for each in (plain, mirrored)]
+    assert ["3840 faces of 1280" in each for each in notes] == [False, True]
