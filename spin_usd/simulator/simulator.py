@@ -266,7 +266,7 @@ class Simulator:
             parts: New places of parts of the first target, by their names: (4, 4) in the target's axes, metres.
             values: Other parameters that an augmentation can sample, by name, each in its own unit, such as
                 {"sensor.read_noise": 12}; docs/how-to/own-augmentation.md lists them.
-            time: Seconds of the stage, instead of a frame.
+            time: Seconds of the stage, instead of a frame; from its first picture's to its last one's, if it has times.
             seed: Seed of all random values, instead of the simulator's.
             name: Name of the picture, which its noise depends on. If not given, the frame's name, or one made from the
                 pose where there is one.

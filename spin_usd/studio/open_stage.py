@@ -54,6 +54,7 @@ class OpenStage:
         if request.time is not None:
             if request.frame is not None:
                 raise InputError("a frame and a time are both given", do="give one of them")
+            reader.clock.refuse_outside(request.time, self.path)
             code = reader.clock.time_code(request.time)
             frame = replace(frame, time_code=code, time_s=request.time, utc="")
         return replace(frame, name=request.called, source_file="") if request.called else frame

@@ -219,6 +219,8 @@ def test_times_between_frames_are_the_stages(spin_usd, tmp_path) -> None:
     with Simulator(tmp_path / "stage", renderer="raycast") as simulator:
         np.testing.assert_allclose(simulator.picture(time=3.0).t_cam_body, (0.15, 0, 4.7), atol=1e-9)
         assert simulator.picture(time=3.0).time_s == 3.0
+        with pytest.raises(SpinError, match=r"has no time 6.5 s: its pictures are from 0 to 6 s; give a time between"):
+            simulator.picture(time=6.5)
         np.testing.assert_array_equal(simulator.picture(time=4.0).T_cam_body, simulator.picture(2).T_cam_body)
 
 

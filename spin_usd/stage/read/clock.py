@@ -5,9 +5,11 @@ from itertools import pairwise
 import numpy as np
 from pxr import Sdf, Usd
 
-from spin_usd.errors import StageError
+from spin_usd.errors import InputError, StageError
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read_samples
+
+SAME_S = 1e-6  # seconds: sums of steps round by less
 
 
 class Clock:
@@ -38,6 +40,15 @@ class Clock:
     def seconds(self, time_code: float) -> float:
         """Return the seconds of a time code."""
         return _line(self._codes, self._seconds, time_code) if self.timed else time_code / self._rate
+
+    def refuse_outside(self, seconds: float, stage: object) -> None:
+        """Raise InputError for a time before the first picture's or after the last one's, where nothing is known."""
+        if not self.timed or self._seconds[0] - SAME_S <= seconds <= self._seconds[-1] + SAME_S:
+            return
+        found = (
+            f"has no time {seconds:.9g} s: its pictures are from {self._seconds[0]:.9g} to {self._seconds[-1]:.9g} s"
+        )
+        raise InputError(found, where=stage, do="give a time between them")
 
     def time_code(self, seconds: float) -> float:
         """Return the time code of seconds."""
