@@ -20,6 +20,7 @@ from spin_usd.commands.demo.command import demo
 from spin_usd.commands.diff.command import diff
 from spin_usd.commands.doctor.command import doctor
 from spin_usd.commands.export.command import export
+from spin_usd.commands.gap.command import gap
 from spin_usd.commands.keypoints.command import keypoints
 from spin_usd.commands.list.command import list as list_names
 from spin_usd.commands.measure.command import measure
@@ -79,7 +80,7 @@ RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 
 COMMANDS = (
     *(demo, list_names, author, keypoints, augment, plan, measure, render, merge),
-    *(check, show_dataset, export, score, diff, reproduce, watch, serve, debug_command, doctor),
+    *(check, show_dataset, export, score, gap, diff, reproduce, watch, serve, debug_command, doctor),
 )
 for command in COMMANDS:
     summary = (command.__doc__ or "").partition("\n")[0]

@@ -1,0 +1,122 @@
+"""The calls of children that compare pictures: one opens a stage with a renderer, the others measure and fit a pair."""
+
+from msgspec import Struct
+
+from spin_usd.processes.call import Call
+from spin_usd.realism.camera_fit import CameraFit
+from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.studio.picture_request import Matrix
+
+
+class OpenGap(Struct, frozen=True, kw_only=True):
+    """The request to open a stage."""
+
+    stage: str
+    variant: str
+    settings: RenderSettings
+    cpus: list[int]
+    """Processors that the worker may use."""
+
+
+class OpenedGap(Struct, frozen=True, kw_only=True):
+    """An open stage."""
+
+    frames: list[str]
+    camera: list[int]
+    """Columns and rows of a picture."""
+
+
+class Pair(Struct, frozen=True, kw_only=True):
+    """A real picture, and the frame of the stage that shows the same."""
+
+    name: str
+    file: str
+    """The real picture's."""
+    frame: str | None = None
+    """Frame of the stage; None for its first, which `pose` changes."""
+    pose: Matrix | None = None
+    """T_cam_body of the first target; None for the frame's own."""
+
+
+class Fitted(Struct, frozen=True, kw_only=True):
+    """The fits so far, of one picture."""
+
+    panels: int = 0
+    """Number of panels, and of Suns, around the target; 0 for the stage's own lights."""
+    lights: dict[str, float] | None = None
+    """Factors on the lights' strengths by path, of those that shine; None for the stage's own light."""
+    camera: CameraFit | None = None
+    level: float = 0.0
+    """Black level of the picture with `camera`, steps of 8 bits of linear signal."""
+    values: dict[str, float] = {}
+    """Parameters of materials."""
+
+
+class MeasurePair(Struct, frozen=True, kw_only=True):
+    """The request to measure a pair."""
+
+    pair: Pair
+    fitted: Fitted
+    sharpness: bool = False
+    """Whether to measure the edges of our picture with each psf_sigma."""
+
+
+class MeasuredPair(Struct, frozen=True, kw_only=True):
+    """The measures of a pair; those that cannot be taken are absent."""
+
+    real: dict[str, float]
+    ours: dict[str, float]
+    both: dict[str, float]
+    parts: dict[str, dict[str, float]]
+    silhouette: dict[str, float]
+    """Offsets of the real picture's edges from the labels'."""
+    linear: dict[str, float]
+    """Level and noise of the real picture, of its linear signal."""
+    psf_sigma: float | None
+    """At which our edges are as sharp as the real ones, pixels."""
+    own_psf: float
+    """psf_sigma of our picture."""
+    real_features: list[list[float]]
+    our_features: list[list[float]]
+    shown: list[str]
+    """The real picture and ours around the target, JPEG in base64."""
+    notes: list[str]
+    """Sentences without the picture's name."""
+
+
+class FitLight(Struct, frozen=True, kw_only=True):
+    """The request to fit the light of a picture."""
+
+    pair: Pair
+    fitted: Fitted
+    """Earlier fits; `lights`, if given, are the only ones that may shine."""
+
+
+class FittedLight(Struct, frozen=True, kw_only=True):
+    """A light that shines."""
+
+    path: str
+    strength: float
+    """Factor on a light that gives the target's centre about 1 W/m2; on the light's own strength if it is the
+    stage's."""
+    low: float
+    high: float
+    direction: list[float]
+    """Towards the light, camera axes; its place relative to the target's centre over its distance."""
+    distance: float
+    """From the target's centre, metres; 0 for a Sun."""
+
+
+class LightAnswer(Struct, frozen=True, kw_only=True):
+    """The fitted light of a picture."""
+
+    lights: list[FittedLight]
+    explained: float
+    """Share of the squared signal that it explains."""
+    squared: float
+    """Squared signal, of which the rest is the error."""
+
+
+OPEN_GAP = Call("spin_usd.commands.gap.worker:GapWorker", OpenGap, OpenedGap)
+MEASURE_PAIR = Call("spin_usd.commands.gap.worker:GapWorker.measure", MeasurePair, MeasuredPair)
+FIT_LIGHT = Call("spin_usd.commands.gap.worker:GapWorker.fit_light", FitLight, LightAnswer)
