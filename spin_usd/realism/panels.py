@@ -12,6 +12,9 @@ from spin_usd.scene.texture import Color
 DISTANCE = 4.0  # target radii, but LEAST_M at least
 LEAST_M = 2.0
 WIDTH = 0.4  # of the distance: 23 degrees
+RING = 6
+TILT = 0.45  # of the distance between neighbours, by which lights near one are turned from it
+SIZES = (0.5, 2.0)
 GOLDEN = np.pi * (1 + 5**0.5)
 SUN, PANEL = "Sun", "Panel"
 
@@ -24,30 +27,46 @@ def directions(count: int) -> Float:
     return np.stack([radius * np.cos(GOLDEN * i), radius * np.sin(GOLDEN * i), z], -1)
 
 
-def lights_around(centre: Float, radius: float, count: int) -> tuple[Light, ...]:
-    """Return `count` square panels that face a target from all sides, and as many Suns: each makes an irradiance of
-    about 1 W/m2 at its centre. `centre` (3,), camera axes, metres; `radius`: the target's, metres."""
+def names_around(count: int) -> tuple[str, ...]:
+    """Return the names of `count` panels that face a target from all sides, and of as many Suns."""
+    return tuple(f"{kind}{number:03d}" for kind in (PANEL, SUN) for number in range(count))
+
+
+def names_near(name: str) -> tuple[str, ...]:
+    """Return the names of lights near one of `names_around`: six around it, and of a panel a smaller and a larger
+    one."""
+    return tuple(f"{name}_{number}" for number in range(RING + (2 if name.startswith(PANEL) else 0)))
+
+
+def light_around(name: str, centre: Float, radius: float, count: int) -> Light:
+    """Return the light of that name; it makes an irradiance of about 1 W/m2 at the target's centre. `centre` (3,),
+    camera axes, metres; `radius`: the target's, metres; `count`: as in names_around."""
+    kind, number, near = _parsed(name)
+    towards, size = directions(count)[number], WIDTH
+    if near is not None and near < RING:
+        axes, turn = facing(towards), 2 * np.pi * near / RING
+        tilt = TILT * (4 * np.pi / count) ** 0.5
+        towards = np.cos(tilt) * towards + np.sin(tilt) * (np.cos(turn) * axes[:, 0] + np.sin(turn) * axes[:, 1])
+    elif near is not None:
+        size *= SIZES[near - RING]
+    if kind == SUN:
+        x, y, z = (-towards).tolist()
+        return DistantLight(path=name, direction_cam=(x, y, z), irradiance=(1.0, 1.0, 1.0))
     distance = max(DISTANCE * radius, LEAST_M)
-    width = WIDTH * distance
-    panels = [
-        RectLight(
-            path=f"{PANEL}{number:03d}",
-            T_cam_light=Transform(to="cam", of="light", rotation=facing(to), translation=centre + distance * to),
-            emission=(1 / WIDTH**2,) * 3,
-            width=width,
-            height=width,
-        )
-        for number, to in enumerate(directions(count))
-    ]
-    suns = [
-        DistantLight(
-            path=f"{SUN}{number:03d}",
-            direction_cam=(-float(to[0]), -float(to[1]), -float(to[2])),
-            irradiance=(1.0, 1.0, 1.0),
-        )
-        for number, to in enumerate(directions(count))
-    ]
-    return (*panels, *suns)
+    return RectLight(
+        path=name,
+        T_cam_light=Transform(to="cam", of="light", rotation=facing(towards), translation=centre + distance * towards),
+        emission=(1 / size**2,) * 3,
+        width=size * distance,
+        height=size * distance,
+    )
+
+
+def _parsed(name: str) -> tuple[str, int, int | None]:
+    """Return the kind of a light, its number, and the number of one near it."""
+    kind = SUN if name.startswith(SUN) else PANEL
+    number, _, near = name.removeprefix(kind).partition("_")
+    return kind, int(number), int(near) if near else None
 
 
 def scaled(light: Light, factor: float) -> Light:

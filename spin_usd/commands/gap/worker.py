@@ -1,12 +1,14 @@
 """The child's part of `gap`: pairs of a real picture and ours, measured, and the light of a real picture fitted."""
 
 import base64
+from collections.abc import Collection
 from dataclasses import asdict, replace
 from math import ceil, isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
@@ -30,9 +32,9 @@ from spin_usd.processes.processors import hold_to
 from spin_usd.realism.camera_fit import SIGMAS, fitted_optics, fitted_sensor, sigma_of_spread
 from spin_usd.realism.darkness import darkness, shot_noise
 from spin_usd.realism.edges import edge_spread
-from spin_usd.realism.light_fit import fit_light
+from spin_usd.realism.light_fit import LightFit, fit_light
 from spin_usd.realism.measures import compared, compared_parts, measured, silhouette
-from spin_usd.realism.panels import light_towards, lights_around, scaled
+from spin_usd.realism.panels import light_around, light_towards, names_around, names_near, scaled
 from spin_usd.realism.picture_view import EDGE_PX, FULL, SATURATED, Mask, PictureView, eroded, smoothed
 from spin_usd.realism.two_sample import patch_features
 from spin_usd.renderers.background.sky import sky
@@ -50,6 +52,7 @@ from spin_usd.studio.picture_request import PictureRequest
 from spin_usd.studio.studio import Studio
 
 FIT_PIXELS = 16000  # of the target's outline in a render that light is fitted to: more change no strength
+REFINED = 4  # strongest lights of a first fit, near which others are tried
 FIT_SMOOTHING_PX = 1.0  # of that render
 SHOWN = 360  # pixels of the longer side
 MARGIN = 0.15  # of the target's box around it
@@ -102,20 +105,27 @@ class GapWorker:
         )
 
     def fit_light(self, request: FitLight) -> LightAnswer:
-        """Fit the light of a real picture. Raises InputError as `measure` does."""
-        fitted, file = request.fitted, Path(request.pair.file)
-        whole = self._scene(request.pair, Fitted(values=fitted.values, camera=fitted.camera, level=fitted.level))
-        lights = _candidates(whole, fitted.panels)
-        if fitted.lights is not None:
-            lights = tuple(light for light in lights if light.path in fitted.lights)
-        sensor = replace(whole.sensor, auto_exposure=None)
-        grey, _ = read_grey(file, (whole.camera.width, whole.camera.height))
-        level = darkness(grey).level
+        """Fit the light of a real picture: of all candidates first, then of those near the strongest. Raises InputError
+        as `measure` does."""
+        fitted, panels = request.fitted, request.fitted.panels
+        scene = self._scene(request.pair, structs.replace(fitted, lights=None))
+        scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None))
+        grey, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
+        names = tuple(fitted.lights or names_around(panels))
+        found = self._fit_among(scene, grey, panels, names)
+        if panels and fitted.lights is None:
+            strongest = [light.path for light in found.lights[:REFINED]]
+            near = (name for each in strongest for name in names_near(each))
+            found = self._fit_among(scene, grey, panels, (*(light.path for light in found.lights), *near))
+        return found
+
+    def _fit_among(self, whole: Scene, grey: NDArray[np.float32], panels: int, names: tuple[str, ...]) -> LightAnswer:
+        """Fit the light of the real picture `grey` (H, W) by the lights of these names."""
         by = max(ceil((whole.outline_pixels / FIT_PIXELS) ** 0.5), 1)
         optics = replace(whole.optics, psf_sigma=whole.optics.psf_sigma / by)
-        scene = replace(reduced(replace(whole, lights=lights), by), optics=optics, sensor=sensor)
-        size = (scene.camera.height, scene.camera.width)
-        mask = self._parts(scene) > 0
+        lights = _candidates(whole, panels, names)
+        scene = replace(reduced(replace(whole, lights=lights), by), optics=optics)
+        size, mask = (scene.camera.height, scene.camera.width), self._parts(scene) > 0
         unit, groups = in_unit_light(scene), LightGroups.of(scene)
         render = self._studio.maker.render(unit, self._studio.settings, Stopwatch())
         basis = np.stack(
@@ -124,32 +134,20 @@ class GapWorker:
                 for group, gain in zip(render.groups, unit.gains, strict=True)
             ]
         )
-        black, other = _linear(np.array(level), sensor), basis[len(groups.placed) :].sum(0)
-        signal = pooled(np.asarray(_linear(grey, sensor) - black, np.float32), by, size) - other
-        full = pooled(np.asarray(grey >= SATURATED, np.float32), by, size) > 0
-        basis = _smoothed_in(mask, basis[: len(groups.placed)])
-        signal = _smoothed_in(mask, signal[None])[0]
-        found = fit_light(basis, signal, mask, full & mask)
-        centre = _centre(scene)
-        fitted_lights = []
-        for place, index in enumerate(groups.placed):
-            if found.strengths[place] > 0:
-                direction, distance = light_towards(scene.lights[index], centre)
-                fitted_lights.append(
-                    FittedLight(
-                        path=scene.lights[index].path,
-                        strength=float(found.strengths[place]),
-                        low=float(found.low[place]),
-                        high=float(found.high[place]),
-                        direction=direction.tolist(),
-                        distance=distance,
-                    )
-                )
-        counted = mask & ~full
-        error = signal[counted] - np.tensordot(found.strengths, basis[:, counted], 1)
+        level = darkness(grey).level
+        black, other = _linear(np.array(level), whole.sensor), basis[len(groups.placed) :].sum(0)
+        signal = pooled(np.asarray(_linear(grey, whole.sensor) - black, np.float32), by, size) - other
+        full = (pooled(np.asarray(grey >= SATURATED, np.float32), by, size) > 0) & mask
+        basis, signal = _smoothed_in(mask, basis[: len(groups.placed)]), _smoothed_in(mask, signal[None])[0]
+        fit, counted = fit_light(basis, signal, mask, full), mask & ~full
         squared = float(np.square(signal[counted], dtype=np.float64).sum())
-        explained = 1 - float(np.square(error).sum()) / squared if squared else 0.0
-        return LightAnswer(lights=fitted_lights, explained=explained, squared=squared)
+        error = signal[counted] - np.tensordot(fit.strengths, basis[:, counted], 1)
+        shining = sorted(np.flatnonzero(fit.strengths).tolist(), key=lambda n: -fit.strengths[n] * basis[n].sum())
+        return LightAnswer(
+            lights=[_fitted_light(scene, groups.placed[n], fit, n) for n in shining],
+            explained=1 - float(np.square(error).sum()) / squared if squared else 0.0,
+            squared=squared,
+        )
 
     def _scene(self, pair: Pair, fitted: Fitted) -> Scene:
         """Read the scene of a pair, with the fits so far."""
@@ -161,11 +159,9 @@ class GapWorker:
         )
         scene = self._stage.scene(request)
         if fitted.lights is not None:
-            strengths = fitted.lights
             lights = tuple(
-                scaled(light, strengths[light.path])
-                for light in _candidates(scene, fitted.panels)
-                if light.path in strengths
+                scaled(light, fitted.lights[light.path])
+                for light in _candidates(scene, fitted.panels, tuple(fitted.lights))
             )
             scene = replace(scene, lights=lights, sensor=replace(scene.sensor, auto_exposure=None))
         if fitted.camera is not None:
@@ -203,11 +199,24 @@ class GapWorker:
         return sigma_of_spread(edge_spread(real.grey, within, noise), spreads)
 
 
-def _candidates(scene: Scene, panels: int) -> tuple[Light, ...]:
-    """Return the lights that may shine: panels and Suns around the first target, or the scene's own."""
+def _candidates(scene: Scene, panels: int, names: Collection[str]) -> tuple[Light, ...]:
+    """Return the lights of these names that may shine: panels and Suns around the first target, or the scene's own."""
     if not panels:
-        return scene.lights
-    return lights_around(_centre(scene), scene.bodies[0].target.mesh.radius, panels)
+        return tuple(light for light in scene.lights if not names or light.path in names)
+    centre, radius = _centre(scene), scene.bodies[0].target.mesh.radius
+    return tuple(light_around(name, centre, radius, panels) for name in names)
+
+
+def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int) -> FittedLight:
+    direction, distance = light_towards(scene.lights[index], _centre(scene))
+    return FittedLight(
+        path=scene.lights[index].path,
+        strength=float(fit.strengths[place]),
+        low=float(fit.low[place]),
+        high=float(fit.high[place]),
+        direction=direction.tolist(),
+        distance=distance,
+    )
 
 
 def _centre(scene: Scene) -> Float:
