@@ -61,12 +61,12 @@ class LightGroups:
 def in_unit_light(scene: Scene) -> UnitLight:
     """`scene` in unit light, and the gains that make it the picture's own."""
     groups, around = LightGroups.of(scene), _around(scene)
-    strengths = [_irradiance(light, scene) * _mean(_emission(light)) for light in scene.lights]
+    strengths = [_irradiance(light, scene) * _mean(emission_of(light)) for light in scene.lights]
     tied = around if scene.environment.illuminating else []  # planets are lit by them all in proportion
     most = max((strengths[i] for i in tied or range(len(strengths))), default=0.0)
     base = _class(most) if groups.emission else 1.0  # emission has no other reference than itself
     reference, scale = _around_reference(scene), 1.0
-    shares = {i: _rounded(_divided(_emission(scene.lights[i]), reference)) for i in around}
+    shares = {i: _rounded(_divided(emission_of(scene.lights[i]), reference)) for i in around}
     if around:
         relative = [_irradiance(scene.lights[i], scene) * _mean(share) for i, share in shares.items()]
         scale = (
@@ -79,7 +79,7 @@ def in_unit_light(scene: Scene) -> UnitLight:
         elif strengths[i]:
             unit = _times(WHITE, base * _class(strengths[i] / most) / _irradiance(light, scene))
         else:
-            unit = _emission(light)
+            unit = emission_of(light)
         lights.append(_emitting(light, unit))
     gains = [_gain(scene.lights[i], lights[i]) for i in groups.placed]
     if groups.surroundings:
@@ -98,12 +98,14 @@ def gains_in(unit: UnitLight, scene: Scene) -> tuple[Color, ...] | None:
         return None
     pairs = [(by_path[light.path], light) for light in unit.scene.lights]
     for own, of_unit in pairs:
-        dark = any(_emission(own)) and not any(_emission(of_unit))
-        if dark or type(own) is not type(of_unit) or key_of(_emitting(own, _emission(of_unit))) != key_of(of_unit):
+        dark = any(emission_of(own)) and not any(emission_of(of_unit))
+        if dark or type(own) is not type(of_unit) or key_of(_emitting(own, emission_of(of_unit))) != key_of(of_unit):
             return None
     gains = [_gain(*pairs[i]) for i in groups.placed]
     if groups.surroundings:
-        shares = {_rounded(_divided(_emission(own), _emission(of_unit))) for own, of_unit in (pairs[i] for i in around)}
+        shares = {
+            _rounded(_divided(emission_of(own), emission_of(of_unit))) for own, of_unit in (pairs[i] for i in around)
+        }
         if len(shares) > 1:
             return None
         gains += shares
@@ -125,7 +127,7 @@ def _around(scene: Scene) -> list[int]:
     return [
         i
         for i, light in enumerate(scene.lights)
-        if any(_emission(light)) and (isinstance(light, DomeLight) or (planets and _lights_planets(light)))
+        if any(emission_of(light)) and (isinstance(light, DomeLight) or (planets and _lights_planets(light)))
     ]
 
 
@@ -136,7 +138,7 @@ def _lights_planets(light: Light) -> bool:
 def _around_reference(scene: Scene) -> Color:
     """Return the colour that all light from around is proportional to: for red, green and blue each the first non-zero
     light's, else 0."""
-    colours = [_emission(scene.lights[i]) for i in _around(scene)]
+    colours = [emission_of(scene.lights[i]) for i in _around(scene)]
     r, g, b = (next((colour[c] for colour in colours if colour[c]), 0.0) for c in range(3))
     return r, g, b
 
@@ -151,7 +153,7 @@ def emits(target: Target) -> bool:
     return any(material.emissive_color != (0.0, 0.0, 0.0) for material in target.materials)
 
 
-def _emission(light: Light) -> Color:
+def emission_of(light: Light) -> Color:
     """Return the light's own number that is proportional to its strength."""
     if isinstance(light, DistantLight):
         return light.irradiance
@@ -173,7 +175,7 @@ def _gain(light: Light, unit: Light) -> Color:
 
 def _at_target(light: Light) -> Color:
     """Return the number that the target's light is proportional to."""
-    return light.at_target if isinstance(light, DistantLight) else _emission(light)
+    return light.at_target if isinstance(light, DistantLight) else emission_of(light)
 
 
 def _irradiance(light: Light, scene: Scene) -> float:

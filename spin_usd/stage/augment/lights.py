@@ -137,7 +137,7 @@ def _turned_sun(
     (name,) = names
 
     def values(sampled: ParameterValues, time: float) -> tuple[object, ...]:
-        return (quatd(_rotation_of_z(direction(np.array(sampled[name]), time))),)
+        return (quatd(rotation_of_z(direction(np.array(sampled[name]), time))),)
 
     orient = ChangedAttribute(prim=path, name=f"xformOp:orient{SAMPLED}", type="quatd")
     return AttributeChange(
@@ -167,12 +167,12 @@ def parent_rotation(world: UsdGeom.XformCache, prim: Usd.Prim) -> Float:
     return placement(matrix, frame="parent", metres=1.0, where=prim.GetPath().GetParentPath()).transform.rotation.T
 
 
-def _rotation_of_z(direction: Float) -> Float:
+def rotation_of_z(direction: Float, digits: int = DIGITS) -> Float:
     """Return the quaternion (4,) of the shortest rotation of the z axis to `direction` (3,), rounded: the same on every
     machine."""
     x, y, z = direction / np.linalg.norm(direction)
     q = np.array([1 + z, -y, x, 0.0]) if z > -1 + 1e-9 else np.array([0.0, 1, 0, 0])
-    result: Float = np.round(q / np.linalg.norm(q), DIGITS) + 0.0
+    result: Float = np.round(q / np.linalg.norm(q), digits) + 0.0
     return result
 
 

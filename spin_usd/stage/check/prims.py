@@ -9,6 +9,7 @@ from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.author.camera_layer import SOLAR_IRRADIANCE
+from spin_usd.stage.read.lights import visible_lights
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.transforms import EDITED, SAMPLED
@@ -68,9 +69,8 @@ def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def light_unit_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Lights are all in watts if one is: UsdLux's own units are lux, nits and candelas."""
-    lights = [prim for prim in stage.Traverse() if prim.HasAPI(UsdLux.LightAPI)]
-    units = {str(prim.GetPath()): prim.GetCustomDataByKey(schema.INTENSITY_UNIT) for prim in lights}
+    """Lights that can be visible are all in watts if one is: UsdLux's own units are lux, nits and candelas."""
+    units = {str(prim.GetPath()): prim.GetCustomDataByKey(schema.INTENSITY_UNIT) for prim in visible_lights(stage)}
     ours = next((f"{unit} of {path}" for path, unit in units.items() if unit in schema.INTENSITY_UNITS), None)
     for path, unit in units.items():
         if unit not in schema.INTENSITY_UNITS and ours:

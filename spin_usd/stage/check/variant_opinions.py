@@ -256,8 +256,8 @@ class _VariantOpinions:
 
     def _beaten(self, where: str, what: str, by: Opinion | None) -> Iterator[Finding]:
         """Yield a finding where `by` is stronger. Sets of the same prim are left to `_overlaps`; an augmentation may
-        override, and so may a log, which records the stage's state at each picture."""
-        if by is None or by.spec.layer.customLayerData.get(schema.PROVENANCE, {}).get(schema.LOG):
+        override, and so may a log, which records the stage's state at each picture, and a fit to real pictures."""
+        if by is None or {schema.LOG, schema.FIT} & set(by.spec.layer.customLayerData.get(schema.PROVENANCE, {})):
             return
         if any(s.owner == self.tried.owner or s.name == AUGMENTATION for s in by.through):
             return

@@ -179,6 +179,8 @@ PROVENANCE = "spin"
 """The key of our dictionary in a layer's customLayerData."""
 LOG = "log"
 """Key in it of a flag for layers that are a simulator's log."""
+FIT = "fit"
+"""Key in it of the kind of fit to real pictures that a layer is."""
 INTENSITY_UNIT = "spin:intensityUnit"
 """Key in a light's customData for the unit of its inputs:intensity."""
 INTENSITY_UNITS = ("W/m2", "W/m2/sr", "W/sr")
