@@ -155,6 +155,7 @@ MAY_OPEN = {
     "store/publish/mirror.py": WORK,
     "store/publish/dataset_url.py": WORK,
     "store/publish/node_folder.py": WORK,
+    "processes/child_ahead.py": "makes the folder that the user names, which a child must have to write in no other",
     "processes/cluster/worker_folder.py": "looks whether a node sees the run's own work folder",
     "terminal/lines.py": "opens the null device in place of a closed stream",
     "processes/control_groups.py": PROC,

@@ -75,6 +75,12 @@ TESTS = {
     "change the environment": [
         "processes/test_child.py::test_the_childs_environment_holds_nothing_that_could_change_a_picture"
     ],
+    "use a memory fault in USD": [
+        "test_confinement.py::test_children_of_a_command_write_in_its_folders_alone",
+        "test_confinement.py::test_children_that_last_write_a_log_at_most",
+        "test_confinement.py::test_nothing_else_is_without_a_limit",
+        "processes/test_confine.py::test_files_are_written_in_one_folder_and_nowhere_else",
+    ],
     "make `render` overwrite or delete": [
         "store/test_nothing_lost.py::test_look_alikes_of_all_our_names_stay",
         "hostile/test_users_files.py::test_a_render_into_a_dataset_with_names_like_temporary_ones",

@@ -169,11 +169,13 @@ class EventRun:
         )
 
     def _start(self, number: int) -> Child:
+        graphics = self._opening.options.settings.device != CPU
         child = Child(
             keep_open=(self._lease.descriptor,),
             scratch=self._lease.work,
-            memory=rendering_memory(graphics=self._opening.options.settings.device != CPU),
+            memory=rendering_memory(graphics=graphics),
             modules=(OPEN_EVENTS.module,),
+            writes=None if graphics else (self._store.root,),
         )
         with suppress(ChildDiedError):  # the end of its answers reports it too
             child.send(OPEN_EVENTS, replace(self._opening, cpus=share_of(number, self._workers)))

@@ -178,9 +178,7 @@ def _storage(picture: ExportedPicture) -> str:
 
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     """Yield the bag that the picture is the last of, if it is."""
-    following = dataset.entries[picture.number + 1 : picture.number + 2]
-    if not following or following[0].variant != picture.variant:
-        numbers = [number for number, entry in enumerate(dataset.entries) if entry.variant == picture.variant]
+    if numbers := dataset.ended_by(picture):
         bag = _Bag(dataset=dataset, numbers=numbers, name=picture.variant)
         for path in (_storage(picture), f"{picture.variant}/metadata.yaml"):
             yield MadeFile(path=path, write=partial(bag.write, path.rpartition("/")[2]))

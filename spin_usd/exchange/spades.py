@@ -71,9 +71,7 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
     """Yield the image, and the trajectory that the picture is the last of, if it is."""
     sequence = _sequence(dataset, picture.variant)
     yield any_image(picture, f"images/{sequence}/{_filename(dataset, picture)}")
-    following = dataset.entries[picture.number + 1 : picture.number + 2]
-    if not following or following[0].variant != picture.variant:
-        numbers = [number for number, entry in enumerate(dataset.entries) if entry.variant == picture.variant]
+    if numbers := dataset.ended_by(picture):
         yield MadeFile(path=f"h5/{sequence}.h5", write=partial(_write, dataset, numbers))
 
 

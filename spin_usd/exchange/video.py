@@ -89,9 +89,7 @@ def _name(picture: ExportedPicture) -> str:
 
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
     """Yield the video that the picture is the last of, if it is."""
-    following = dataset.entries[picture.number + 1 : picture.number + 2]
-    if not following or following[0].variant != picture.variant:
-        numbers = [number for number, entry in enumerate(dataset.entries) if entry.variant == picture.variant]
+    if numbers := dataset.ended_by(picture):
         yield MadeFile(path=_name(picture), write=partial(_write_video, dataset, numbers))
 
 

@@ -21,6 +21,7 @@ from spin_usd.planning.plan_calls import (
 from spin_usd.planning.request import PlanRequest
 from spin_usd.planning.skipped_counts import SkippedCount, skipped_counts
 from spin_usd.processes.ask_child import unreadable
+from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.deaths import READING_TRIES, ChildDiedError
 from spin_usd.processes.executor import Executor
 from spin_usd.processes.task import Task
@@ -87,7 +88,8 @@ def make_plan(question: PlanRequest, *, processes: int, progress: Progress) -> P
 
 def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
     asked = question.request
-    with Executor[None](workers=processes) as executor:
+    writes = (question.copy_to.parent,) if question.copy_to else ()
+    with Executor[None](lambda _: next_child(OPEN_PLAN, writes=writes), workers=processes) as executor:
         opened = executor.call(
             OPEN_PLAN,
             OpenPlan(

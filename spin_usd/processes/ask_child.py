@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from spin_usd.errors import RenderError, SpinError, StageError
@@ -15,7 +15,6 @@ from spin_usd.processes.deaths import ChildDiedError, DeathCause
 FOR_LOADING = ("PYTHONPATH", "LD_LIBRARY_PATH")  # which children do not get
 LOADING = re.compile(r"ModuleNotFoundError|ImportError|cannot open shared object|No module named")
 CONFINE = Call("spin_usd.processes.confine:confine", str, bool)
-CONFINE_WRITING = Call("spin_usd.processes.confine:confine_writing", str, bool)
 
 
 def ask_child(
@@ -27,22 +26,18 @@ def ask_child(
     progress: Callable[..., None] | None = None,
     within_s: float = PATIENCE_S,
     below: Path | None = None,
-    writes: Path | None = None,
+    writes: Sequence[Path] | None = (),
 ) -> Answer:
     """Return the answer to a call from a child of its own: the one started ahead, unless `memory` is given, as for
-    Child. `reads`: the file that it reads, for messages; `within_s` limits the wait for each message from it; `below`:
-    the only folder from which it may read a user's files; `writes`: the file or folder beside which alone it may write.
-    Its temporary files are removed in the end.
+    Child, like `writes`. `reads`: the file that it reads, for messages; `within_s` limits the wait for each message
+    from it; `below`: the only folder from which it may read a user's files. Its temporary files are removed in the end.
 
     Raises the errors of the child, and the error of `unreadable` if it dies.
     """
-    with next_child() if memory is None else Child(memory=memory) as child:
+    with next_child(call, writes=writes or ()) if memory is None else Child(memory=memory, writes=writes) as child:
         try:
             if below is not None and not in_process():
                 child.call(CONFINE, str(below))
-            if writes is not None and not in_process():
-                beside = next(each for each in writes.absolute().parents if each.is_dir())
-                child.call(CONFINE_WRITING, str(beside.resolve()))
             return child.call(call, request, progress=progress, within_s=within_s)
         except ChildDiedError as died:
             raise unreadable(died, reads) from died

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import NoneType
@@ -73,11 +73,14 @@ class Child:
         scratch: Path | None = None,
         memory: int | None = None,
         modules: tuple[str, ...] = (),
+        writes: Sequence[Path] | None = (),
     ) -> None:
         """`keep_open`: file descriptors to pass on (a lock). `scratch`: folder for its temporary files, by default one
         that is removed with the child: USD leaves a file there when it crashes. `memory`: limit of its address space in
         bytes (Linux), by default the limit of a child that reads files of strangers. `modules`: modules that it loads
-        before the first call."""
+        before the first call. `writes`: the folders in which it may write, beside its temporary files: the kernel
+        refuses all others (see confine); None for no limit."""
+        self.writes = None if writes is None else tuple(folder.absolute() for folder in writes)
         wanted = {*KEPT_VARIABLES, HAND_ON, *os.environ.get(HAND_ON, "").split(",")}
         environment = {k: v for k, v in os.environ.items() if k in wanted}
         self._temporary = HeldFolder() if scratch is None else None
@@ -86,7 +89,14 @@ class Child:
         self._heard = bytearray()  # part of an answer that is not yet complete
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "spin_usd.processes.child_main", *modules],
+            [
+                sys.executable,
+                "-P",
+                "-m",
+                "spin_usd.processes.child_main",
+                json.dumps(self.writes, default=str),
+                *modules,
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,
@@ -106,6 +116,11 @@ class Child:
             self.close()
         else:
             self.kill()  # interrupted: its work is not wanted any more
+
+    def may_write(self, folders: Sequence[Path]) -> bool:
+        """Return whether it may write in all of these folders."""
+        own = self.writes
+        return own is None or all(any(each.absolute().is_relative_to(place) for place in own) for each in folders)
 
     def fileno(self) -> int:
         """Readable when an answer, a progress note or the child's end is there to `receive`."""
@@ -268,6 +283,8 @@ class Child:
 
 class ChildHere(Child):
     """No process: a call is answered here when it is sent. There are no limits, and a crash ends everything."""
+
+    writes = None
 
     def __init__(self, **_: Any) -> None:
         self._answers: deque[str] = deque()

@@ -9,13 +9,17 @@ import traceback
 from collections.abc import Iterable
 from contextlib import suppress
 from importlib import import_module
+from importlib.util import cache_from_source
+from pathlib import Path
 from typing import IO, Any
 
 from msgspec import to_builtins
 
 from spin_usd.basics.faults import expected
 from spin_usd.processes.child_calls import ChildCalls
+from spin_usd.processes.confine import confine_writing
 
+PACKAGES = Path(__file__).parents[2]
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 SUBJECTS = ("stage", "root", "dataset")  # fields of a request that name the input of a call
 
@@ -23,7 +27,11 @@ SUBJECTS = ("stage", "root", "dataset")  # fields of a request that name the inp
 def main() -> None:
     _die_with_parent()
     answers = _private_standard_output()
-    _load(sys.argv[1:])
+    folders, modules = json.loads(sys.argv[1]), sys.argv[2:]
+    if folders is not None:
+        _keep_compiled(modules)
+        confine_writing(folders)  # before a library starts threads: those that run already are not confined
+    _load(modules)
     calls = ChildCalls(lambda *message: _write(answers, {"progress": message}))
     for line in sys.stdin.buffer:
         request = json.loads(line)
@@ -41,6 +49,19 @@ def _load(modules: Iterable[str]) -> None:
     for module in modules:
         with suppress(ImportError):
             import_module(module)
+
+
+def _keep_compiled(modules: Iterable[str]) -> None:
+    """Let a copy of this process load the modules if Python has never compiled one of ours, and keep what it compiles:
+    a confined process cannot, and would do it again at each start."""
+    sources = [
+        source for each in modules if (source := PACKAGES.joinpath(*each.split(".")).with_suffix(".py")).exists()
+    ]
+    if any(not Path(cache_from_source(str(each))).exists() and os.access(each.parent, os.W_OK) for each in sources):
+        if (copy := os.fork()) == 0:
+            _load(modules)
+            os._exit(0)
+        os.waitpid(copy, 0)
 
 
 def raised_again(fault: Exception, request: Any) -> dict[str, Any]:

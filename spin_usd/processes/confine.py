@@ -42,10 +42,17 @@ def confine(root: str) -> bool:
     return _restrict(READ_FILE, (*own, *(files if len(files) < MAX_FILES else [root])))
 
 
-def confine_writing(folder: str) -> bool:
-    """Let this process, and all that it starts, write, make, move and remove files from now on only below `folder` and
-    among its own temporary files. Return whether the kernel enforces it; before version 3 it cannot."""
-    return landlock_version() >= 3 and _restrict(WRITE, (folder, tempfile.gettempdir(), "/dev/null", "/dev/shm"))
+def confine_writing(folders: Iterable[str]) -> bool:
+    """Let this process, and all that it starts, write, make, move and remove files from now on only among its own
+    temporary files and below the `folders`; one that is missing stands for the nearest existing folder above it.
+    Threads that run already stay as they are. Return whether the kernel enforces it; before version 3 it cannot.
+
+    Every child begins so, except the worker of a cluster, and one that uses a graphics processor: its driver keeps what
+    it compiles in caches of the user's, opens devices to write and names threads in /proc, each in places of its own.
+    """
+    there = (next(each for each in (Path(name), *Path(name).parents) if each.is_dir()) for name in folders)
+    allowed = (*map(str, there), tempfile.gettempdir(), "/dev/null", "/dev/shm")
+    return landlock_version() >= 3 and _restrict(WRITE, allowed)
 
 
 def _restrict(rights: int, paths: Iterable[str]) -> bool:

@@ -26,7 +26,7 @@ def graphics_processors() -> Mapping[str, list[str]]:
     installed. Raises ChildDiedError if a driver crashes or hangs."""
     if not any(entry.graphics and entry.installed for entry in RENDERERS.values()):
         return {}
-    with Child(memory=rendering_memory(graphics=True)) as child:
+    with Child(memory=rendering_memory(graphics=True), writes=None) as child:
         return child.call(GRAPHICS_PROCESSORS, None, within_s=PATIENCE_S)
 
 

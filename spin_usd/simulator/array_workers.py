@@ -26,7 +26,7 @@ class ArrayWorkers(Executor[Content]):
     """Does tasks in at most `workers` processes, each with memory of its own for arrays.
 
     `request`: returns the request of the `opening` call for a worker's number and the descriptor of its memory;
-    `memory`: bytes of address space of each, as for Child.
+    `limits`: `memory` and `writes` of each, as for Child.
     """
 
     def __init__(
@@ -35,10 +35,10 @@ class ArrayWorkers(Executor[Content]):
         request: Callable[[int, int], Any],
         *,
         workers: int = 1,
-        memory: int | None = None,
+        **limits: Any,
     ) -> None:
         super().__init__(self._start, workers=workers, opening=opening)
-        self._opening, self._request, self._limit = opening, request, memory
+        self._opening, self._request, self._limits = opening, request, limits
         self._memories: dict[int, SharedArrays] = {}
 
     def close(self) -> None:
@@ -53,7 +53,7 @@ class ArrayWorkers(Executor[Content]):
             self._memories.pop(number).close()
         memory = new_memory()
         self._memories[number] = SharedArrays(memory)
-        child = Child(keep_open=(memory,), memory=self._limit, modules=(self._opening.module,))
+        child = Child(keep_open=(memory,), modules=(self._opening.module,), **self._limits)
         child.send(self._opening, self._request(number, memory))
         return child
 

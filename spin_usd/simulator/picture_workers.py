@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from msgspec import structs
@@ -47,8 +48,10 @@ class PictureWorkers(ArrayWorkers[OpenedSimulator]):
 
     def __init__(self, opening: OpenSimulator, *, workers: int) -> None:
         """Start the first. Raises the errors of opening the stage."""
-        limit = rendering_memory(graphics=opening.options.settings.device != CPU)
-        super().__init__(OPEN_SIMULATOR, self._opening_of, workers=workers, memory=limit)
+        graphics = opening.options.settings.device != CPU
+        log = [Path(opening.log.folder)] if opening.log else []
+        limit, writes = rendering_memory(graphics=graphics), None if graphics else log
+        super().__init__(OPEN_SIMULATOR, self._opening_of, workers=workers, memory=limit, writes=writes)
         self._of, self._log, self._number = opening, opening.log, 0
         self._unsaved: list[tuple[int, PictureRequest]] = []
         self._process: int | None = os.getpid()

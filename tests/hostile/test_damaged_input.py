@@ -228,6 +228,8 @@ def test_a_target_of_60000_nested_prims_is_refused_and_leaves_nothing(place, spi
 
 
 STATEMENTS = {
+    "lists of numbers within lists (OpenUSD 4214)": "def Mesh 'm' { int[] a = " + "[" * 250 + "-1.",
+    "lists of numbers without a bound (OpenUSD 4214)": "def Mesh 'm' { int[] a = " + "[-1, " * 200_000,
     "tuples that never end (OpenUSD 4215)": "def Mesh 'm' { float3 a = " + "(" * 250 + "1",
     "tuples without a bound (OpenUSD 4215)": "def Mesh 'm' { float3 a = " + "(" * 200_000 + "1",
     "a prim after a broken path (OpenUSD 4217)": "def Mesh '' { def '' { def 'a' (a = ''){ def Mesh 'b' () {} } } }",

@@ -63,7 +63,7 @@ def test_doctor_is_well_without(monkeypatch, version, saying) -> None:
 WRITE = """
 import os, sys
 from spin_usd.processes import confine
-if not confine.confine_writing(sys.argv[1]):
+if not confine.confine_writing(sys.argv[1:2]):
     sys.exit("no Landlock")
 def tried(what):
     try:

@@ -10,25 +10,32 @@ import pytest
 from tests.conftest import REPOSITORY
 from tests.train.conftest import PYTHON
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
-def test_the_example_of_pytorch_learns(tmp_path) -> None:
+
+@pytest.fixture
+def printed(tmp_path):
+    """What a program prints when .venv-train runs it on `tmp_path`."""
     if not PYTHON.is_file():
         pytest.skip("no .venv-train; tools/train_environment makes it")
-    command = [PYTHON, REPOSITORY / "docs" / "train_pytorch.py", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    off = [float(number) for number in re.findall(r"are (\S+) pixels off", done.stdout)]
+
+    def run(program, *arguments):
+        command = [PYTHON, REPOSITORY / "docs" / program, *(arguments or [tmp_path])]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    return run
+
+
+def test_the_example_of_pytorch_learns(printed) -> None:
+    off = [float(number) for number in re.findall(r"are (\S+) pixels off", printed("train_pytorch.py"))]
     assert len(off) == 3
     assert off[-1] < off[0] / 3
 
 
-@pytest.mark.slow
-def test_the_example_of_events_learns(tmp_path) -> None:
-    if not PYTHON.is_file() or subprocess.run([PYTHON, "-c", "import h5py"], check=False).returncode:
+def test_the_example_of_events_learns(printed) -> None:
+    if subprocess.run([PYTHON, "-c", "import h5py"], check=False).returncode:
         pytest.skip("no .venv-train with h5py; tools/train_environment makes it")
-    command = [PYTHON, REPOSITORY / "docs" / "train_events.py", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    off = [float(number) for number in re.findall(r"is (\S+) m off", done.stdout)]
+    off = [float(number) for number in re.findall(r"is (\S+) m off", printed("train_events.py"))]
     assert len(off) == 5
     assert off[-1] < off[0] / 2
 
@@ -59,15 +66,10 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
-def test_the_loop_of_fresh_pictures_has_others_in_each_epoch(tmp_path) -> None:
-    if not PYTHON.is_file():
-        pytest.skip("no .venv-train; tools/train_environment makes it")
-    command = [PYTHON, REPOSITORY / "docs" / "train_fresh.py", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert len({*re.findall(r"48 images of mean (\S+),", done.stdout)}) == 3
-    (tmp_path / "loaders.py").write_text(LOADERS)
-    command = [PYTHON, tmp_path / "loaders.py", tmp_path / "dataset", tmp_path / "fresh.toml"]
-    alone, *loaders = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+def test_the_loop_of_fresh_pictures_has_others_in_each_epoch(printed, tmp_path) -> None:
+    assert len({*re.findall(r"48 images of mean (\S+),", printed("train_fresh.py"))}) == 3
+    program = tmp_path / "loaders.py"
+    program.write_text(LOADERS)
+    alone, *loaders = json.loads(printed(program, tmp_path / "dataset", tmp_path / "fresh.toml"))
     assert len({*itertools.chain(*alone)}) == 3 * 3  # each batch of each epoch is another
     assert loaders == [alone] * 4

@@ -28,7 +28,7 @@ class OwnWorker:
         request = RenderRequest(options=asked, effort=settings.effort)
         options = WorkerOptions(root=str(root), work=str(root / "work"), stage=str(stage), settings=settings)
         self._root, self._kinds = root, request.kinds
-        self._child = stack.enter_context(Child())
+        self._child = stack.enter_context(Child(writes=(root,)))
         self._child.call(OPEN_WORKER, OpenWorker(options=options))
         self.pid = self._child.process.pid
 

@@ -24,7 +24,7 @@ def augment(options: AugmentOptions) -> AugmentReport:
     out = None if options.out is None else str(options.out)
     reads = f"{root} or {spec}"
     request = AugmentStage(stage=str(root), spec=spec, out=out)
-    return ask_child(AUGMENT, request, reads=reads, progress=options.progress)
+    return ask_child(AUGMENT, request, reads=reads, progress=options.progress, writes=(root.parent,))
 
 
 def parameters() -> list[ParameterRow]:

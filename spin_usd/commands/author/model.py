@@ -199,6 +199,7 @@ def _converted(file: Path, units_per_metre: float | None, model_time: float | No
             reads=file,
             memory=rendering_memory(),
             below=root,
+            writes=(Path(folder),),
         )
         check_units(file, units_per_metre)
         try:

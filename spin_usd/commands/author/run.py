@@ -22,7 +22,7 @@ def author(options: AuthorOptions) -> AuthorReport:
     _refuse_without_pictures(options)
     with nothing_left_of(Path(options.out)):
         reads = f"{options.poses or options.scenario or options.sample} or {options.target}"
-        within, writes = AUTHOR_PATIENCE_S, Path(options.out)
+        within, writes = AUTHOR_PATIENCE_S, (Path(options.out).parent,)
         return ask_child(
             AUTHOR, options.as_json(), reads=reads, progress=options.progress, within_s=within, writes=writes
         )

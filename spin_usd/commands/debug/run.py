@@ -89,6 +89,7 @@ def write_debug_file(
             memory=rendering_memory(),
             progress=progress,
             within_s=RENDER_PATIENCE_S,
+            writes=(path.parent,),
         )
         written.append(made)
 

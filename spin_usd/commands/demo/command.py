@@ -23,7 +23,7 @@ def demo(
     from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead(OPEN_PLAN), shown(context.obj["quiet"]) as progress:
+    with child_ahead(OPEN_PLAN, writes=(out,)), shown(context.obj["quiet"]) as progress:
         note = no_note if context.obj["quiet"] else show_note
         made = run_demo(out, progress=progress, note=note, workers=workers, quality=quality)
     print_out(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")

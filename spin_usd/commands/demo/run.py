@@ -11,6 +11,7 @@ from spin_usd.commands.render.run import render_dataset
 from spin_usd.errors import InputError
 from spin_usd.options import EffortOptions, PictureOptions, RunOptions
 from spin_usd.planning.effort_choice import setting_of
+from spin_usd.planning.plan_calls import OPEN_PLAN
 from spin_usd.planning.request import RenderRequest
 from spin_usd.processes.ask_child import unreadable
 from spin_usd.processes.child_ahead import hand_on, next_child
@@ -55,7 +56,7 @@ def run_demo(
 def _author(folder: Path) -> None:
     """Author the example's stage in a child, which has loaded USD then, and so is the next that is wanted."""
     poses = resources.stages() / "examples" / POSES
-    child, out = next_child(), str(folder.absolute())
+    child, out = next_child(OPEN_PLAN, writes=(folder.parent,)), str(folder.absolute())
     try:
         request = {"poses": str(poses), "target": "tango", "camera": "speedplus", "out": out}
         child.call(AUTHOR, request, within_s=PATIENCE_S)

@@ -36,7 +36,7 @@ def export(
     from spin_usd.commands.export.report import EXPORT
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead(EXPORT), shown(context.obj["quiet"]) as progress:
+    with child_ahead(EXPORT, writes=options.written), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.export, options.telling(progress))
     print_out(json.dumps(asdict(report)) if as_json else _sentence(report, copied=options.copy))
 

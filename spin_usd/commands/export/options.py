@@ -65,6 +65,11 @@ class ExportOptions(Listening):
             raise InputError("tags_file is given without tags", do="add --tags NAME")
 
     @property
+    def written(self) -> tuple[Path, ...]:
+        """The folders that are written: the export's, and the dataset's unless files are copied, as they get links."""
+        return (Path(self.out), *([] if self.copy else [Path(self.dataset)]))
+
+    @property
     def tag_names(self) -> tuple[str, ...]:
         """The tags, of which a picture needs at least one; empty for all pictures."""
         each = [self.tags] if isinstance(self.tags, str) else self.tags

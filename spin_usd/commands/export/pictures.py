@@ -1,6 +1,7 @@
 """The pictures of an export, made here or by children that take a few at a time."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -155,7 +156,8 @@ def made_by_children(
     asked = MakePictures(plan=str(work / plan), request=request.as_json(), work=str(work), first=0, last=SHARE)
     shares = (structs.replace(asked, first=first, last=first + SHARE) for first in range(0, len(exported), SHARE))
     tasks = [Task(call=MAKE_PICTURES, request=share, within_s=PATIENCE_S, tries=READING_TRIES) for share in shares]
-    for task in done_in_order(tasks, request.workers, start=lambda _: Child(keep_open=descriptors)):
+    start = partial(Child, keep_open=descriptors, modules=(MAKE_PICTURES.module,), writes=request.written)
+    for task in done_in_order(tasks, request.workers, start=lambda _: start()):
         if isinstance(task.failure, ChildDiedError):
             raise unreadable(task.failure, Path(request.dataset)) from task.failure
         yield task.result

@@ -20,8 +20,8 @@ def export(options: ExportOptions) -> ExportReport:
     Raises InputError and UnsupportedError for content that the format cannot hold: before anything is written if
     records show it, else at its file. Raises OutputError.
     """
-    reads, request = options.dataset, options.as_json()
-    return ask_child(EXPORT, request, reads=reads, progress=options.progress, within_s=PATIENCE_S)
+    reads, request, writes = options.dataset, options.as_json(), options.written
+    return ask_child(EXPORT, request, reads=reads, progress=options.progress, within_s=PATIENCE_S, writes=writes)
 
 
 def export_formats() -> "tuple[ExportFormat, ...]":

@@ -26,6 +26,8 @@ from spin_usd.commands.keypoints.session import Session
 from spin_usd.commands.keypoints.shown_target import ShownTarget
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
+from spin_usd.processes.ask_child import ask_child
+from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.executor import Executor
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.store.atomic import write_text
@@ -79,7 +81,8 @@ def pick_keypoints(request: KeypointsOptions, *, tell: Callable[[str], None]) ->
     Raises InputError if the target cannot be shown or the address is not available, OutputError if keypoints cannot be
     saved, MissingPackageError without viser."""
     EXTRAS["browser"].require()
-    with Executor[None]() as child:
+    with Executor[None](lambda _: next_child(KEYPOINTS_TEXT)) as child:
+        child.start()
         session = open_session(request, child, tell)
         pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)
         if pictures and pictures.note:
@@ -111,8 +114,8 @@ def _serve(request: KeypointsOptions, session: Session, pictures: Pictures | Non
 
 
 def open_session(request: KeypointsOptions, child: Executor[None], tell: Callable[[str], None]) -> Session:
-    """Read the target and existing keypoints through the `child`, which also makes the layer to save."""
-    target = _read_target(request, child)
+    """Read the target, and existing keypoints through the `child`, which also makes the layer to save."""
+    target = _read_target(request)
     file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
     saved = file.read()
     for note in target.notes:
@@ -124,7 +127,7 @@ def open_session(request: KeypointsOptions, child: Executor[None], tell: Callabl
     return Session(target, own if saved is None else saved, file.write, str(file.path))
 
 
-def _read_target(request: KeypointsOptions, child: Executor[None]) -> ShownTarget:
+def _read_target(request: KeypointsOptions) -> ShownTarget:
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         asked = SaveTarget(
             target=request.target,
@@ -133,7 +136,7 @@ def _read_target(request: KeypointsOptions, child: Executor[None]) -> ShownTarge
             prim=request.prim,
             any_size=request.any_size,
         )
-        read = child.call(SAVE_TARGET, asked, reads=request.target)
+        read = ask_child(SAVE_TARGET, asked, reads=request.target, writes=(Path(folder),))
         return ShownTarget.of(read, Path(folder, "target.npz"))
 
 

@@ -70,7 +70,8 @@ class Processes:
 
 def start_process(plan: Plan, runs: RenderStore, lease: Lease, count: int, kind: ProcessKind, number: int) -> Child:
     """Start a process of that kind, the `number`th of `count`."""
-    child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
+    writes = (runs.root, runs.work)
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory(), writes=writes)
     request = OpenMeasuring(
         stage=str(plan.root),
         variant=plan.variants[0],

@@ -1,5 +1,7 @@
 """`spin-usd render`: renders and labels a stage's pictures into a dataset."""
 
+from pathlib import Path
+from tempfile import gettempdir
 from typing import TYPE_CHECKING
 
 import typer
@@ -8,6 +10,7 @@ import spin_usd
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.render.failures import exit_if_failed, warn_of_faults
 from spin_usd.commands.render.options import RenderOptions
+from spin_usd.files.url import is_url
 from spin_usd.options import run_with
 from spin_usd.terminal.lines import print_out, show_note, show_notes, show_report
 from spin_usd.terminal.parameters import Json
@@ -22,7 +25,8 @@ def render(context: typer.Context, options: RenderOptions, *, as_json: Json = Fa
     from spin_usd.planning.plan_calls import OPEN_PLAN
     from spin_usd.processes.child_ahead import child_ahead
 
-    with child_ahead(OPEN_PLAN), shown(context.obj["quiet"]) as progress:
+    copied_to = Path(gettempdir() if is_url(options.out) else options.out)
+    with child_ahead(OPEN_PLAN, writes=(copied_to,)), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.render, options.telling(progress, show_note))
     show_notes(report.doubts)
     if as_json:

@@ -62,9 +62,16 @@ class WorkerProcesses:
 
     def __init__(self, run: RenderRun) -> None:
         self.destination, self._lease, request = run.destination, run.lease, run.request
-        self._memory = rendering_memory(graphics=request.device != CPU)
+        graphics = request.device != CPU
         renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
-        self._modules = (OPEN_WORKER.module, *renderer, HULL_MODULE)
+        self._process = partial(
+            Child,
+            keep_open=(run.lease.descriptor,),
+            scratch=run.lease.work,
+            memory=rendering_memory(graphics=graphics),
+            modules=(OPEN_WORKER.module, *renderer, HULL_MODULE),
+            writes=None if graphics else (run.store.root,),
+        )
         self._ahead: Child | None = None
 
     @contextmanager
@@ -86,10 +93,6 @@ class WorkerProcesses:
         with suppress(ChildDiedError):  # the end of its answers reports it too
             child.send(OPEN_WORKER, OpenWorker(options=options, cpus=share_of(number, workers)))
         return child
-
-    def _process(self) -> Child:
-        lease = self._lease
-        return Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=self._memory, modules=self._modules)
 
 
 def make_pictures(

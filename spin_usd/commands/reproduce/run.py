@@ -50,4 +50,5 @@ def reproduce_picture(dataset: Path, frame: str, *, variant: str = NOMINAL, devi
             reads=store.root,
             memory=rendering_memory(graphics=device != CPU),
             within_s=RENDER_PATIENCE_S,
+            writes=(Path(folder),) if device == CPU else None,
         )

@@ -22,6 +22,7 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.geometry.lens import invertible_radius
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.options import takes
+from spin_usd.processes.child_ahead import next_child
 from spin_usd.processes.deaths import READING_TRIES
 from spin_usd.processes.executor import done_in_order
 from spin_usd.processes.processors import usable_cpus
@@ -212,7 +213,8 @@ def write_files(
     children = request.workers or max(1, min(len(usable_cpus()), len(requests) // PICTURES_PER_CHILD))
     faults: dict[str, str] = {}
     tasks = [Task(call=SHOW_PICTURE, request=each, tries=READING_TRIES, progress=progress) for each in requests]
-    for done, (keys, task) in enumerate(zip(missing.values(), done_in_order(tasks, children), strict=True)):
+    ended = done_in_order(tasks, children, start=lambda _: next_child(SHOW_PICTURE, writes=(request.page_folder,)))
+    for done, (keys, task) in enumerate(zip(missing.values(), ended, strict=True)):
         progress("showing: picture", done, len(tasks))
         if isinstance(task.failure, OutputError):
             raise task.failure

@@ -154,6 +154,13 @@ class ExportedDataset:
         """The place of each variant's first picture."""
         return {entry.variant: number for number, entry in reversed(list(enumerate(self.entries)))}
 
+    def ended_by(self, picture: ExportedPicture) -> list[int]:
+        """Return the places of all pictures of the variant that the picture is the last of; none if another follows."""
+        following = self.entries[picture.number + 1 : picture.number + 2]
+        if following and following[0].variant == picture.variant:
+            return []
+        return [number for number, entry in enumerate(self.entries) if entry.variant == picture.variant]
+
     def picture(self, number: int) -> ExportedPicture:
         """Read the picture at that place."""
         entry = self.entries[number]

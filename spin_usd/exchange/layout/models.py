@@ -116,7 +116,8 @@ def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Mo
 
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         names = {variant: list(each) for variant, each in frames.items()}
-        ids = ask_child(SAVE_MODELS, SaveModels(stage=str(root), folder=folder, frames=names), reads=root)
+        request = SaveModels(stage=str(root), folder=folder, frames=names)
+        ids = ask_child(SAVE_MODELS, request, reads=root, writes=(Path(folder),))
         return {number: _loaded(Path(folder, f"{number}.npz")) for number in ids}
 
 

@@ -66,7 +66,7 @@ class WorkerActor:
             self._folder = self._held.enter_context(opening.output.entered(node))
         except SpinError as error:
             return [as_message(error)]
-        self._child = self._held.enter_context(Child(scratch=self._folder.work, memory=rendering_memory()))
+        self._child = self._held.enter_context(Child(scratch=self._folder.work, memory=rendering_memory(), writes=None))
         folders = {"root": str(self._folder.root), "work": str(self._folder.work)}
         cpus = share_of(opening.number, opening.of or len(usable_cpus()))
         options = {**opening.request["options"], **folders}
