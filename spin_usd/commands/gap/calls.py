@@ -117,6 +117,51 @@ class LightAnswer(Struct, frozen=True, kw_only=True):
     """Squared signal, of which the rest is the error."""
 
 
+class ShownMaterial(Struct, frozen=True, kw_only=True):
+    """A material of the first target in a picture."""
+
+    pixels: int
+    limits: dict[str, tuple[float, float]]
+    """Limits of the logarithm of a factor, by input."""
+
+
+class TrySurfaces(Struct, frozen=True, kw_only=True):
+    """The request to try values of materials on a picture, its light solved again for each."""
+
+    pair: Pair
+    fitted: Fitted
+    trials: list[dict[str, float]]
+    """Parameters by name; all trials have the same names."""
+
+
+class SurfaceErrors(Struct, frozen=True, kw_only=True):
+    """The errors of trials on a picture."""
+
+    errors: list[float]
+    """Share of the squared signal that each trial does not explain."""
+
+
+class FittedPair(Struct, frozen=True, kw_only=True):
+    """A pair with its fits."""
+
+    pair: Pair
+    fitted: Fitted
+
+
+class WriteFits(Struct, frozen=True, kw_only=True):
+    """The request to write the fits of pictures as layers over a copy of the stage."""
+
+    folder: str
+    pictures: list[FittedPair]
+    fits: list[str]
+    values: dict[str, float]
+
+
 OPEN_GAP = Call("spin_usd.commands.gap.worker:GapWorker", OpenGap, OpenedGap)
 MEASURE_PAIR = Call("spin_usd.commands.gap.worker:GapWorker.measure", MeasurePair, MeasuredPair)
 FIT_LIGHT = Call("spin_usd.commands.gap.worker:GapWorker.fit_light", FitLight, LightAnswer)
+SHOWN_MATERIALS = Call("spin_usd.commands.gap.worker:GapWorker.shown_materials", Pair, dict[str, ShownMaterial])
+"""Answers with the materials by name."""
+TRY_SURFACES = Call("spin_usd.commands.gap.worker:GapWorker.try_surfaces", TrySurfaces, SurfaceErrors)
+WRITE_FITS = Call("spin_usd.commands.gap.worker:GapWorker.write_fits", WriteFits, str)
+"""Answers with the root layer that it wrote."""

@@ -3,7 +3,7 @@
 import base64
 from collections.abc import Collection
 from dataclasses import asdict, replace
-from math import ceil, isfinite
+from math import ceil, inf, isfinite, log
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,10 @@ from spin_usd.commands.gap.calls import (
     OpenedGap,
     OpenGap,
     Pair,
+    ShownMaterial,
+    SurfaceErrors,
+    TrySurfaces,
+    WriteFits,
 )
 from spin_usd.commands.gap.real_pictures import pooled, read_grey
 from spin_usd.errors import InputError
@@ -36,17 +40,22 @@ from spin_usd.realism.light_fit import LightFit, fit_light
 from spin_usd.realism.measures import compared, compared_parts, measured, silhouette
 from spin_usd.realism.panels import light_around, light_towards, names_around, names_near, scaled
 from spin_usd.realism.picture_view import EDGE_PX, FULL, SATURATED, Mask, PictureView, eroded, smoothed
+from spin_usd.realism.surface_fit import INPUTS as FITTED_INPUTS
 from spin_usd.realism.two_sample import patch_features
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import reduced
 from spin_usd.scene.derived.content_keys import background_seed
 from spin_usd.scene.derived.light_groups import LightGroups, in_unit_light
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.light import Light
+from spin_usd.scene.material import LIMITS, ROUNDING, Material
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import LUMINANCE, Sensor
+from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.sensor.develop import developed_without_noise, light_on_detector
 from spin_usd.sensor.tone import unrounded
+from spin_usd.stage.augment.fitted_stage import FittedPicture, write_fits
 from spin_usd.studio.open_stage import OpenStage
 from spin_usd.studio.picture_request import PictureRequest
 from spin_usd.studio.studio import Studio
@@ -118,6 +127,39 @@ class GapWorker:
             near = (name for each in strongest for name in names_near(each))
             found = self._fit_among(scene, grey, panels, (*(light.path for light in found.lights), *near))
         return found
+
+    def shown_materials(self, pair: Pair) -> dict[str, ShownMaterial]:
+        """Count the pixels of each material of the first target in a picture."""
+        scene = self._scene(pair, Fitted()).one_body_scenes[0]
+        visible, target = self._studio.caster.visibility(scene), scene.bodies[0].target
+        materials = target.mesh.face_material[visible.face[visible.face >= 0]]
+        counts = np.bincount(materials, minlength=len(target.materials))
+        return {
+            material.path.rpartition("/")[2]: ShownMaterial(pixels=int(count), limits=_factor_limits(material))
+            for material, count in zip(target.materials, counts, strict=True)
+            if count and material.path
+        }
+
+    def try_surfaces(self, request: TrySurfaces) -> SurfaceErrors:
+        """Fit the light of a picture anew with the values of each trial. Raises InputError as `measure` does."""
+        errors = []
+        for trial in request.trials:
+            fitted = structs.replace(request.fitted, values=trial)
+            errors.append(1 - self.fit_light(FitLight(pair=request.pair, fitted=fitted)).explained)
+        return SurfaceErrors(errors=errors)
+
+    def write_fits(self, request: WriteFits) -> str:
+        """Write the fits as layers over a copy of the stage; return its root layer. Raises OutputError, and
+        UnsupportedError for lights that cannot be written."""
+        pictures = [
+            FittedPicture(
+                frame=self._stage.frame(PictureRequest(frame=each.pair.frame)),
+                scene=self._scene(each.pair, structs.replace(each.fitted, values={})),
+            )
+            for each in request.pictures
+        ]
+        root, folder = Path(self._stage.path), Path(request.folder)
+        return str(write_fits(root, folder, pictures, fits=request.fits, values=request.values))
 
     def _fit_among(self, whole: Scene, grey: NDArray[np.float32], panels: int, names: tuple[str, ...]) -> LightAnswer:
         """Fit the light of the real picture `grey` (H, W) by the lights of these names."""
@@ -217,6 +259,20 @@ def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int) -> Fitted
         direction=direction.tolist(),
         distance=distance,
     )
+
+
+def _factor_limits(material: Material) -> dict[str, tuple[float, float]]:
+    """Return the limits of the logarithms of factors on a material's inputs, of those that can be changed."""
+    found = {}
+    for name, field in FITTED_INPUTS.items():
+        value, own = getattr(material, field), LIMITS[field]
+        if isinstance(value, Primvar):
+            most = 1.0
+        else:
+            most = float(extremes(value).max()) if isinstance(value, Texture) else float(np.max(value))
+        if most > 0:
+            found[name] = (log(own.low / most) if own.low else -inf, log(max(own.high - ROUNDING, most) / most))
+    return found
 
 
 def _centre(scene: Scene) -> Float:

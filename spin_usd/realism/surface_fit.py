@@ -1,0 +1,101 @@
+"""Factors on the inputs of materials that make renders most like real pictures, by parabolas through three renders.
+
+Each picture has its own light, solved again for every trial: so what all factors have in common, a brighter or darker
+craft, is the light's, and only what tells materials apart is fitted.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spin_usd.basics.arrays import Float
+from spin_usd.realism.intervals import Interval, interval
+
+INPUTS = {"diffuseColor": "diffuse_color", "roughness": "roughness", "ior": "ior"}
+"""Inputs of UsdPreviewSurface that a fit changes, and their fields of Material: albedo, roughness, and the strength of
+the reflection."""
+STEPS = (0.4, 0.2, 0.1)  # of the logarithm of a factor, round by round
+FARTHEST = 2.0  # steps that a parabola may lead away
+LIMIT = 1.6  # of the logarithm: a factor of 5
+SHARES = (1.0, 0.5, 0.25)  # of the step along all parabolas at once that are tried
+RIDGE = 1e-3  # of the error: between equals, the factor nearest to 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surfaces:
+    """Logarithms of factors by parameter, and the round of the search."""
+
+    parameters: tuple[str, ...]
+    limits: Float
+    """(P, 2) the least and the greatest logarithm."""
+    logs: Float
+    """(P,)."""
+
+    @classmethod
+    def starting(cls, materials: Mapping[str, Mapping[str, tuple[float, float]]]) -> "Surfaces":
+        """Return the materials as they are. `materials`: the limits of the logarithms by the inputs that can be
+        changed, by the materials' names."""
+        limits = {
+            f"material.{name}.{field}.factor": (max(low, -LIMIT), min(high, LIMIT))
+            for name, fields in materials.items()
+            for field, (low, high) in fields.items()
+        }
+        return cls(parameters=tuple(limits), limits=np.array(list(limits.values())), logs=np.zeros(len(limits)))
+
+    def moved(self, by: Float) -> "Surfaces":
+        """Return the surfaces with their logarithms changed by (P,), within their limits."""
+        return replace(self, logs=np.clip(self.logs + by, *self.limits.T))
+
+    def values(self, logs: Float) -> dict[str, float]:
+        """Return the parameters' values, within their limits."""
+        return {
+            name: float(np.exp(log)) for name, log in zip(self.parameters, np.clip(logs, *self.limits.T), strict=True)
+        }
+
+    def trials(self, step: float) -> list[dict[str, float]]:
+        """Return the trials of a round: as it is, and each parameter lower and higher."""
+        shifts = [np.zeros(len(self.logs))]
+        for place in range(len(self.logs)):
+            for sign in (-step, step):
+                shifts.append(np.where(np.arange(len(self.logs)) == place, sign, 0.0))
+        return [self.values(self.logs + shift) for shift in shifts]
+
+    def towards(self, errors: Float, step: float) -> Float:
+        """Return the changes (P,) to the least of each parameter's parabola; errors (pictures, trials)."""
+        return _least(_means(errors, self.logs, step), step)
+
+    def intervals(self, errors: Float, step: float) -> list[Interval]:
+        """Return the 95 % interval of each factor, drawing the pictures of a round's `errors` again."""
+        found = []
+        for place in range(len(self.logs)):
+            of = errors[:, [0, 1 + 2 * place, 2 + 2 * place]]
+            rows = np.arange(len(of), dtype=np.float64)
+
+            def drawn(draws: Float, of: Float = of) -> Float:
+                return _least(of[draws.astype(np.intp)].mean(1), step)
+
+            _, (low, high) = interval(rows, drawn)
+            log = self.logs[place]
+            found.append((float(np.exp(log + low)), float(np.exp(log + high))))
+        return found
+
+
+def _means(errors: Float, logs: Float, step: float) -> Float:
+    """Return (P, 3): the mean errors as it is, lower and higher, with the ridge."""
+    means = errors.mean(0)
+    table = np.stack([np.full(len(logs), means[0]), means[1::2], means[2::2]], -1)
+    away = np.stack([logs, logs - step, logs + step], -1)
+    table += RIDGE * means[0] * np.square(away)
+    return table
+
+
+def _least(table: Float, step: float) -> Float:
+    """Return (M,) the places of the least of parabolas through (M, 3) errors at 0, -step and step, within FARTHEST."""
+    middle, low, high = np.moveaxis(table, -1, 0)
+    bend, tilt = low - 2 * middle + high, high - low
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = -step * tilt / (2 * bend)
+    downhill = -FARTHEST * step * np.sign(tilt)
+    found: Float = np.clip(np.where(bend > 0, least, downhill), -FARTHEST * step, FARTHEST * step)
+    return found
