@@ -53,49 +53,49 @@ class Surfaces:
             name: float(np.exp(log)) for name, log in zip(self.parameters, np.clip(logs, *self.limits.T), strict=True)
         }
 
+    def shifts(self, step: float) -> Float:
+        """Return (P, 2) the changes of a round's trials: down and up by `step`, within the limits."""
+        ends = np.clip(self.logs[:, None] + np.array((-step, step)), *(side[:, None] for side in self.limits.T))
+        return np.asarray(ends - self.logs[:, None])
+
     def trials(self, step: float) -> list[dict[str, float]]:
         """Return the trials of a round: as it is, and each parameter lower and higher."""
-        shifts = [np.zeros(len(self.logs))]
-        for place in range(len(self.logs)):
-            for sign in (-step, step):
-                shifts.append(np.where(np.arange(len(self.logs)) == place, sign, 0.0))
-        return [self.values(self.logs + shift) for shift in shifts]
+        each = np.eye(len(self.logs))
+        changes = [unit * shift for unit, pair in zip(each, self.shifts(step), strict=True) for shift in pair]
+        return [self.values(self.logs + change) for change in (np.zeros(len(self.logs)), *changes)]
 
     def towards(self, errors: Float, step: float) -> Float:
         """Return the changes (P,) to the least of each parameter's parabola; errors (pictures, trials)."""
-        return _least(_means(errors, self.logs, step), step)
+        means, shifts = errors.mean(0), self.shifts(step)
+        table = np.stack([np.full(len(self.logs), means[0]), means[1::2], means[2::2]], -1)
+        away = self.logs[:, None] + np.column_stack([np.zeros(len(self.logs)), shifts])
+        return _least(table + RIDGE * means[0] * np.square(away), shifts)
 
     def intervals(self, errors: Float, step: float) -> list[Interval]:
         """Return the 95 % interval of each factor, drawing the pictures of a round's `errors` again."""
         found = []
-        for place in range(len(self.logs)):
+        for place, (log, shifts) in enumerate(zip(self.logs, self.shifts(step), strict=True)):
             of = errors[:, [0, 1 + 2 * place, 2 + 2 * place]]
-            rows = np.arange(len(of), dtype=np.float64)
 
-            def drawn(draws: Float, of: Float = of) -> Float:
-                return _least(of[draws.astype(np.intp)].mean(1), step)
+            def drawn(draws: Float, of: Float = of, shifts: Float = shifts) -> Float:
+                return _least(of[draws.astype(np.intp)].mean(1), np.broadcast_to(shifts, (len(draws), 2)))
 
-            _, (low, high) = interval(rows, drawn)
-            log = self.logs[place]
+            _, (low, high) = interval(np.arange(len(of), dtype=np.float64), drawn)
             found.append((float(np.exp(log + low)), float(np.exp(log + high))))
         return found
 
 
-def _means(errors: Float, logs: Float, step: float) -> Float:
-    """Return (P, 3): the mean errors as it is, lower and higher, with the ridge."""
-    means = errors.mean(0)
-    table = np.stack([np.full(len(logs), means[0]), means[1::2], means[2::2]], -1)
-    away = np.stack([logs, logs - step, logs + step], -1)
-    table += RIDGE * means[0] * np.square(away)
-    return table
-
-
-def _least(table: Float, step: float) -> Float:
-    """Return (M,) the places of the least of parabolas through (M, 3) errors at 0, -step and step, within FARTHEST."""
+def _least(table: Float, shifts: Float) -> Float:
+    """Return (M,) the places of the least of parabolas through (M, 3) errors at 0 and at the `shifts` (M, 2), one down
+    and one up: within FARTHEST times the shifts, and at the lower end of what has no parabola."""
     middle, low, high = np.moveaxis(table, -1, 0)
-    bend, tilt = low - 2 * middle + high, high - low
+    down, up = shifts.T
     with np.errstate(divide="ignore", invalid="ignore"):
-        least = -step * tilt / (2 * bend)
-    downhill = -FARTHEST * step * np.sign(tilt)
-    found: Float = np.clip(np.where(bend > 0, least, downhill), -FARTHEST * step, FARTHEST * step)
+        slope_down, slope_up = (low - middle) / down, (high - middle) / up
+        bend = (slope_up - slope_down) / (up - down)
+        tilt = slope_up - bend * up
+        least = -tilt / (2 * bend)
+    ends = np.where((low < middle) | (high < middle), np.where(low < high, down, up), 0.0)
+    good = (bend > 0) & np.isfinite(least)
+    found: Float = np.where(good, np.clip(least, FARTHEST * down, FARTHEST * up), ends)
     return found
