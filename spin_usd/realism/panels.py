@@ -42,13 +42,11 @@ def light_around(name: str, centre: Float, radius: float, count: int) -> Light:
     """Return the light of that name; it makes an irradiance of about 1 W/m2 at the target's centre. `centre` (3,),
     camera axes, metres; `radius`: the target's, metres; `count`: as in names_around."""
     kind, number, near = _parsed(name)
-    towards, size = directions(count)[number], WIDTH
+    towards, size = directions(count)[number], light_width(name)
     if near is not None and near < RING:
         axes, turn = facing(towards), 2 * np.pi * near / RING
         tilt = TILT * (4 * np.pi / count) ** 0.5
         towards = np.cos(tilt) * towards + np.sin(tilt) * (np.cos(turn) * axes[:, 0] + np.sin(turn) * axes[:, 1])
-    elif near is not None:
-        size *= SIZES[near - RING]
     if kind == SUN:
         x, y, z = (-towards).tolist()
         return DistantLight(path=name, direction_cam=(x, y, z), irradiance=(1.0, 1.0, 1.0))
@@ -60,6 +58,12 @@ def light_around(name: str, centre: Float, radius: float, count: int) -> Light:
         width=size * distance,
         height=size * distance,
     )
+
+
+def light_width(name: str) -> float:
+    """Return the width of the panel of that name over its distance."""
+    _, _, near = _parsed(name)
+    return WIDTH if near is None or near < RING else WIDTH * SIZES[near - RING]
 
 
 def _parsed(name: str) -> tuple[str, int, int | None]:

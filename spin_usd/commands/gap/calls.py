@@ -5,6 +5,7 @@ from msgspec import Struct
 from spin_usd.processes.call import Call
 from spin_usd.realism.camera_fit import CameraFit
 from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.scene.sensor import Sensor
 from spin_usd.studio.picture_request import Matrix
 
 
@@ -22,8 +23,8 @@ class OpenedGap(Struct, frozen=True, kw_only=True):
     """An open stage."""
 
     frames: list[str]
-    camera: list[int]
-    """Columns and rows of a picture."""
+    sensor: Sensor
+    """The camera's, at the first frame."""
 
 
 class Pair(Struct, frozen=True, kw_only=True):
@@ -101,6 +102,8 @@ class FittedLight(Struct, frozen=True, kw_only=True):
     stage's."""
     low: float
     high: float
+    share: float
+    """Share of the picture's light that it gives."""
     direction: list[float]
     """Towards the light, camera axes; its place relative to the target's centre over its distance."""
     distance: float

@@ -49,7 +49,9 @@ class GapOptions(ListeningToNotes, EffortOptions):
     ] = 42
     write: Annotated[
         str | Path | None,
-        Option("Also write what the fits found as distributions: a preset and an augmentation of this name.", "NAME"),
+        Option(
+            "Also write what the fits found as distributions: this preset, and an augmentation beside it.", "FILE.usda"
+        ),
     ] = None
     variant: VariantName = "nominal"
     renderer: RendererName = None
@@ -63,6 +65,8 @@ class GapOptions(ListeningToNotes, EffortOptions):
                 raise InputError(f"there is no fit {name!r}", do=suggestion(name, FITS))
         if self.write is not None and "light" not in self.fits:
             raise InputError("write is given without fit light, of which it makes distributions", do="add --fit light")
+        if self.write is not None and Path(self.write).suffix != ".usda":
+            raise InputError("cannot be a preset", where=self.write, do="give a name that ends in .usda")
 
     @property
     def fits(self) -> tuple[str, ...]:

@@ -48,6 +48,7 @@ class GapLight(JsonStruct, frozen=True, kw_only=True):
         ),
     ]
     interval: Annotated[Span, Meta(description="95 % interval by drawing pieces of the picture again.")]
+    share: Annotated[float, Meta(description="Share of the light on the target's pixels that comes from it.")]
     direction: Annotated[Vector, Meta(description="From the target's centre to the light, camera axes.")]
     distance: Annotated[float, Meta(ge=0, description="Metres; 0 for a Sun.")]
 

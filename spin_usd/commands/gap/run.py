@@ -13,6 +13,7 @@ from spin_usd.commands.gap.options import GapOptions
 from spin_usd.commands.gap.real_pictures import pairs_in
 from spin_usd.commands.gap.report import GapReport
 from spin_usd.commands.gap.summary import Step, report_of
+from spin_usd.commands.gap.write_preset import write_preset
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.options import PictureOptions, takes
@@ -56,9 +57,9 @@ def gap(options: GapOptions) -> GapReport:
             return child
 
         with Executor[OpenedGap](start, workers=workers, opening=OPEN_GAP) as executor:
-            frames = executor.opened_content().frames
+            opened = executor.opened_content()
             poses = None if options.poses is None else Path(options.poses)
-            pairs, notes = pairs_in(Path(options.real), poses, frames)
+            pairs, notes = pairs_in(Path(options.real), poses, opened.frames)
             comparison = Comparison(options=options, executor=executor, pairs={pair.name: pair for pair in pairs})
             comparison.measure("ours")
             for name in options.fits:
@@ -72,6 +73,9 @@ def gap(options: GapOptions) -> GapReport:
                 left = "the fits are not written: not all pictures are frames of the stage"
                 report = structs.replace(report, notes=[*report.notes, left])
         _write(out, report, comparison.steps, hidden.folder)
+        if options.write is not None:
+            fitted = [comparison.of(picture.name) for picture in report.pictures]
+            write_preset(Path(options.write).absolute(), report, opened.sensor, fitted)
     return report
 
 

@@ -102,10 +102,11 @@ def _picture(name: str, steps: Sequence[Step]) -> GapPicture:
                 name=light.path,
                 strength=light.strength,
                 interval=[light.low, light.high],
+                share=light.share,
                 direction=light.direction,
                 distance=light.distance,
             )
-            for light in sorted(answer.lights if answer else (), key=lambda each: -each.strength)
+            for light in (answer.lights if answer else ())
         ],
         notes=first.notes,
     )

@@ -78,8 +78,8 @@ class GapWorker:
         self._stage, self._studio = OpenStage(request.stage, variant=request.variant), Studio(request.settings)
         self._studio.open_renderer()
         reader = self._stage.reader()
-        camera = reader.scene(reader.frames[0]).camera
-        self.opened = OpenedGap(frames=[each.name for each in reader.frames], camera=[camera.width, camera.height])
+        sensor = reader.scene(reader.frames[0]).sensor
+        self.opened = OpenedGap(frames=[each.name for each in reader.frames], sensor=sensor)
 
     def measure(self, request: MeasurePair) -> MeasuredPair:
         """Make our picture of a pair with the fits so far, and measure both. Raises InputError for a real picture that
@@ -184,9 +184,14 @@ class GapWorker:
         fit, counted = fit_light(basis, signal, mask, full), mask & ~full
         squared = float(np.square(signal[counted], dtype=np.float64).sum())
         error = signal[counted] - np.tensordot(fit.strengths, basis[:, counted], 1)
-        shining = sorted(np.flatnonzero(fit.strengths).tolist(), key=lambda n: -fit.strengths[n] * basis[n].sum())
+        given = fit.strengths * basis[:, mask].sum(1, dtype=np.float64)
+        shares = given / max(float(given.sum()), 1e-12)
         return LightAnswer(
-            lights=[_fitted_light(scene, groups.placed[n], fit, n) for n in shining],
+            lights=[
+                _fitted_light(scene, groups.placed[n], fit, n, float(shares[n]))
+                for n in np.argsort(-shares, kind="stable").tolist()
+                if fit.strengths[n] > 0
+            ],
             explained=1 - float(np.square(error).sum()) / squared if squared else 0.0,
             squared=squared,
         )
@@ -249,13 +254,14 @@ def _candidates(scene: Scene, panels: int, names: Collection[str]) -> tuple[Ligh
     return tuple(light_around(name, centre, radius, panels) for name in names)
 
 
-def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int) -> FittedLight:
+def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int, share: float) -> FittedLight:
     direction, distance = light_towards(scene.lights[index], _centre(scene))
     return FittedLight(
         path=scene.lights[index].path,
         strength=float(fit.strengths[place]),
         low=float(fit.low[place]),
         high=float(fit.high[place]),
+        share=share,
         direction=direction.tolist(),
         distance=distance,
     )
