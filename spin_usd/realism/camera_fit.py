@@ -1,6 +1,6 @@
 """The camera whose level, noise and sharpness are those of real pictures."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,19 +20,23 @@ SHARPEST = 0.05  # px
 class CameraFit:
     """A camera's values, in steps of 8 bits of its linear signal, and pixels."""
 
-    noise: float
-    shot_noise: float
-    psf_sigma: float
-    intervals: dict[str, Interval]
-    """95 % intervals by value."""
+    noise: float = 0.0
+    shot_noise: float = 0.0
+    psf_sigma: float | None = None
+    """None where too few pictures have clear edges."""
+    intervals: dict[str, Interval] = field(default_factory=dict)
+    """95 % intervals of the values that were found."""
 
 
 def fit_camera(noise: ArrayLike, shot_noise: ArrayLike, psf_sigma: ArrayLike) -> CameraFit:
     """Return the camera of pictures (N) with these values, NaN where a picture has none."""
-    values, intervals = {}, {}
+    values: dict[str, float] = {}
+    intervals: dict[str, Interval] = {}
     for name, of in (("noise", noise), ("shot_noise", shot_noise), ("psf_sigma", psf_sigma)):
-        values[name], intervals[name] = median_interval(of)
-    return CameraFit(**{name: 0.0 if np.isnan(value) else value for name, value in values.items()}, intervals=intervals)
+        value, around = median_interval(of)
+        if np.isfinite(around).all():
+            values[name], intervals[name] = max(value, 0.0), around
+    return CameraFit(**values, intervals=intervals)
 
 
 def sigma_of_spread(spread: float, spreads: ArrayLike) -> float:
@@ -65,4 +69,6 @@ def fitted_sensor(sensor: Sensor, fit: CameraFit, level: float) -> Sensor:
 
 def fitted_optics(optics: Optics, fit: CameraFit) -> Optics:
     """Return the optics with the fit's point spread function."""
+    if fit.psf_sigma is None:
+        return optics
     return replace(optics, psf_sigma=fit.psf_sigma if fit.psf_sigma > SHARPEST else 0.0)

@@ -20,7 +20,7 @@ ROUNDING = 1 / 12  # variance of rounding to whole steps
 FLAT_BLOCK = 8
 FLATTEST = 0.3  # share of a bin's blocks
 BIN = 8.0  # grey
-MEDIAN = (1 - 2 / (9 * 37)) ** 3  # of chi-squared over its mean, for the degrees of freedom in a block's differences
+LAPLACIAN = 36  # its mean square over the variance of white noise
 LEAST_IN_BIN = 12
 LEAST_BINS = 3
 BRIGHTEST = 235.0  # grey: above it noise is cut off
@@ -45,11 +45,13 @@ class Darkness:
 def darkness(grey: NDArray[np.float32]) -> Darkness:
     """Return the darkness of a picture (H, W), each side at least BLOCK pixels."""
     blocks = _blocks(grey, BLOCK)
-    chosen_by, measured = blocks[:, ::2].mean((1, 2)), blocks[:, 1::2]
+    chosen_by, texture = blocks[:, ::2].mean((1, 2)), np.square(np.diff(blocks[:, ::2], axis=2)).mean((1, 2))
+    measured = blocks[:, 1::2]
     low = float(np.quantile(chosen_by, DARKEST))
     spread = float(np.sqrt(np.square(np.diff(blocks[chosen_by <= low], axis=2)).mean() / 2))
     count = max(int((chosen_by <= low + MARGIN * spread / BLOCK).sum()), LEAST_BLOCKS)
     dark = np.argsort(chosen_by, kind="stable")[:count]
+    dark = dark[texture[dark] <= np.median(texture[dark])]  # without what is lit or has an edge
     level = float(measured[dark].mean())
     rest = blocks[dark] - blocks[dark].mean((1, 2), keepdims=True)
     difference = float(np.square(np.diff(measured[dark], axis=2)).mean() / 2)
@@ -70,7 +72,12 @@ def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
     in steps of 8 bits. NaN for a picture with too few flat, lit blocks."""
     half = FLAT_BLOCK // 2
     blocks = _blocks(grey[half:, half:], FLAT_BLOCK)  # across the blocks of a JPEG
-    mean, noise = blocks.mean((1, 2)), np.square(np.diff(blocks, axis=2)).mean((1, 2)) / 2
+    mean, noise = blocks.mean((1, 2)), _laplacian(blocks)
+    room = noise[np.abs(mean - dark.level) < max(dark.noise / half, 0.5)]
+    if len(room) < LEAST_IN_BIN:
+        return float("nan")
+    unit = float(np.median(room))  # of the noise in the dark, whatever correlates it
+    scale = (dark.noise**2 + ROUNDING) / unit if unit else 1 / LAPLACIAN
     quarters = blocks.reshape(-1, 2, half, 2, half).mean((2, 4)).reshape(-1, 4)
     texture = np.ptp(quarters, axis=1)  # means of pixels do not depend on their differences
     signals, variances, weights = [], [], []
@@ -80,12 +87,20 @@ def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
             continue
         flat = here[np.argsort(texture[here])[: max(int(FLATTEST * len(here)), LEAST_IN_BIN // 2)]]
         signals.append(float(mean[flat].mean()) - dark.level)
-        variances.append(float(np.median(noise[flat])) / MEDIAN - ROUNDING - dark.noise**2)
+        variances.append((float(np.median(noise[flat])) - unit) * scale)
         weights.append(len(flat) ** 0.5 / max(signals[-1], 1.0) ** 0.5)
     if len(signals) < LEAST_BINS:
         return float("nan")
     x, y, w = (np.array(each) for each in (signals, variances, weights))
     return float((w * x * y).sum() / (w * x * x).sum())
+
+
+def _laplacian(blocks: Float) -> Float:
+    """Return (N,) the mean square of the difference of two Laplacians of blocks (N, side, side), which slopes and even
+    curves leave zero. Source: J. Immerkaer, "Fast noise variance estimation" (1996)."""
+    across = blocks[:, :, :-2] - 2 * blocks[:, :, 1:-1] + blocks[:, :, 2:]
+    both = across[:, :-2] - 2 * across[:, 1:-1] + across[:, 2:]
+    return np.asarray(np.square(both).mean((1, 2)))
 
 
 def _blocks(grey: NDArray[np.float32], side: int) -> Float:

@@ -15,14 +15,15 @@ from spin_usd.realism.picture_view import SATURATED, Mask
 
 REACH = 6.0  # pixels of a profile to either side
 STEP = 0.5
-SIGMAS = np.geomspace(0.25, 4.0, 36)
+SIGMAS = np.geomspace(0.25, 4.0, 96)
 SHIFTS = np.arange(-1.0, 1.01, 0.25)
-LEAST_HEIGHT = 12.0  # times the noise: of an edge
+ALONG = (-2, -1, 0, 1, 2)  # pixels along an edge, over which its profile is averaged
+LEAST_HEIGHT = 6.0  # times the noise: of an edge
 LEAST_GREY = 12.0  # and in a picture without noise
 FIT = 0.99  # correlation with the profile
 SHARPEST = 0.2  # quantile
 MOST_EDGES = 4000
-LEAST_EDGES = 20
+LEAST_EDGES = 12
 SILHOUETTE_REACH = 12.0  # pixels that a silhouette is searched for
 CLEAR = 6.0  # times the noise: of a silhouette's step
 
@@ -43,7 +44,8 @@ def edge_spread(grey: NDArray[np.float32], within: Mask, noise: float) -> float:
     chosen = np.argsort(-slope[rows, columns], kind="stable")[:MOST_EDGES]
     at = np.stack([columns[chosen], rows[chosen]], -1).astype(np.float64)
     normal = np.stack([gx, gy], -1)[rows[chosen], columns[chosen]] / slope[rows[chosen], columns[chosen], None]
-    profiles = sampled(grey, at, normal, _offsets(REACH))
+    along = normal[:, ::-1] * (-1, 1)
+    profiles = np.mean([sampled(grey, at + along * k, normal, _offsets(REACH)) for k in ALONG], axis=0)
     height = profiles[:, -5:].mean(1) - profiles[:, :5].mean(1)
     profiles = profiles[(height > least) & (profiles.max(1) < SATURATED)]  # a cut-off edge is too sharp
     if len(profiles) < LEAST_EDGES:

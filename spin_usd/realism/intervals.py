@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from spin_usd.basics.arrays import Float
 
 DRAWS = 2000
+LEAST = 3  # values that have an interval
 TAILS = (0.025, 0.975)
 
 Interval = tuple[float, float]
@@ -21,8 +22,8 @@ def median_interval(values: ArrayLike) -> tuple[float, Interval]:
 def interval(values: Float, of: Callable[[Float], Float]) -> tuple[float, Interval]:
     """Return a statistic of the finite values (N,) and its 95 % interval. `of`: the statistic of each row (M, N)."""
     finite = values[np.isfinite(values)]
-    if not len(finite):
-        return float("nan"), (float("nan"), float("nan"))
+    if len(finite) < LEAST:
+        return float(of(finite[None])[0]) if len(finite) else float("nan"), (float("nan"), float("nan"))
     drawn = np.random.default_rng(0).integers(len(finite), size=(DRAWS, len(finite)))
     low, high = np.quantile(of(finite[drawn]), TAILS)
     return float(of(finite[None])[0]), (float(low), float(high))

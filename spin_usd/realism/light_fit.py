@@ -2,7 +2,9 @@
 
 Light is additive: a picture is a sum of the renders of its lights, each times a strength of zero or more. So the fit is
 a non-negative least squares problem. A saturated pixel only bounds the light from below: it counts where the fit is
-darker.
+darker. The renders have noise of their own, which would make all strengths too small: so there are two of each light,
+and their products, in which the noise has no mean, take the place of squares (W. Fuller, "Measurement Error Models",
+1987).
 """
 
 from dataclasses import dataclass
@@ -13,10 +15,10 @@ from numpy.typing import NDArray
 from spin_usd.basics.arrays import Float
 
 ROUNDS = 8  # of saturated pixels that count or not
-STEADY = 1e-9  # of the normal matrix's trace, added to its diagonal
+STEADY = 1e-5  # of the largest eigenvalue of the normal matrix: none is smaller
 NEGLIGIBLE = 0.01  # of the squared light: what a fit may lose by a light fewer
-TILE = 24  # pixels a side: a block of the bootstrap, as residuals of near pixels are alike
-DRAWS = 60
+TILE = 12  # pixels a side: a block of the bootstrap, as residuals of near pixels are alike
+DRAWS = 200
 TAILS = (0.025, 0.975)
 
 
@@ -32,54 +34,63 @@ class LightFit:
 
 
 def fit_light(
-    basis: NDArray[np.float32], signal: NDArray[np.float32], mask: NDArray[np.bool_], full: NDArray[np.bool_]
+    basis: NDArray[np.float32],
+    signal: NDArray[np.float32],
+    mask: NDArray[np.bool_],
+    full: NDArray[np.bool_],
+    *,
+    sparse: bool,
 ) -> LightFit:
-    """Fit the picture of N lights.
+    """Fit the picture of N lights: of as few as fit well if `sparse`, else of all.
 
-    basis (N, H, W): the picture in each light of strength 1 · signal (H, W): the real picture, in the same unit · mask
-    (H, W): the pixels that count · full (H, W): the pixels that are saturated, where `signal` is a lower bound.
+    basis (2, N, H, W): the picture in each light of strength 1, two renders with other noise · signal (H, W): the real
+    picture, in the same unit · mask (H, W): the pixels that count · full (H, W): the pixels that are saturated, where
+    `signal` is a lower bound.
     """
-    a, b, tiles = basis[:, mask].T.astype(np.float64), signal[mask].astype(np.float64), _tiles(mask)
+    a = basis[:, :, mask].transpose(0, 2, 1).astype(np.float64)
+    b, tiles, mean = signal[mask].astype(np.float64), _tiles(mask), a.mean(0)
     bound, used = full[mask], np.ones(int(mask.sum()), bool)
-    if bound.all() or not len(b):
-        used, bound = np.ones(len(b), bool), np.zeros(len(b), bool)
+    if bound.all():
+        bound = np.zeros(len(b), bool)
     used &= ~bound
-    strengths = np.zeros(len(basis))
+    strengths = np.zeros(basis.shape[1])
     for _ in range(ROUNDS):
-        strengths = _solved(a[used].T @ a[used], a[used].T @ b[used])
-        next_used = ~bound | (a @ strengths < b)
+        strengths = _solved(*_normal(a[:, used], b[used]))
+        next_used = ~bound | (mean @ strengths < b)
         if (next_used == used).all():
             break
         used = next_used
-    few = _fewest(a[used], b[used], strengths)
-    low, high = _interval(a[used][:, few], b[used], tiles[used])
-    found, lower, upper = (np.zeros(len(basis)) for _ in range(3))
-    found[few] = _solved(*_normal(a[used][:, few], b[used]))
+    a, b = a[:, used], b[used]
+    few = _fewest(a, b, strengths) if sparse else np.arange(basis.shape[1])
+    low, high = _interval(a[:, :, few], b, tiles[used])
+    found, lower, upper = (np.zeros(basis.shape[1]) for _ in range(3))
+    found[few] = _solved(*_normal(a[:, :, few], b))
     lower[few], upper[few] = low, high
     return LightFit(strengths=found, low=lower, high=upper)
 
 
 def _fewest(a: Float, b: Float, strengths: Float) -> NDArray[np.intp]:
     """Return the fewest lights, the strongest first, that fit nearly as well as all of them."""
-    order = np.argsort(-strengths * a.sum(0), kind="stable")
+    order = np.argsort(-strengths * a.sum((0, 1)), kind="stable")
     order = order[strengths[order] > 0]
-    best, whole = _residual(a[:, order], b), float(b @ b)
+    (matrix, side), whole = _normal(a, b), float(b @ b)
+
+    def fitted(some: NDArray[np.intp]) -> float:
+        x = _solved(matrix[np.ix_(some, some)], side[some])
+        return float(2 * x @ side[some] - x @ matrix[np.ix_(some, some)] @ x)
+
+    best = fitted(order)
     for count in range(1, len(order)):
-        if _residual(a[:, order[:count]], b) <= best + NEGLIGIBLE * whole:
+        if fitted(order[:count]) >= best - NEGLIGIBLE * whole:
             return order[:count]
     return order
 
 
-def _residual(a: Float, b: Float) -> float:
-    left = b - a @ _solved(*_normal(a, b))
-    return float(left @ left)
-
-
 def _interval(a: Float, b: Float, tiles: NDArray[np.intp]) -> tuple[Float, Float]:
     """Return the interval of each strength by drawing tiles of the picture again."""
-    if not a.shape[1]:
-        return np.zeros(0), np.zeros(0)
-    parts = [_normal(a[tiles == tile], b[tiles == tile]) for tile in np.unique(tiles)]
+    if not a.shape[-1] or not len(b):
+        return np.zeros(a.shape[-1]), np.zeros(a.shape[-1])
+    parts = [_normal(a[:, tiles == tile], b[tiles == tile]) for tile in np.unique(tiles)]
     matrices, sides = (np.stack(each) for each in zip(*parts, strict=True))
     rng, drawn = np.random.default_rng(0), []
     for _ in range(DRAWS):
@@ -90,7 +101,9 @@ def _interval(a: Float, b: Float, tiles: NDArray[np.intp]) -> tuple[Float, Float
 
 
 def _normal(a: Float, b: Float) -> tuple[Float, Float]:
-    return a.T @ a, a.T @ b
+    """Return AᵀA (N, N) and Aᵀb (N,) of two renders a (2, pixels, N), without their noise."""
+    product = a[0].T @ a[1]
+    return (product + product.T) / 2, a.mean(0).T @ b
 
 
 def _solved(matrix: Float, side: Float) -> Float:
@@ -99,8 +112,9 @@ def _solved(matrix: Float, side: Float) -> Float:
 
     if not len(side) or not matrix.any():
         return np.zeros(len(side))
-    root = np.linalg.cholesky(matrix + STEADY * np.trace(matrix) * np.eye(len(matrix)))
-    found: Float = nnls(root.T, np.linalg.solve(root, side), maxiter=30 * len(side))[0]
+    values, vectors = np.linalg.eigh(matrix)
+    root = np.sqrt(np.maximum(values, STEADY * max(float(values.max()), 0.0)))
+    found: Float = nnls(root[:, None] * vectors.T, vectors.T @ side / root, maxiter=30 * len(side))[0]
     return found
 
 

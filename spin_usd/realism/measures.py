@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from spin_usd.realism import signals
 from spin_usd.realism.darkness import shot_noise
 from spin_usd.realism.edges import SilhouetteOffsets, edge_spread, silhouette_offsets
-from spin_usd.realism.picture_view import EDGE_PX, PictureView, eroded
+from spin_usd.realism.picture_view import PictureView
 
 GREY = "steps of 8 bits"
 SHARE = "share of the target's pixels"
@@ -56,8 +56,8 @@ PICTURE_MEASURES = (
     PictureMeasure(
         name="edge_spread",
         unit="px",
-        description="Standard deviation of the sharpest edges on the target.",
-        of=lambda view, _: edge_spread(view.grey, eroded(view.target, EDGE_PX), view.darkness.noise),
+        description="Standard deviation of the sharpest edges on the target, and around it before the dark room.",
+        of=lambda view, real: edge_spread(view.grey, real.edge_places, view.darkness.noise),
     ),
     PictureMeasure(
         name="dark_share",

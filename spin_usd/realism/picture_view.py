@@ -62,6 +62,13 @@ class PictureView:
         """Signal below which a smooth pixel is as dark as the room."""
         return float(max(DARK_SIGMAS * SMOOTHED_NOISE * self.darkness.noise, LEAST_DARK))
 
+    @cached_property
+    def edge_places(self) -> Mask:
+        """(H, W) the target, and its surroundings where they are dark: edges before a lit background may be of a
+        picture that was put together, which has no lens."""
+        lit = ~self.target & (self.smooth > self.dark_limit + LEAST_DARK) & ~dilated(self.target, EDGE_PX)
+        return dilated(self.target, EDGE_PX) & ~dilated(lit, 3 * EDGE_PX)
+
     def part(self, number: int) -> Mask:
         """Return the pixels (H, W) of a part that are EDGE_PX away from its edge."""
         return eroded(np.asarray(self.parts == number), EDGE_PX)
@@ -72,6 +79,11 @@ def smoothed(signal: NDArray[np.float32], sigma: float = SMOOTHING_PX) -> NDArra
     import cv2  # not above: it is slow to load
 
     return np.asarray(cv2.GaussianBlur(signal, (0, 0), sigma, borderType=cv2.BORDER_REFLECT), np.float32)
+
+
+def dilated(mask: Mask, pixels: int) -> Mask:
+    """Return the pixels (H, W) that are up to `pixels` away from one of the mask."""
+    return ~eroded(~mask, pixels)
 
 
 def eroded(mask: Mask, pixels: int) -> Mask:

@@ -91,6 +91,8 @@ class FitLight(Struct, frozen=True, kw_only=True):
     pair: Pair
     fitted: Fitted
     """Earlier fits; `lights`, if given, are the only ones that may shine."""
+    psf_sigma: float | None = None
+    """Point spread function of the real picture, pixels; None for the scene's own."""
 
 
 class FittedLight(Struct, frozen=True, kw_only=True):
@@ -133,6 +135,7 @@ class TrySurfaces(Struct, frozen=True, kw_only=True):
 
     pair: Pair
     fitted: Fitted
+    psf_sigma: float | None
     trials: list[dict[str, float]]
     """Parameters by name; all trials have the same names."""
 

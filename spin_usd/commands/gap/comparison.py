@@ -32,7 +32,7 @@ from spin_usd.processes.child_limits import RENDER_PATIENCE_S
 from spin_usd.processes.executor import Executor
 from spin_usd.processes.task import Task
 from spin_usd.realism.camera_fit import fit_camera
-from spin_usd.realism.intervals import Interval
+from spin_usd.realism.intervals import LEAST, Interval
 from spin_usd.realism.surface_fit import SHARES, STEPS, Surfaces
 
 MATERIALS = 6  # that most of the target's pixels show
@@ -72,6 +72,12 @@ class Comparison:
         found = self.each(TRY_SURFACES, requests, what)
         return np.array([found[name].errors for name in names])
 
+    @property
+    def psf_sigma(self) -> float | None:
+        """Point spread function of the real pictures as last measured, pixels; None where it was not found."""
+        found = [each.psf_sigma for each in _sharp(self.steps).values() if each.psf_sigma is not None]
+        return sorted(found)[len(found) // 2] if len(found) >= LEAST else None
+
     def of(self, name: str) -> Fitted:
         """Return the fits so far of a picture."""
         return self.fitted.get(name, Fitted())
@@ -95,7 +101,7 @@ class Comparison:
                 do="compare pictures of the stage's size that show its target",
             )
         for step in self.steps:
-            for name in step.pictures.keys() - found.keys():
+            for name in step.pictures.keys() & self.left_out.keys():
                 del step.pictures[name]
         return found
 
@@ -104,7 +110,11 @@ def _fit_light(comparison: Comparison) -> None:
     """Fit the light of each picture."""
     start, panels = time.monotonic(), comparison.options.panels
     requests = {
-        name: FitLight(pair=pair, fitted=structs.replace(comparison.of(name), panels=panels, lights=None))
+        name: FitLight(
+            pair=pair,
+            fitted=structs.replace(comparison.of(name), panels=panels, lights=None),
+            psf_sigma=comparison.psf_sigma,
+        )
         for name, pair in comparison.pairs.items()
     }
     comparison.lights = comparison.each(FIT_LIGHT, requests, "fitting the light: picture")

@@ -82,8 +82,8 @@ def camera_parameters(camera: CameraFit, levels: Sequence[float]) -> dict[str, G
     return {
         "black_level": GapParameter(value=level, interval=list(around), unit=GREY),
         **{
-            name: GapParameter(value=getattr(camera, name), interval=_span(camera.intervals[name]), unit=unit)
-            for name, unit in units.items()
+            name: GapParameter(value=getattr(camera, name), interval=list(around), unit=units[name])
+            for name, around in camera.intervals.items()
         },
     }
 

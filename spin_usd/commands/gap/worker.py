@@ -39,7 +39,7 @@ from spin_usd.realism.edges import edge_spread
 from spin_usd.realism.light_fit import LightFit, fit_light
 from spin_usd.realism.measures import compared, compared_parts, measured, silhouette
 from spin_usd.realism.panels import light_around, light_towards, names_around, names_near, scaled
-from spin_usd.realism.picture_view import EDGE_PX, FULL, SATURATED, Mask, PictureView, eroded, smoothed
+from spin_usd.realism.picture_view import FULL, SATURATED, Mask, PictureView, eroded, smoothed
 from spin_usd.realism.surface_fit import INPUTS as FITTED_INPUTS
 from spin_usd.realism.two_sample import patch_features
 from spin_usd.renderers.background.sky import sky
@@ -63,6 +63,8 @@ from spin_usd.studio.studio import Studio
 FIT_PIXELS = 16000  # of the target's outline in a render that light is fitted to: more change no strength
 REFINED = 4  # strongest lights of a first fit, near which others are tried
 FIT_SMOOTHING_PX = 1.0  # of that render
+FIT_EDGE_PX = 2  # of it
+INNER = 0.3  # of the target's pixels that are not at its edge, or all count
 SHOWN = 360  # pixels of the longer side
 MARGIN = 0.15  # of the target's box around it
 LEAST_TARGET = 200  # pixels
@@ -118,7 +120,8 @@ class GapWorker:
         as `measure` does."""
         fitted, panels = request.fitted, request.fitted.panels
         scene = self._scene(request.pair, structs.replace(fitted, lights=None))
-        scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None))
+        optics = scene.optics if request.psf_sigma is None else replace(scene.optics, psf_sigma=request.psf_sigma)
+        scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None), optics=optics)
         grey, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
         names = tuple(fitted.lights or names_around(panels))
         found = self._fit_among(scene, grey, panels, names)
@@ -145,7 +148,8 @@ class GapWorker:
         errors = []
         for trial in request.trials:
             fitted = structs.replace(request.fitted, values=trial)
-            errors.append(1 - self.fit_light(FitLight(pair=request.pair, fitted=fitted)).explained)
+            asked = FitLight(pair=request.pair, fitted=fitted, psf_sigma=request.psf_sigma)
+            errors.append(1 - self.fit_light(asked).explained)
         return SurfaceErrors(errors=errors)
 
     def write_fits(self, request: WriteFits) -> str:
@@ -168,23 +172,21 @@ class GapWorker:
         lights = _candidates(whole, panels, names)
         scene = replace(reduced(replace(whole, lights=lights), by), optics=optics)
         size, mask = (scene.camera.height, scene.camera.width), self._parts(scene) > 0
-        unit, groups = in_unit_light(scene), LightGroups.of(scene)
-        render = self._studio.maker.render(unit, self._studio.settings, Stopwatch())
-        basis = np.stack(
-            [
-                light_on_detector(scene, replace(render, groups=group[None] * np.array(gain, np.float32)), None)
-                for group, gain in zip(render.groups, unit.gains, strict=True)
-            ]
-        )
+        groups = LightGroups.of(scene)
+        basis = np.stack([self._basis(scene, seed) for seed in (0, 1)])
         level = darkness(grey).level
-        black, other = _linear(np.array(level), whole.sensor), basis[len(groups.placed) :].sum(0)
+        black, other = _linear(np.array(level), whole.sensor), basis[:, len(groups.placed) :].sum(1).mean(0)
         signal = pooled(np.asarray(_linear(grey, whole.sensor) - black, np.float32), by, size) - other
         full = (pooled(np.asarray(grey >= SATURATED, np.float32), by, size) > 0) & mask
-        basis, signal = _smoothed_in(mask, basis[: len(groups.placed)]), _smoothed_in(mask, signal[None])[0]
-        fit, counted = fit_light(basis, signal, mask, full), mask & ~full
+        basis = np.stack([_smoothed_in(mask, each[: len(groups.placed)]) for each in basis])
+        signal = _smoothed_in(mask, signal[None])[0]
+        inner = eroded(mask, FIT_EDGE_PX)  # the edge has another sharpness, and another place if the pose is off
+        used = inner if inner.sum() > INNER * mask.sum() else mask
+        fit, counted = fit_light(basis, signal, used, full, sparse=panels > 0), used & ~full
+        mean = basis.mean(0)
         squared = float(np.square(signal[counted], dtype=np.float64).sum())
-        error = signal[counted] - np.tensordot(fit.strengths, basis[:, counted], 1)
-        given = fit.strengths * basis[:, mask].sum(1, dtype=np.float64)
+        error = signal[counted] - np.tensordot(fit.strengths, mean[:, counted], 1)
+        given = fit.strengths * mean[:, mask].sum(1, dtype=np.float64)
         shares = given / max(float(given.sum()), 1e-12)
         return LightAnswer(
             lights=[
@@ -194,6 +196,20 @@ class GapWorker:
             ],
             explained=1 - float(np.square(error).sum()) / squared if squared else 0.0,
             squared=squared,
+        )
+
+    def _basis(self, scene: Scene, number: int) -> NDArray[np.float32]:
+        """Return (N, H, W) the light of each group on the detector; `number`: of the render, with half the samples and
+        noise of its own."""
+        own, unit = self._studio.settings, in_unit_light(scene)
+        effort = replace(own.effort, samples=max(own.effort.samples // 2, 1))
+        settings = replace(own, effort=effort, seed=own.seed + number)
+        render = self._studio.maker.render(unit, settings, Stopwatch())
+        return np.stack(
+            [
+                light_on_detector(scene, replace(render, groups=group[None] * np.array(gain, np.float32)), None)
+                for group, gain in zip(render.groups, unit.gains, strict=True)
+            ]
         )
 
     def _scene(self, pair: Pair, fitted: Fitted) -> Scene:
@@ -236,13 +252,15 @@ class GapWorker:
     def _sharpness(self, scene: Scene, radiance: Radiance, real: PictureView) -> float:
         """Return the psf_sigma at which our edges are as sharp as the real ones, both in the real picture's noise."""
         behind = sky(scene, seed=background_seed(scene, self._studio.settings))
-        within, noise = eroded(real.target, EDGE_PX), real.darkness.noise
-        chance = np.random.default_rng(0).standard_normal(real.grey.shape).astype(np.float32) * np.float32(noise)
+        within, noise = real.edge_places, real.darkness.noise
+        shot = max(np.nan_to_num(shot_noise(real.grey, real.darkness)), 0.0)
+        chance = np.random.default_rng(0).standard_normal(real.grey.shape).astype(np.float32)
         spreads = []
         for sigma in SIGMAS:
             blurred = replace(scene, optics=replace(scene.optics, psf_sigma=sigma))
             ours = _grey(developed_without_noise(blurred, radiance, behind), scene.sensor)
-            spreads.append(edge_spread(np.clip(ours + chance, 0, FULL), within, noise))
+            deviation = np.sqrt(np.float32(noise**2) + np.float32(shot) * ours)
+            spreads.append(edge_spread(np.clip(ours + deviation * chance, 0, FULL), within, noise))
         return sigma_of_spread(edge_spread(real.grey, within, noise), spreads)
 
 
