@@ -68,7 +68,10 @@ class Comparison:
 
     def try_surfaces(self, names: Sequence[str], trials: list[dict[str, float]], what: str) -> Float:
         """Return (pictures, trials) the shares of the light that trials of materials do not explain."""
-        requests = {name: TrySurfaces(pair=self.pairs[name], fitted=self.of(name), trials=trials) for name in names}
+        requests = {
+            name: TrySurfaces(pair=self.pairs[name], fitted=self.of(name), psf_sigma=self.psf_sigma, trials=trials)
+            for name in names
+        }
         found = self.each(TRY_SURFACES, requests, what)
         return np.array([found[name].errors for name in names])
 

@@ -123,8 +123,7 @@ class GapWorker:
         optics = scene.optics if request.psf_sigma is None else replace(scene.optics, psf_sigma=request.psf_sigma)
         scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None), optics=optics)
         grey, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
-        names = tuple(fitted.lights or names_around(panels))
-        found = self._fit_among(scene, grey, panels, names)
+        found = self._fit_among(scene, grey, panels, fitted.lights)
         if panels and fitted.lights is None:
             strongest = [light.path for light in found.lights[:REFINED]]
             near = (name for each in strongest for name in names_near(each))
@@ -165,7 +164,9 @@ class GapWorker:
         root, folder = Path(self._stage.path), Path(request.folder)
         return str(write_fits(root, folder, pictures, fits=request.fits, values=request.values))
 
-    def _fit_among(self, whole: Scene, grey: NDArray[np.float32], panels: int, names: tuple[str, ...]) -> LightAnswer:
+    def _fit_among(
+        self, whole: Scene, grey: NDArray[np.float32], panels: int, names: Collection[str] | None
+    ) -> LightAnswer:
         """Fit the light of the real picture `grey` (H, W) by the lights of these names."""
         by = max(ceil((whole.outline_pixels / FIT_PIXELS) ** 0.5), 1)
         optics = replace(whole.optics, psf_sigma=whole.optics.psf_sigma / by)
@@ -264,12 +265,12 @@ class GapWorker:
         return sigma_of_spread(edge_spread(real.grey, within, noise), spreads)
 
 
-def _candidates(scene: Scene, panels: int, names: Collection[str]) -> tuple[Light, ...]:
+def _candidates(scene: Scene, panels: int, names: Collection[str] | None) -> tuple[Light, ...]:
     """Return the lights of these names that may shine: panels and Suns around the first target, or the scene's own."""
     if not panels:
-        return tuple(light for light in scene.lights if not names or light.path in names)
+        return tuple(light for light in scene.lights if names is None or light.path in names)
     centre, radius = _centre(scene), scene.bodies[0].target.mesh.radius
-    return tuple(light_around(name, centre, radius, panels) for name in names)
+    return tuple(light_around(name, centre, radius, panels) for name in names or names_around(panels))
 
 
 def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int, share: float) -> FittedLight:
