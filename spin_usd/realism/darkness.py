@@ -19,6 +19,7 @@ MARGIN = 3.0  # standard deviations of a block's mean
 ROUNDING = 1 / 12  # variance of rounding to whole steps
 FLAT_BLOCK = 8
 FLATTEST = 0.3  # share of a bin's blocks
+ROUGH = 3.0  # times the texture of flat blocks: a bin of a brightness that only edges have has none
 BIN = 8.0  # grey
 MEDIAN = (1 - 2 / (9 * 37)) ** 3  # of chi-squared over its mean, for the degrees of freedom in a block's differences
 LEAST_IN_BIN = 12
@@ -73,9 +74,11 @@ def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
     mean, noise = blocks.mean((1, 2)), np.square(np.diff(blocks, axis=2)).mean((1, 2)) / 2
     quarters = blocks.reshape(-1, 2, half, 2, half).mean((2, 4)).reshape(-1, 4)
     texture = np.ptp(quarters, axis=1)  # means of pixels do not depend on their differences
+    lit = (mean >= dark.level + BIN / 2) & (mean < BRIGHTEST)
+    flat_enough = lit & (texture <= ROUGH * np.quantile(texture[lit], FLATTEST)) if lit.any() else lit
     signals, variances, weights = [], [], []
     for low in np.arange(dark.level + BIN / 2, BRIGHTEST, BIN):
-        here = np.flatnonzero((mean >= low) & (mean < low + BIN))
+        here = np.flatnonzero(flat_enough & (mean >= low) & (mean < low + BIN))
         if len(here) < LEAST_IN_BIN:
             continue
         flat = here[np.argsort(texture[here])[: max(int(FLATTEST * len(here)), LEAST_IN_BIN // 2)]]

@@ -16,7 +16,7 @@ ROUNDS = 8  # of saturated pixels that count or not
 STEADY = 1e-9  # of the normal matrix's trace, added to its diagonal
 NEGLIGIBLE = 0.01  # of the squared light: what a fit may lose by a light fewer
 TILE = 24  # pixels a side: a block of the bootstrap, as residuals of near pixels are alike
-DRAWS = 60
+DRAWS = 200
 TAILS = (0.025, 0.975)
 
 
