@@ -99,6 +99,8 @@ def test_a_spread_that_is_not_known_has_no_sigma() -> None:
     assert np.isnan(sigma_of_spread(np.nan, np.array(SIGMAS)))
     spreads[[2, 5]] = 0.6, 1.2
     assert sigma_of_spread(0.6, spreads) == SIGMAS[2]
+    assert np.isnan(sigma_of_spread(1.3, spreads))  # ours are not known to be so wide, nor so narrow
+    assert np.isnan(sigma_of_spread(0.5, spreads))
     falling = np.array(SIGMAS) + 0.3
     falling[4] = 0.2  # a chance dip does not lead back
     assert sigma_of_spread(SIGMAS[7] + 0.3, falling) == pytest.approx(SIGMAS[7])
