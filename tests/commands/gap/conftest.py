@@ -45,7 +45,7 @@ over "Lights"
 VARIANTS = {"camera": CAMERA, "lamp": LAMP}
 
 
-def plant(stage, folder, *, frames) -> Path:
+def plant(stage: Path, folder: Path, *, frames: int) -> Path:
     """Copy a stage of so many pictures and add the variants to it; returns its root layer."""
     shutil.copytree(stage.parent, folder)
     sets = "\n".join(f'"{name}" {{\n{text}\n}}' for name, text in VARIANTS.items())
@@ -55,7 +55,7 @@ def plant(stage, folder, *, frames) -> Path:
 
 
 @pytest.fixture(scope="session")
-def real(library, small_stage) -> Path:
+def real(library, small_stage):
     """A folder of pictures by variant, made with another seed than that of `gap`: nominal, camera, lamp. Their stage is
     beside them."""
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from spin_usd.commands.gap.real_pictures import pairs_in, read_grey
 from spin_usd.errors import InputError, RenderError
@@ -87,11 +88,25 @@ def test_wrong_ranges_are_noted_by_the_silhouette(gap, small_stage, poses, real,
     assert all(any("check its pose, camera and model" in note for note in each.notes) for each in report.pictures)
 
 
+def test_wrong_attitudes_are_seen_by_the_spread_of_the_silhouette(gap, small_stage, poses, real, tmp_path) -> None:
+    """A target that is turned by 40 degrees is as large as before: its edges lie outside here and inside there."""
+    wrong = []
+    for pose in poses[:2]:
+        attitude = Rotation.from_quat(pose["q_vbs2tango_true"], scalar_first=True)
+        turned = attitude * Rotation.from_euler("xy", [40, 20], degrees=True)
+        wrong.append(dict(pose, q_vbs2tango_true=turned.as_quat(scalar_first=True).tolist()))
+    (tmp_path / "wrong.json").write_text(json.dumps(wrong))
+    report = gap(real / "nominal", small_stage, poses=tmp_path / "wrong.json")
+    assert all(each.silhouette["spread"] > 2.5 for each in report.pictures)
+    assert report.summary["correlation"].ours < 0.6
+
+
 def test_the_right_poses_from_a_list_are_those_of_the_stage(gap, small_stage, poses, real, tmp_path) -> None:
     (tmp_path / "right.json").write_text(json.dumps(poses[:2]))
     report = gap(real / "nominal", small_stage, poses=tmp_path / "right.json")
     assert report.summary["correlation"].ours > 0.99
     assert all(abs(each.silhouette["median"]) <= 1 for each in report.pictures)
+    assert all(each.silhouette["spread"] <= 1.5 for each in report.pictures)
 
 
 def test_no_picture_that_fits_is_an_error(gap, small_stage, pictures, tmp_path) -> None:

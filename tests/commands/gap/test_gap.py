@@ -8,6 +8,7 @@ import pytest
 from msgspec import UNSET
 
 import spin_usd
+from spin_usd.commands.gap.report import GapMeasure
 from tests.commands.gap.conftest import FRAMES, LEVEL, NOISE, PSF, SHOT, plant
 from tests.conftest import speedplus_camera
 
@@ -16,9 +17,9 @@ NO_GAP = 0.02
 LEAST_GAP = 0.1  # steps of 8 bits, pixels: and of measures that are nearly 0
 
 
-def none(measure) -> bool:
+def none(measure: GapMeasure) -> bool:
     """Whether the gap is zero within its interval, or next to nothing."""
-    if measure.gap is UNSET or measure.gap_interval is UNSET:
+    if measure.gap is UNSET or measure.gap_interval is UNSET or measure.real is UNSET:
         return True
     low, high = measure.gap_interval
     return low <= 0 <= high or abs(measure.gap) <= max(NO_GAP * abs(measure.real), LEAST_GAP)
