@@ -43,8 +43,9 @@ class Darkness:
     columns: float
 
 
-def darkness(grey: NDArray[np.float32]) -> Darkness:
-    """Return the darkness of a picture (H, W), each side at least BLOCK pixels."""
+def darkness(grey: NDArray[np.float32], rounding: float = ROUNDING) -> Darkness:
+    """Return the darkness of a picture (H, W), each side at least BLOCK pixels. `rounding`: the variance of its
+    rounding in the dark, which is not that of whole steps where an encoding was undone."""
     blocks = _blocks(grey, BLOCK)
     chosen_by, measured = blocks[:, ::2].mean((1, 2)), blocks[:, 1::2]
     low = float(np.quantile(chosen_by, DARKEST))
@@ -54,7 +55,7 @@ def darkness(grey: NDArray[np.float32]) -> Darkness:
     level = float(measured[dark].mean())
     rest = blocks[dark] - blocks[dark].mean((1, 2), keepdims=True)
     difference = float(np.square(np.diff(measured[dark], axis=2)).mean() / 2)
-    noise = float(np.sqrt(max(difference - ROUNDING, 0.0)))
+    noise = float(np.sqrt(max(difference - rounding, 0.0)))
     variance = max(float(np.square(rest).mean()), 1e-12)
     return Darkness(
         level=level,

@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 
 from spin_usd.realism.darkness import BLOCK, LEAST_BLOCKS, darkness, shot_noise
+from spin_usd.scene.sensor import Sensor
+from spin_usd.sensor.detector import detect
+from spin_usd.sensor.tone import unrounded
 from tests.cases.drawn_pictures import ellipse, written
 
 SIZE = (192, 256)
@@ -29,6 +32,21 @@ def test_the_planted_level_and_noise_are_found(level, noise) -> None:
     pixels = BLOCKS * BLOCK**2 / 4  # half of the dark blocks pass for dark, at least, and half of their rows count
     assert sum(abs(each.level - level) < 2.5 * noise / pixels**0.5 + 0.02 for each in found) >= FOUND
     assert sum(abs(each.noise / noise - 1) < 4 / pixels**0.5 + 0.02 for each in found) >= FOUND
+
+
+def test_of_an_undone_encoding_level_and_noise_are_those_of_the_light() -> None:
+    """sRGB is a concave curve: the mean of what it writes is not what it writes of the mean. Undone pixel by pixel, the
+    planted level comes back, but for the beat of the ADC's steps with the written ones, 0.05 of these."""
+    steps, slope = 4095 / 255, 0.2  # of the ADC per step of 8 bits; of linear steps per written one, at 4
+    sensor = Sensor(gain=7.9, read_noise=0.6 * steps * 7.9, black_level=4 * steps, encoding="srgb")
+    signal = np.linspace(0, 1, 4096)
+    found = []
+    for seed in range(8):
+        grey = detect(np.zeros((*SIZE, 1), np.float32), sensor, seed=seed)
+        linear = 255 * np.interp(grey, unrounded(signal[:, None], sensor)[:, 0], signal)
+        found.append(darkness(linear.astype(np.float32), rounding=slope**2 / 12))
+    assert np.mean([each.level for each in found]) == pytest.approx(4, abs=0.05 * slope + 0.005)
+    assert np.mean([each.noise for each in found]) == pytest.approx(0.6, rel=0.02)
 
 
 def test_rounding_is_no_noise() -> None:
