@@ -41,12 +41,14 @@ def fit_camera(noise: ArrayLike, shot_noise: ArrayLike, psf_sigma: ArrayLike) ->
 
 def sigma_of_spread(spread: float, spreads: ArrayLike) -> float:
     """Return the psf_sigma at which our edges have that spread; `spreads`: of ours with each of SIGMAS. NaN where it
-    cannot be found."""
+    cannot be found: also beyond the spreads that are known, if those of smaller or larger SIGMAS are not."""
     found, sigmas = np.asarray(spreads, np.float64), np.array(SIGMAS)
     good = np.isfinite(found)
     if not np.isfinite(spread) or good.sum() < 2:
         return float("nan")
     rising = np.maximum.accumulate(found[good])
+    if (spread < rising[0] and not good[0]) or (spread > rising[-1] and not good[-1]):
+        return float("nan")
     return float(np.interp(spread, rising, sigmas[good]))
 
 

@@ -19,6 +19,7 @@ MARGIN = 3.0  # standard deviations of a block's mean
 ROUNDING = 1 / 12  # variance of rounding to whole steps
 FLAT_BLOCK = 8
 FLATTEST = 0.3  # share of a bin's blocks
+ROUGH = 3.0  # times the texture of flat blocks: a bin of a brightness that only edges have has none
 BIN = 8.0  # grey
 LAPLACIAN = 36  # its mean square over the variance of white noise
 LEAST_IN_BIN = 12
@@ -42,8 +43,9 @@ class Darkness:
     columns: float
 
 
-def darkness(grey: NDArray[np.float32]) -> Darkness:
-    """Return the darkness of a picture (H, W), each side at least BLOCK pixels."""
+def darkness(grey: NDArray[np.float32], rounding: float = ROUNDING) -> Darkness:
+    """Return the darkness of a picture (H, W), each side at least BLOCK pixels. `rounding`: the variance of its
+    rounding in the dark, which is not that of whole steps where an encoding was undone."""
     blocks = _blocks(grey, BLOCK)
     chosen_by, texture = blocks[:, ::2].mean((1, 2)), np.square(np.diff(blocks[:, ::2], axis=2)).mean((1, 2))
     measured = blocks[:, 1::2]
@@ -55,7 +57,7 @@ def darkness(grey: NDArray[np.float32]) -> Darkness:
     level = float(measured[dark].mean())
     rest = blocks[dark] - blocks[dark].mean((1, 2), keepdims=True)
     difference = float(np.square(np.diff(measured[dark], axis=2)).mean() / 2)
-    noise = float(np.sqrt(max(difference - ROUNDING, 0.0)))
+    noise = float(np.sqrt(max(difference - rounding, 0.0)))
     variance = max(float(np.square(rest).mean()), 1e-12)
     return Darkness(
         level=level,
@@ -80,9 +82,11 @@ def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
     scale = (dark.noise**2 + ROUNDING) / unit if unit else 1 / LAPLACIAN
     quarters = blocks.reshape(-1, 2, half, 2, half).mean((2, 4)).reshape(-1, 4)
     texture = np.ptp(quarters, axis=1)  # means of pixels do not depend on their differences
+    lit = (mean >= dark.level + BIN / 2) & (mean < BRIGHTEST)
+    flat_enough = lit & (texture <= ROUGH * np.quantile(texture[lit], FLATTEST)) if lit.any() else lit
     signals, variances, weights = [], [], []
     for low in np.arange(dark.level + BIN / 2, BRIGHTEST, BIN):
-        here = np.flatnonzero((mean >= low) & (mean < low + BIN))
+        here = np.flatnonzero(flat_enough & (mean >= low) & (mean < low + BIN))
         if len(here) < LEAST_IN_BIN:
             continue
         flat = here[np.argsort(texture[here])[: max(int(FLATTEST * len(here)), LEAST_IN_BIN // 2)]]

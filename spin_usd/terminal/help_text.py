@@ -59,6 +59,10 @@ EXAMPLES = {
         "spin-usd score predictions.csv --truth my_dataset",
         "spin-usd score keypoints.json --truth my_dataset --variants 'noisy_*' --partial --out my_score",
     ),
+    "gap": (
+        "spin-usd gap real_pictures my_stage --out my_gap",
+        "spin-usd gap real_pictures my_stage --poses poses.json --fit light,camera --out my_gap",
+    ),
     "diff": ("spin-usd diff my_stage nominal noisy_1",),
     "measure": (
         "spin-usd measure my_stage",

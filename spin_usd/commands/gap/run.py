@@ -8,7 +8,7 @@ import msgspec
 from msgspec import structs
 
 from spin_usd.commands.gap.calls import OPEN_GAP, WRITE_FITS, FittedPair, OpenedGap, OpenGap, WriteFits
-from spin_usd.commands.gap.comparison import FITTING, Comparison
+from spin_usd.commands.gap.gap_run import FITTING, GapRun
 from spin_usd.commands.gap.options import GapOptions
 from spin_usd.commands.gap.real_pictures import pairs_in
 from spin_usd.commands.gap.report import GapReport
@@ -60,7 +60,7 @@ def gap(options: GapOptions) -> GapReport:
             opened = executor.opened_content()
             poses = None if options.poses is None else Path(options.poses)
             pairs, notes = pairs_in(Path(options.real), poses, opened.frames)
-            comparison = Comparison(options=options, executor=executor, pairs={pair.name: pair for pair in pairs})
+            comparison = GapRun(options=options, executor=executor, pairs={pair.name: pair for pair in pairs})
             comparison.measure("ours")
             for name in options.fits:
                 FITTING[name](comparison)
@@ -91,7 +91,7 @@ def _request(options: GapOptions) -> RenderRequest:
     return request
 
 
-def _write_fits(comparison: Comparison, folder: Path) -> None:
+def _write_fits(comparison: GapRun, folder: Path) -> None:
     """Write the fits as layers over a copy of the stage in `folder`. Raises UnsupportedError, OutputError."""
     pictures = [FittedPair(pair=pair, fitted=comparison.of(name)) for name, pair in comparison.pairs.items()]
     values = pictures[0].fitted.values

@@ -68,7 +68,8 @@ INNER = 0.3  # of the target's pixels that are not at its edge, or all count
 SHOWN = 360  # pixels of the longer side
 MARGIN = 0.15  # of the target's box around it
 LEAST_TARGET = 200  # pixels
-FAR_PX = 4.0  # a silhouette's median offset beyond which the pose is in doubt
+FAR_PX = 5.0  # of a silhouette's offsets, root mean square, beyond which the pose is in doubt
+SIGMA_OF_MAD = 1.48  # a normal distribution's standard deviation over its median absolute deviation
 CHUNK = 64  # images that OpenCV filters at once
 
 
@@ -97,8 +98,8 @@ class GapWorker:
         _, image, _ = next(make_image(scene, radiance, settings, (IMAGE,), watch, {}))
         real, ours = (PictureView(grey=each, parts=parts) for each in (grey, _grey(image, scene.sensor)))
         offsets = silhouette(real)
-        if abs(offsets.median) > FAR_PX:
-            notes.append(f"its edges are {offsets.median:.1f} px from the target's: check its pose, camera and model")
+        if (off := float(np.hypot(offsets.median, SIGMA_OF_MAD * offsets.spread))) > FAR_PX:
+            notes.append(f"its edges are about {off:.1f} px from the target's: check its pose, camera and model")
         sigma = self._sharpness(scene, radiance, real) if request.sharpness else float("nan")
         return MeasuredPair(
             real=_finite(measured(real, real)),
@@ -315,15 +316,10 @@ def _linear(grey: NDArray[Any], sensor: Sensor) -> Float:
 
 def _linear_noise(real: PictureView, sensor: Sensor) -> dict[str, float]:
     """Return the level and noise of a picture's linear signal, steps of 8 bits."""
-    dark = real.darkness
-    low, level, high = FULL * _linear(np.array((-0.5, 0, 0.5)) + dark.level, sensor)
+    low, high = FULL * _linear(np.array((-0.5, 0.5)) + real.darkness.level, sensor)
     linear = np.asarray(FULL * _linear(real.grey, sensor), np.float32)
-    noise = dark.noise * float(high - low)
-    return {
-        "level": float(level),
-        "noise": noise,
-        "shot_noise": shot_noise(linear, replace(dark, level=float(level), noise=noise)),
-    }
+    dark = darkness(linear, rounding=float(high - low) ** 2 / 12)
+    return {"level": dark.level, "noise": dark.noise, "shot_noise": shot_noise(linear, dark)}
 
 
 def _grey(image: NDArray[Any], sensor: Sensor) -> NDArray[np.float32]:

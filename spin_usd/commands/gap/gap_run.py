@@ -1,4 +1,4 @@
-"""A running comparison: steps of measures over all pairs, and the fits between them."""
+"""A run of `gap`: steps of measures over all pairs, and the fits between them."""
 
 import time
 from collections import Counter
@@ -41,8 +41,8 @@ SURFACE_PICTURES = 12  # about, evenly from the list: surfaces are the same in a
 
 
 @dataclass(kw_only=True)
-class Comparison:
-    """A running comparison."""
+class GapRun:
+    """A run: steps of measures, and fits."""
 
     options: GapOptions
     executor: Executor[OpenedGap]
@@ -109,7 +109,7 @@ class Comparison:
         return found
 
 
-def _fit_light(comparison: Comparison) -> None:
+def _fit_light(comparison: GapRun) -> None:
     """Fit the light of each picture."""
     start, panels = time.monotonic(), comparison.options.panels
     requests = {
@@ -129,7 +129,7 @@ def _fit_light(comparison: Comparison) -> None:
     comparison.fits["light"] = GapFit(parameters={}, explained=explained[len(explained) // 2], seconds=seconds)
 
 
-def _fit_camera(comparison: Comparison) -> None:
+def _fit_camera(comparison: GapRun) -> None:
     """Fit the camera of all pictures, and the black level of each."""
     start, last = time.monotonic(), _sharp(comparison.steps)
     pictures = list(comparison.steps[0].pictures.values())
@@ -151,7 +151,7 @@ def _sharp(steps: Sequence[Step]) -> Mapping[str, MeasuredPair]:
     return next(step.pictures for step in reversed(steps) if step.name in ("light", "ours"))
 
 
-def _fit_surface(comparison: Comparison) -> None:
+def _fit_surface(comparison: GapRun) -> None:
     """Fit the materials that the pictures show most, over some of the pictures, and then the light of all again."""
     start, pixels, limits = time.monotonic(), Counter[str](), dict[str, dict[str, tuple[float, float]]]()
     for shown in comparison.each(SHOWN_MATERIALS, comparison.pairs, "finding materials: picture").values():
@@ -185,7 +185,7 @@ def _fit_surface(comparison: Comparison) -> None:
         _fit_light(comparison)
 
 
-FITTING: Mapping[str, Callable[[Comparison], None]] = {
+FITTING: Mapping[str, Callable[[GapRun], None]] = {
     "light": _fit_light,
     "camera": _fit_camera,
     "surface": _fit_surface,
