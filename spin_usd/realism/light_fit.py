@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from spin_usd.basics.arrays import Float
 
 ROUNDS = 8  # of saturated pixels that count or not
+TIE = 1e-3  # of a bound: a fit that only reaches it still needs it, or without it would fall below again
 STEADY = 1e-5  # of the largest eigenvalue of the normal matrix: none is smaller
 NEGLIGIBLE = 0.01  # of the squared light: what a fit may lose by a light fewer
 TILE = 12  # pixels a side: a block of the bootstrap, as residuals of near pixels are alike
@@ -56,7 +57,7 @@ def fit_light(
     strengths = np.zeros(basis.shape[1])
     for _ in range(ROUNDS):
         strengths = _solved(*_normal(a[:, used], b[used]))
-        next_used = ~bound | (mean @ strengths < b)
+        next_used = ~bound | (mean @ strengths < b * (1 + TIE))
         if (next_used == used).all():
             break
         used = next_used

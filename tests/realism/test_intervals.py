@@ -31,7 +31,15 @@ def test_what_is_not_finite_is_left_out() -> None:
     assert median_interval([1, np.nan, 3, 2, np.inf]) == median_interval([1, 3, 2])
     found, span = median_interval([np.nan])
     assert np.isnan([found, *span]).all()
-    assert median_interval([5.0]) == (5.0, (5.0, 5.0))
+
+
+def test_two_values_have_no_interval() -> None:
+    """Drawn again, they would be sure of themselves in half of all cases."""
+    for values in ([5.0], [4.0, 6.0]):
+        found, span = median_interval(values)
+        assert found == 5
+        assert np.isnan(span).all()
+    assert np.isfinite(median_interval([4.0, 5.0, 6.0])[1]).all()
 
 
 def test_the_same_values_have_the_same_interval() -> None:

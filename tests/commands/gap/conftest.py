@@ -8,7 +8,7 @@ import pytest
 
 import spin_usd
 from tests.cases.root_layers import over_stage
-from tests.conftest import EXAMPLE_POSES
+from tests.conftest import EXAMPLE_POSES, speedplus_camera
 
 FRAMES = 6
 STEPS = 4095 / 255  # of the ADC per step of 8 bits
@@ -24,24 +24,24 @@ over "Camera"
     double spin:sensor:readNoise = {NOISE * STEPS * PER_STEP}
     double spin:optics:psfSigma = {PSF}
 }}"""
-LAMP = """
+LAMP = f"""{CAMERA}
 over "Lights"
-{
+{{
     over "Sun" (
         active = false
     )
-    {
-    }
+    {{
+    }}
     def RectLight "Lamp"
-    {
+    {{
         float inputs:intensity = 8000
         float inputs:width = 1
         float inputs:height = 1
         double3 xformOp:translate = (-2.2, 0.4, -0.3)
         float3 xformOp:rotateXYZ = (0, -90, 0)
         uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
-    }
-}"""
+    }}
+}}"""
 VARIANTS = {"camera": CAMERA, "lamp": LAMP}
 
 
@@ -56,8 +56,8 @@ def plant(stage: Path, folder: Path, *, frames: int) -> Path:
 
 @pytest.fixture(scope="session")
 def real(library, small_stage):
-    """A folder of pictures by variant, made with another seed than that of `gap`: nominal, camera, lamp. Their stage is
-    beside them."""
+    """A folder of pictures by variant, made with another seed than that of `gap`: nominal, camera, lamp, which has the
+    camera too. Their stage is beside them."""
 
     def make(folder) -> None:
         planted = plant(small_stage, folder / "stage", frames=8)
@@ -67,6 +67,25 @@ def real(library, small_stage):
         )  # fmt: skip
 
     return library.folder("real", make) / "dataset" / "image"
+
+
+@pytest.fixture(scope="session")
+def large(library, poses):
+    """The folder of a stage of four pictures of 480 x 300, `stage`, and of pictures of it by the planted camera:
+    `dataset/image/camera`. Smaller targets have too few clear edges for a point spread function."""
+
+    def make(folder) -> None:
+        (folder / "poses.json").write_text(json.dumps(poses[:4]))
+        (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=4)))
+        made = spin_usd.author(
+            poses=folder / "poses.json", target="cubesat", camera=folder / "camera.json", out=folder / "stage"
+        )
+        planted = plant(Path(made.root), folder / "planted", frames=4)
+        spin_usd.render(
+            planted, out=folder / "dataset", variants="camera", renderer="raycast", samples=4, labels="none", seed=7
+        )
+
+    return library.folder("large", make)
 
 
 @pytest.fixture(scope="session")

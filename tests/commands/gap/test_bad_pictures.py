@@ -122,6 +122,7 @@ def test_no_picture_that_fits_is_an_error(gap, small_stage, pictures, tmp_path) 
         ({"fit": "ligth"}, "there is no fit 'ligth'"),
         ({"write": "bed"}, "write is given without fit light"),
         ({"fit": "camera", "write": "bed"}, "add --fit light"),
+        ({"fit": "light", "write": "bed.toml"}, "give a name that ends in .usda"),
     ],
 )
 def test_unknown_options_are_refused(gap, tmp_path, given, saying) -> None:
