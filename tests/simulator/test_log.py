@@ -61,7 +61,7 @@ def test_a_pose_has_no_time_of_a_frame_in_a_stage_with_times(spin_usd, tmp_path)
     with Simulator(tmp_path / "stage", log=tmp_path / "log", **HOW) as simulator:  # whose targets have rates
         assert simulator.picture(pose=((1, 0, 0, 0), (0, 0, 6))).time_s is None
     spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", "--renderer", "raycast", "--samples", 1)
-    assert [each.time_s for each in Dataset(tmp_path / "dataset")] == [None, None]
+    assert [each.time_s for each in Dataset(tmp_path / "dataset")] == [None] * 3
     with Simulator(tmp_path / "stage", log=tmp_path / "timed", **HOW) as simulator:
         assert simulator.picture(1).time_s == 1
         with pytest.raises(SpinError, match="it has no time, and the pictures before have; give `time`"):
