@@ -18,7 +18,7 @@ LIKE = {CENTRE: "(0, 0), as OpenCV counts: half a pixel is added", CORNER: "(0.5
 def read_camera(path: str | Path) -> CameraFile:
     """Read the camera of the file at `path`. Raises InputError that names the file and the missing value."""
     path = Path(path)
-    found = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
+    found, _ = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
     try:
         said, shift = found.read(path), CORNER - found.first_centre
     except InputError:

@@ -195,8 +195,14 @@ def _place(file: Path, folder: Path) -> str:
 
 
 def _format_of(path: Path) -> PoseFormat:
-    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
-    return recognised(path, POSE_FORMATS, POSE_HEAD)
+    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse. Raises
+    InputError for text or data that is of none."""
+    found, head = recognised(path, POSE_FORMATS, POSE_HEAD)
+    if found is POSE_FORMATS[-1] and path.suffix.lower() != ".json" and head.lstrip()[:1] not in ("", "[", "{"):
+        refuse_of_other_option(path, found)
+        do = "docs/how-to/poses.md lists the formats; a table needs names over its columns"
+        raise InputError("is in no known format of poses", where=path, do=do)
+    return found
 
 
 def _picture_name(filename: str, where: str) -> str:

@@ -105,12 +105,13 @@ def format_named(name: str) -> ExportFormat:
     return EXPORT_FORMATS[name]
 
 
-def recognised(path: Path, formats: Sequence[Format], head_bytes: int) -> Format:
-    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
+def recognised(path: Path, formats: Sequence[Format], head_bytes: int) -> tuple[Format, str]:
+    """Return the first format that recognises the file, and the file's head; one that cannot be read is left to its
+    reader to refuse, its head empty."""
     head = ""
     with suppress(InputError, OSError), open_file(path, MAX_SHARD) as file:
         head = file.read(head_bytes).decode("utf-8-sig", "replace")
-    return next(each for each in formats if each.recognises(path, head))
+    return next(each for each in formats if each.recognises(path, head)), head
 
 
 def refuse_of_other_option(path: Path, of: PoseFormat | CameraFormat) -> None:
@@ -119,11 +120,11 @@ def refuse_of_other_option(path: Path, of: PoseFormat | CameraFormat) -> None:
     found, do = "", ""
     with suppress(SpinError, StopIteration):
         if of is POSE_FORMATS[-1]:
-            camera = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
+            camera, _ = recognised(path, CAMERA_FORMATS, CAMERA_HEAD)
             camera.read(path)
             found, do = f"is a calibration ({camera.name})", "give it as --camera"
         elif of is CAMERA_FORMATS[-1]:
-            poses = recognised(path, POSE_FORMATS, POSE_HEAD)
+            poses, _ = recognised(path, POSE_FORMATS, POSE_HEAD)
             next(poses.read(path))
             found, do = f"is a pose list ({poses.name})", "give it as --poses"
     if found:

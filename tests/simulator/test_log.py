@@ -47,6 +47,7 @@ def test_it_goes_on_with_its_own_seed_and_parts(small_stage, part, spin_usd, tmp
         np.testing.assert_array_equal(again[name], image)
 
 
+@pytest.mark.children  # as above
 def test_a_pose_has_no_time_of_a_frame_in_a_stage_with_times(spin_usd, tmp_path) -> None:
     lines = "a,1,0,0,0,0,0,5,0", "b,1,0,0,0,0,0,5,1", "c,1,0,0,0,0,0,5,3"
     (tmp_path / "poses.csv").write_text("\n".join(("name,qw,qx,qy,qz,x,y,z,time", *lines)))
@@ -57,8 +58,10 @@ def test_a_pose_has_no_time_of_a_frame_in_a_stage_with_times(spin_usd, tmp_path)
         with pytest.raises(SpinError, match="the pictures before have no times; give `time` with each request"):
             simulator.picture(1)
         assert [each.time_s for each in made] == [None, None]
+    with Simulator(tmp_path / "stage", log=tmp_path / "log", **HOW) as simulator:  # whose targets have rates
+        assert simulator.picture(pose=((1, 0, 0, 0), (0, 0, 6))).time_s is None
     spin_usd("render", tmp_path / "log", "--out", tmp_path / "dataset", "--renderer", "raycast", "--samples", 1)
-    assert [each.time_s for each in Dataset(tmp_path / "dataset")] == [None, None]
+    assert [each.time_s for each in Dataset(tmp_path / "dataset")] == [None] * 3
     with Simulator(tmp_path / "stage", log=tmp_path / "timed", **HOW) as simulator:
         assert simulator.picture(1).time_s == 1
         with pytest.raises(SpinError, match="it has no time, and the pictures before have; give `time`"):

@@ -1,6 +1,5 @@
 """Compare real pictures with pictures of a stage, measure by measure, and fit light, camera and surface."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from spin_usd.commands.gap.real_pictures import pairs_in
 from spin_usd.commands.gap.report import GapReport
 from spin_usd.commands.gap.summary import Step, report_of
 from spin_usd.commands.gap.write_preset import write_preset
-from spin_usd.files.changes import remove_tree
+from spin_usd.files.changes import put, remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.options import PictureOptions, takes
 from spin_usd.planning.request import RenderRequest
@@ -108,4 +107,4 @@ def _write(out: Path, report: GapReport, steps: Sequence[Step], work: Path) -> N
         write_text(Folder(out), name, text, work=work)
     if (work / FITTED).is_dir():
         remove_tree(Folder(out), FITTED)
-        os.replace(work / FITTED, out / FITTED)
+        put(Folder(out), work / FITTED, FITTED)

@@ -3,7 +3,8 @@ that draws another for each picture.
 
 A light is drawn as a wide Sun: a direction, an angle, an irradiance. Directions, irradiances and black levels are those
 that were found, each as likely as any other, and drawn on their own; the camera's noise and sharpness are the same in
-all pictures.
+all pictures. A light that only grazes the target has an irradiance that says little: so those beyond the CENTRAL ones
+are brought to their ends, and a second light is to the first as what both give to the picture.
 """
 
 import math
@@ -24,8 +25,8 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 SUNS = 3  # of a picture at most
 LEAST_SHARE = 0.08  # of a picture's light: a light that gives less is left out
+CENTRAL = (0.1, 0.9)  # quantiles of irradiances
 DIGITS = 4
-FULL_TURN = 360.0
 PRESET = """#usda 1.0
 (
     defaultPrim = "World"
@@ -81,7 +82,7 @@ name = "{name}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sun:
+class DrawnSun:
     """A light of a picture as a Sun: direction to it (3,), camera axes; irradiance; apparent diameter, degrees."""
 
     direction: tuple[float, ...]
@@ -127,14 +128,14 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
             write_text(Folder(path.parent), name, content, work=hidden.folder)
 
 
-def _suns(picture: GapPicture) -> list[Sun]:
+def _suns(picture: GapPicture) -> list[DrawnSun]:
     """Return the Suns of a picture, the one that gives most light first."""
     return [_sun(light) for light in picture.lights[:SUNS] if light.share >= LEAST_SHARE]
 
 
-def _sun(light: GapLight) -> Sun:
+def _sun(light: GapLight) -> DrawnSun:
     width = light_width(light.name) if light.distance else 0.0
-    return Sun(
+    return DrawnSun(
         direction=tuple(light.direction),
         irradiance=light.strength,
         angle=math.degrees(2 * math.atan(width / 2)),
@@ -142,13 +143,14 @@ def _sun(light: GapLight) -> Sun:
     )
 
 
-def _samples(suns: Sequence[Sequence[Sun]], levels: Sequence[float]) -> Iterable[str]:
+def _samples(suns: Sequence[Sequence[DrawnSun]], levels: Sequence[float]) -> Iterable[str]:
     """Yield the lines of an augmentation."""
     lit = [each for each in suns if each]
     yield _choice("sun.direction", [each[0].direction for each in lit])
-    yield _choice("sun.irradiance", [each[0].irradiance for each in lit], "W/m2")
+    found = [each[0].irradiance for each in lit]
+    yield _choice("sun.irradiance", np.clip(found, *np.quantile(found, CENTRAL)).tolist(), "W/m2")
     for number in range(2, SUNS + 1):
-        ratios = [each[number - 1].irradiance / each[0].irradiance if len(each) >= number else 0.0 for each in lit]
+        ratios = [each[number - 1].share / each[0].share if len(each) >= number else 0.0 for each in lit]
         if any(ratios):
             yield _choice(
                 f"sun.{number}.direction", [each[number - 1].direction for each in lit if len(each) >= number]

@@ -148,7 +148,8 @@ class Editor:
             over.SetInfo("apiSchemas", Sdf.TokenListOp.Create(deletedItems=[schema.MOTION_API]))
             for attribute in prim.GetAuthoredAttributes():
                 if attribute.GetName().startswith(MOTION):
-                    Sdf.AttributeSpec(over, attribute.GetName(), attribute.GetTypeName()).default = Sdf.ValueBlock()
+                    name, kind = attribute.GetName(), attribute.GetTypeName()
+                    (over.attributes.get(name) or Sdf.AttributeSpec(over, name, kind)).default = Sdf.ValueBlock()
 
     def values(self, frame: FrameId, edits: Edits) -> Iterator[tuple[ChangedAttribute, Any]]:
         """Yield the attributes that are edited, with their values."""
