@@ -19,6 +19,8 @@ STEPS = (0.4, 0.2, 0.1)  # of the logarithm of a factor, round by round
 FARTHEST = 2.0  # steps that a parabola may lead away
 LIMIT = 1.6  # of the logarithm: a factor of 5
 SHARES = (1.0, 0.5, 0.25)  # of the step along all parabolas at once that are tried
+NEAR = 0.1  # of a step: a limit that is nearer leaves no room for a trial
+UNCHANGED = 1e-6  # of the error: less is no effect of a factor
 RIDGE = 1e-3  # of the error: between equals, the factor nearest to 1
 
 
@@ -54,9 +56,14 @@ class Surfaces:
         }
 
     def shifts(self, step: float) -> Float:
-        """Return (P, 2) the changes of a round's trials: down and up by `step`, within the limits."""
-        ends = np.clip(self.logs[:, None] + np.array((-step, step)), *(side[:, None] for side in self.limits.T))
-        return np.asarray(ends - self.logs[:, None])
+        """Return (P, 2) the changes of a round's trials: down and up by `step`, or by less where a limit is near; from
+        a limit, one step and two inwards, for a parabola has three points."""
+        low, high = self.limits.T - self.logs
+        both = np.stack([np.maximum(-step, low), np.minimum(step, high)], -1)
+        downwards = np.stack([np.maximum(-2 * step, low), np.maximum(-step, low / 2)], -1)
+        upwards = np.stack([np.minimum(step, high / 2), np.minimum(2 * step, high)], -1)
+        at_least, at_most = (-low < NEAR * step)[:, None], (high < NEAR * step)[:, None]
+        return np.where(at_most, downwards, np.where(at_least, upwards, both))
 
     def trials(self, step: float) -> list[dict[str, float]]:
         """Return the trials of a round: as it is, and each parameter lower and higher."""
@@ -69,25 +76,31 @@ class Surfaces:
         means, shifts = errors.mean(0), self.shifts(step)
         table = np.stack([np.full(len(self.logs), means[0]), means[1::2], means[2::2]], -1)
         away = self.logs[:, None] + np.column_stack([np.zeros(len(self.logs)), shifts])
-        return _least(table + RIDGE * means[0] * np.square(away), shifts)
+        return np.clip(_least(table + RIDGE * means[0] * np.square(away), shifts), *(self.limits.T - self.logs))
 
     def intervals(self, errors: Float, step: float) -> list[Interval]:
-        """Return the 95 % interval of each factor, drawing the pictures of a round's `errors` again."""
+        """Return the 95 % interval of each factor, drawing the pictures of a round's `errors` again: all that it may be
+        where it changes no picture."""
         found = []
         for place, (log, shifts) in enumerate(zip(self.logs, self.shifts(step), strict=True)):
             of = errors[:, [0, 1 + 2 * place, 2 + 2 * place]]
+            if np.ptp(of, axis=1).max() <= UNCHANGED * of.mean():
+                low, high = np.exp(self.limits[place])
+                found.append((float(low), float(high)))
+                continue
 
             def drawn(draws: Float, of: Float = of, shifts: Float = shifts) -> Float:
                 return _least(of[draws.astype(np.intp)].mean(1), np.broadcast_to(shifts, (len(draws), 2)))
 
             _, (low, high) = interval(np.arange(len(of), dtype=np.float64), drawn)
-            found.append((float(np.exp(log + low)), float(np.exp(log + high))))
+            ends = np.clip((log + low, log + high), *self.limits[place])
+            found.append((float(np.exp(ends[0])), float(np.exp(ends[1]))))
         return found
 
 
 def _least(table: Float, shifts: Float) -> Float:
     """Return (M,) the places of the least of parabolas through (M, 3) errors at 0 and at the `shifts` (M, 2), one down
-    and one up: within FARTHEST times the shifts, and at the lower end of what has no parabola."""
+    and one up, or both to one side: within FARTHEST times the shifts, and at the lower end of what has no parabola."""
     middle, low, high = np.moveaxis(table, -1, 0)
     down, up = shifts.T
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -97,5 +110,6 @@ def _least(table: Float, shifts: Float) -> Float:
         least = -tilt / (2 * bend)
     ends = np.where((low < middle) | (high < middle), np.where(low < high, down, up), 0.0)
     good = (bend > 0) & np.isfinite(least)
-    found: Float = np.where(good, np.clip(least, FARTHEST * down, FARTHEST * up), ends)
+    nearest, farthest = np.minimum(FARTHEST * down, 0), np.maximum(FARTHEST * up, 0)
+    found: Float = np.where(good, np.clip(least, nearest, farthest), ends)
     return found

@@ -14,8 +14,8 @@ import spin_usd
 from spin_usd.commands.gap import worker
 from spin_usd.commands.gap.report import GapMeasure, GapReport
 from spin_usd.realism.darkness import darkness
-from spin_usd.realism.signals import correlation
 from spin_usd.realism.picture_view import PictureView, smoothed
+from spin_usd.realism.signals import correlation
 from spin_usd.realism.two_sample import patch_features
 from tests.commands.gap.conftest import FRAMES, LEVEL, NOISE, PSF, SHOT, plant
 from tests.conftest import speedplus_camera
@@ -47,10 +47,15 @@ def lamp(gap, real, small_stage, tmp_path_factory):
     """The fits of light and camera to three pictures in a lamp's light, with a preset."""
     folder, views = tmp_path_factory.mktemp("lamp"), []
     some = linked(folder / "some", real / "lamp", 3)
+
+    def heard(view):
+        views.append(view)
+        return patch_features(view)
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(worker, "patch_features", lambda view: (views.append(view), patch_features(view))[1])
+        patch.setattr(worker, "patch_features", heard)
         report = gap(
-            some, small_stage, fit="light,camera", panels=24, write=folder / "bed.usda", out=folder / "report",
+            some, small_stage, fit="light,camera", panels=12, write=folder / "bed.usda", out=folder / "report",
             workers=1,
         )  # fmt: skip
     return Compared(report=report, folder=folder, measured=views[-6:][1::2])
@@ -185,9 +190,7 @@ def test_the_preset_and_the_augmentation_draw_pictures_with_the_planted_black_le
         preset=lamp.folder / "bed.usda", out=tmp_path / "stage",
     )  # fmt: skip
     spin_usd.augment(made.root, spec=lamp.folder / "bed.toml")
-    spin_usd.render(
-        made.root, out=tmp_path / "drawn", variants="all", renderer="raycast", samples=4, labels="none"
-    )
+    spin_usd.render(made.root, out=tmp_path / "drawn", variants="all", renderer="raycast", samples=4, labels="none")
     files = sorted((tmp_path / "drawn" / "image").rglob("*.png"))
     assert {file.parent.name for file in files} == {"nominal", "bed"}
     assert len(files) == 4
