@@ -46,7 +46,9 @@ def Xform "World"
         kind = "group"
     )
     {{
-        def DistantLight "Sun"
+        def DistantLight "Sun" (
+            customData = {{ dictionary spin = {{ string intensityUnit = "W/m2" }} }}
+        )
         {{
             float inputs:angle = {angle}
             color3f inputs:color = (1, 1, 1)
