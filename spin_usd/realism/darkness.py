@@ -47,13 +47,11 @@ def darkness(grey: NDArray[np.float32], rounding: float = ROUNDING) -> Darkness:
     """Return the darkness of a picture (H, W), each side at least BLOCK pixels. `rounding`: the variance of its
     rounding in the dark, which is not that of whole steps where an encoding was undone."""
     blocks = _blocks(grey, BLOCK)
-    chosen_by, texture = blocks[:, ::2].mean((1, 2)), np.square(np.diff(blocks[:, ::2], axis=2)).mean((1, 2))
-    measured = blocks[:, 1::2]
+    chosen_by, measured = blocks[:, ::2].mean((1, 2)), blocks[:, 1::2]
     low = float(np.quantile(chosen_by, DARKEST))
     spread = float(np.sqrt(np.square(np.diff(blocks[chosen_by <= low], axis=2)).mean() / 2))
     count = max(int((chosen_by <= low + MARGIN * spread / BLOCK).sum()), LEAST_BLOCKS)
     dark = np.argsort(chosen_by, kind="stable")[:count]
-    dark = dark[texture[dark] <= np.median(texture[dark])]  # without what is lit or has an edge
     level = float(measured[dark].mean())
     rest = blocks[dark] - blocks[dark].mean((1, 2), keepdims=True)
     difference = float(np.square(np.diff(measured[dark], axis=2)).mean() / 2)

@@ -1,5 +1,6 @@
 """Real pictures: found in a folder, paired with frames of a stage or with poses of their own, and read as grey."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.scene.sensor import LUMINANCE
 
 NAMED = 3
+LABEL_FOLDER = re.compile("depth|mask|normal|segmentation", re.IGNORECASE)  # its images are of no camera
 GREY_STEPS = 2.0  # of 8 bits: channels that differ by less are a grey picture's
 
 
@@ -73,18 +75,19 @@ def _matrices(listed: PoseList) -> NDArray[np.float64]:
 
 
 def _pictures(folder: Path) -> dict[str, Path]:
-    """Return the picture files below a folder by their names; those in folders also by FOLDER_NAME, as data sets of
-    several scenes have pictures of one name."""
+    """Return the picture files below a folder by their names; those in folders also by FOLDER_NAME, with and without
+    the innermost folder, as data sets of several scenes have pictures of one name (BOP: SCENE/rgb/NAME)."""
     if not folder.is_dir():
         raise InputError("is not a folder", where=folder, do="give the folder of the real pictures")
     found: dict[str, Path] = {}
     for file in sorted(folder.rglob("*")):
-        if file.suffix.lower() in IMAGE_SUFFIXES and not file.name.startswith("."):
-            parts = file.relative_to(folder).with_suffix("").parts
-            for start in range(len(parts)):
-                found.setdefault("_".join(parts[start:]), file)
-                if start:  # BOP: SCENE/rgb/NAME
-                    found.setdefault("_".join((*parts[: start - 1], *parts[start:])), file)
+        *folders, name = file.relative_to(folder).with_suffix("").parts
+        hidden = file.name.startswith(".") or any(LABEL_FOLDER.match(each) for each in folders)
+        if hidden or file.suffix.lower() not in IMAGE_SUFFIXES:
+            continue
+        for above in (folders, folders[:-1]):
+            for start in range(len(above) + 1):
+                found.setdefault("_".join((*above[start:], name)), file)
     return found
 
 

@@ -1,21 +1,20 @@
 """What the fits of many pictures say as distributions: a preset for one picture's light and camera, and an augmentation
 that draws another for each picture.
 
-A light is drawn as a wide Sun: a direction, an angle, an irradiance. Directions, irradiances and black levels are those
-that were found, each as likely as any other, and drawn on their own; the camera's noise and sharpness are the same in
-all pictures. A light that only grazes the target has an irradiance that says little: so those beyond the CENTRAL ones
-are brought to their ends, and a second light is to the first as what both give to the picture.
+The light that gives most of a picture is drawn, as a wide Sun: a direction, an irradiance. Directions, irradiances and
+black levels are those that were found, each as likely as any other, and drawn on their own. A light that only grazes
+the target has an irradiance that says little: so those beyond the CENTRAL ones are brought to their ends. The lights'
+angle and the camera's noise and sharpness are the same in all pictures.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.commands.gap.calls import Fitted
-from spin_usd.commands.gap.report import GapLight, GapPicture, GapReport
+from spin_usd.commands.gap.report import GapLight, GapReport
 from spin_usd.files.folder import Folder
 from spin_usd.realism.camera_fit import fitted_optics, fitted_sensor
 from spin_usd.realism.panels import light_width
@@ -23,8 +22,6 @@ from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
 
-SUNS = 3  # of a picture at most
-LEAST_SHARE = 0.08  # of a picture's light: a light that gives less is left out
 CENTRAL = (0.1, 0.9)  # quantiles of irradiances
 DIGITS = 4
 PRESET = """#usda 1.0
@@ -49,7 +46,9 @@ def Xform "World"
         kind = "group"
     )
     {{
-        def DistantLight "Sun"
+        def DistantLight "Sun" (
+            customData = {{ dictionary spin = {{ string intensityUnit = "W/m2" }} }}
+        )
         {{
             float inputs:angle = {angle}
             color3f inputs:color = (1, 1, 1)
@@ -57,7 +56,7 @@ def Xform "World"
             float inputs:exposure = 0
             float inputs:intensity = {irradiance}
             bool inputs:normalize = 1
-            float3 xformOp:rotateXYZ = (0, 0, 0)
+            float3 xformOp:rotateXYZ = (60, 0, 30)
             uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
         }}
     }}
@@ -81,23 +80,12 @@ name = "{name}"
 """
 
 
-@dataclass(frozen=True, kw_only=True)
-class DrawnSun:
-    """A light of a picture as a Sun: direction to it (3,), camera axes; irradiance; apparent diameter, degrees."""
-
-    direction: tuple[float, ...]
-    irradiance: float
-    angle: float
-    share: float
-
-
 def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence[Fitted]) -> None:
     """Write the preset `path` and the augmentation beside it, which ends in .toml. Raises OutputError.
 
     sensor: the stage's · fitted: the fits of the report's pictures.
     """
-    suns = [_suns(picture) for picture in report.pictures]
-    first = [each[0] for each in suns if each]
+    lights = [picture.lights[0] for picture in report.pictures if picture.lights]  # the one that gives most
     camera = next((each.camera for each in fitted if each.camera), None)
     levels = [fitted_sensor(sensor, camera, each.level).black_level for each in fitted] if camera else []
     numbers = {"spin:sensor:encoding": f'"{sensor.encoding}"', "spin:sensor:channels": f'"{sensor.channels}"'}
@@ -115,47 +103,29 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
         doc=f"Light and camera of {len(report.pictures)} pictures, by spin-usd gap. Each picture has its own light and "
         f"black level: {path.stem}.toml draws them.",
         camera="\n".join(f"        {_typed(name)} {name} = {value}" for name, value in numbers.items()),
-        angle=_number(float(np.median([sun.angle for sun in first]))),
-        irradiance=_number(float(np.median([sun.irradiance for sun in first]))),
+        angle=_number(float(np.median([_angle(light) for light in lights]))),
+        irradiance=_number(float(np.median([light.strength for light in lights]))),
     )
     drawn = AUGMENTATION.format(
         comment=f"# Light and black level of {len(report.pictures)} pictures, by spin-usd gap, over {path.name}.",
         name=path.stem.lower().replace("-", "_"),
-        samples="\n".join(_samples(suns, levels)),
+        samples="\n".join(_samples(lights, levels)),
     )
     with hidden_folder(path.parent, path.name) as hidden:
         for name, content in ((path.name, text), (f"{path.stem}.toml", drawn)):
             write_text(Folder(path.parent), name, content, work=hidden.folder)
 
 
-def _suns(picture: GapPicture) -> list[DrawnSun]:
-    """Return the Suns of a picture, the one that gives most light first."""
-    return [_sun(light) for light in picture.lights[:SUNS] if light.share >= LEAST_SHARE]
+def _angle(light: GapLight) -> float:
+    """Return the apparent diameter of a light, degrees; 0 for a Sun."""
+    return math.degrees(2 * math.atan(light_width(light.name) / 2)) if light.distance else 0.0
 
 
-def _sun(light: GapLight) -> DrawnSun:
-    width = light_width(light.name) if light.distance else 0.0
-    return DrawnSun(
-        direction=tuple(light.direction),
-        irradiance=light.strength,
-        angle=math.degrees(2 * math.atan(width / 2)),
-        share=light.share,
-    )
-
-
-def _samples(suns: Sequence[Sequence[DrawnSun]], levels: Sequence[float]) -> Iterable[str]:
+def _samples(lights: Sequence[GapLight], levels: Sequence[float]) -> Iterator[str]:
     """Yield the lines of an augmentation."""
-    lit = [each for each in suns if each]
-    yield _choice("sun.direction", [each[0].direction for each in lit])
-    found = [each[0].irradiance for each in lit]
+    found = [light.strength for light in lights]
+    yield _choice("sun.direction", [tuple(light.direction) for light in lights])
     yield _choice("sun.irradiance", np.clip(found, *np.quantile(found, CENTRAL)).tolist(), "W/m2")
-    for number in range(2, SUNS + 1):
-        ratios = [each[number - 1].share / each[0].share if len(each) >= number else 0.0 for each in lit]
-        if any(ratios):
-            yield _choice(
-                f"sun.{number}.direction", [each[number - 1].direction for each in lit if len(each) >= number]
-            )
-            yield _choice(f"sun.{number}.factor", ratios)
     if levels:
         yield _choice("sensor.black_level", levels, "steps")
 
