@@ -16,7 +16,7 @@ from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.realism.darkness import darkness
 from spin_usd.realism.light_fit import LightFit, fit_light
 from spin_usd.realism.panels import light_towards, names_near
-from spin_usd.realism.picture_view import SATURATED, Mask, eroded, smoothed
+from spin_usd.realism.picture_view import SATURATED, Mask, dilated, eroded, smoothed
 from spin_usd.renderers.downscale import reduced
 from spin_usd.scene.derived.light_groups import LightGroups, in_unit_light
 from spin_usd.scene.scene import Scene
@@ -65,7 +65,7 @@ class PairLight:
         level = darkness(grey).level
         black, other = linear_signal(np.array(level), whole.sensor), basis[:, len(groups.placed) :].sum(1).mean(0)
         signal = pooled(np.asarray(linear_signal(grey, whole.sensor) - black, np.float32), by, size) - other
-        full = (pooled(np.asarray(grey >= SATURATED, np.float32), by, size) > 0) & mask
+        full = dilated(pooled(np.asarray(grey >= SATURATED, np.float32), by, size) > 0, FIT_EDGE_PX) & mask
         basis = np.stack([_smoothed_in(mask, each[: len(groups.placed)]) for each in basis])
         signal = _smoothed_in(mask, signal[None])[0]
         inner = eroded(mask, FIT_EDGE_PX)  # the edge has another sharpness, and another place if the pose is off
@@ -73,7 +73,7 @@ class PairLight:
         fit, counted = fit_light(basis, signal, used, full, sparse=panels > 0), used & ~full
         mean = basis.mean(0)
         squared = float(np.square(signal[counted], dtype=np.float64).sum())
-        error = signal[counted] - np.tensordot(fit.strengths, mean[:, counted], 1)
+        error = signal[counted] - np.tensordot(fit.strengths, basis[:, :, counted], (0, 1))
         given = fit.strengths * mean[:, mask].sum(1, dtype=np.float64)
         shares = given / max(float(given.sum()), 1e-12)
         return LightAnswer(
@@ -82,7 +82,7 @@ class PairLight:
                 for n in np.argsort(-shares, kind="stable").tolist()
                 if fit.strengths[n] > 0
             ],
-            explained=1 - float(np.square(error).sum()) / squared if squared else 0.0,
+            explained=1 - float((error[0] * error[1]).sum()) / squared if squared else 0.0,
             squared=squared,
         )
 
