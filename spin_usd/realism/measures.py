@@ -14,24 +14,14 @@ SHARE = "share of the target's pixels"
 
 @dataclass(frozen=True, kw_only=True)
 class PictureMeasure:
-    """A number that a real picture has, and ours has."""
+    """A number of a picture, or of a pair."""
 
     name: str
     unit: str
     description: str
     of: Callable[[PictureView, PictureView], float]
-    """Measures the first picture; the second is the real one, which decides what counts as dark."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PairMeasure:
-    """A number of a real picture and ours together."""
-
-    name: str
-    unit: str
-    description: str
-    of: Callable[[PictureView, PictureView], float]
-    """Measures the real picture, then ours."""
+    """In PICTURE_MEASURES of the first picture, where the second is the real one, which decides what counts as dark; in
+    PAIR_MEASURES of the real picture, then ours."""
 
 
 def _of_darkness(name: str, unit: str, description: str, field: str) -> PictureMeasure:
@@ -98,13 +88,13 @@ PICTURE_MEASURES = (
 )
 
 PAIR_MEASURES = (
-    PairMeasure(
+    PictureMeasure(
         name="correlation",
         unit="",
         description="Pearson's correlation of the smooth signals on the target.",
         of=lambda real, ours: signals.correlation(real.smooth, ours.smooth, real.target),
     ),
-    PairMeasure(
+    PictureMeasure(
         name="wasserstein",
         unit=GREY,
         description="First Wasserstein distance of the smooth signals on the target.",

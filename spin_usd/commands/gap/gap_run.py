@@ -109,41 +109,43 @@ class GapRun:
         return found
 
 
-def _fit_light(comparison: GapRun) -> None:
+def _fit_light(run: GapRun) -> None:
     """Fit the light of each picture."""
-    start, panels = time.monotonic(), comparison.options.panels
+    start, panels = time.monotonic(), run.options.panels
     requests = {
         name: FitLight(
             pair=pair,
-            fitted=structs.replace(comparison.of(name), panels=panels, lights=None),
-            psf_sigma=comparison.psf_sigma,
+            fitted=structs.replace(run.of(name), panels=panels, lights=None),
+            psf_sigma=run.psf_sigma,
         )
-        for name, pair in comparison.pairs.items()
+        for name, pair in run.pairs.items()
     }
-    comparison.lights = comparison.each(FIT_LIGHT, requests, "fitting the light: picture")
-    for name, answer in comparison.lights.items():
+    run.lights = run.each(FIT_LIGHT, requests, "fitting the light: picture")
+    for name, answer in run.lights.items():
         shining = {light.path: light.strength for light in answer.lights}
-        comparison.fitted[name] = structs.replace(comparison.of(name), panels=panels, lights=shining)
-    explained = sorted(answer.explained for answer in comparison.lights.values())
+        run.fitted[name] = structs.replace(run.of(name), panels=panels, lights=shining)
+    explained = sorted(answer.explained for answer in run.lights.values())
     seconds = (time.monotonic() - start) / len(requests)
-    comparison.fits["light"] = GapFit(parameters={}, explained=explained[len(explained) // 2], seconds=seconds)
+    run.fits["light"] = GapFit(parameters={}, explained=explained[len(explained) // 2], seconds=seconds)
 
 
-def _fit_camera(comparison: GapRun) -> None:
+def _fit_camera(run: GapRun) -> None:
     """Fit the camera of all pictures, and the black level of each."""
-    start, last = time.monotonic(), _sharp(comparison.steps)
-    pictures = list(comparison.steps[0].pictures.values())
+    start, last = time.monotonic(), _sharp(run.steps)
+    pictures = list(run.steps[0].pictures.values())
     nan = float("nan")
     camera = fit_camera(
         [each.linear.get("noise", nan) for each in pictures],
         [each.linear.get("shot_noise", nan) for each in pictures],
         [nan if each.psf_sigma is None else each.psf_sigma for each in last.values()],
     )
-    for name, each in comparison.steps[0].pictures.items():
-        comparison.fitted[name] = structs.replace(comparison.of(name), camera=camera, level=each.linear["level"])
+    for name, each in run.steps[0].pictures.items():
+        run.fitted[name] = structs.replace(run.of(name), camera=camera, level=each.linear["level"])
     seconds = (time.monotonic() - start) / len(pictures)
     levels = [each.linear["level"] for each in pictures]
-    comparison.fits["camera"] = GapFit(parameters=camera_parameters(camera, levels), seconds=seconds)
+    run.fits["camera"] = GapFit(parameters=camera_parameters(camera, levels), seconds=seconds)
+    if "light" in run.fits:  # again, by the sharpness that was measured in the fitted light
+        _fit_light(run)
 
 
 def _sharp(steps: Sequence[Step]) -> Mapping[str, MeasuredPair]:
@@ -151,38 +153,38 @@ def _sharp(steps: Sequence[Step]) -> Mapping[str, MeasuredPair]:
     return next(step.pictures for step in reversed(steps) if step.name in ("light", "ours"))
 
 
-def _fit_surface(comparison: GapRun) -> None:
+def _fit_surface(run: GapRun) -> None:
     """Fit the materials that the pictures show most, over some of the pictures, and then the light of all again."""
     start, pixels, limits = time.monotonic(), Counter[str](), dict[str, dict[str, tuple[float, float]]]()
-    for shown in comparison.each(SHOWN_MATERIALS, comparison.pairs, "finding materials: picture").values():
+    for shown in run.each(SHOWN_MATERIALS, run.pairs, "finding materials: picture").values():
         pixels.update({name: material.pixels for name, material in shown.items()})
         limits |= {name: material.limits for name, material in shown.items()}
     enough = (name for name, count in pixels.most_common(MATERIALS) if count > LEAST_SHOWN * pixels.total())
     surfaces = Surfaces.starting({name: limits[name] for name in enough})
-    names = list(comparison.pairs)[:: max(len(comparison.pairs) // SURFACE_PICTURES, 1)]
+    names = list(run.pairs)[:: max(len(run.pairs) // SURFACE_PICTURES, 1)]
     intervals: list[Interval] = []
     for number, step in enumerate(STEPS, 1):
         what = f"fitting surfaces, round {number} of {len(STEPS)}: picture"
-        errors = comparison.try_surfaces(names, surfaces.trials(step), what)
+        errors = run.try_surfaces(names, surfaces.trials(step), what)
         moved = surfaces.towards(errors, step)
         along = [surfaces.values(surfaces.logs + share * moved) for share in SHARES]
-        means = comparison.try_surfaces(names, along, what).mean(0)
+        means = run.try_surfaces(names, along, what).mean(0)
         best = int(means.argmin())
         intervals = surfaces.intervals(errors, step)
         if means[best] < errors[:, 0].mean():
             surfaces = surfaces.moved(SHARES[best] * moved)
-    for name in comparison.pairs:
-        comparison.fitted[name] = structs.replace(comparison.of(name), values=surfaces.values(surfaces.logs))
+    for name in run.pairs:
+        run.fitted[name] = structs.replace(run.of(name), values=surfaces.values(surfaces.logs))
     seconds = (time.monotonic() - start) / len(names)
-    comparison.fits["surface"] = GapFit(
+    run.fits["surface"] = GapFit(
         parameters={
             name: GapParameter(value=value, interval=list(around), unit="factor")
             for (name, value), around in zip(surfaces.values(surfaces.logs).items(), intervals, strict=True)
         },
         seconds=seconds,
     )
-    if "light" in comparison.options.fits:
-        _fit_light(comparison)
+    if "light" in run.options.fits:
+        _fit_light(run)
 
 
 FITTING: Mapping[str, Callable[[GapRun], None]] = {

@@ -59,21 +59,21 @@ def gap(options: GapOptions) -> GapReport:
             opened = executor.opened_content()
             poses = None if options.poses is None else Path(options.poses)
             pairs, notes = pairs_in(Path(options.real), poses, opened.frames)
-            comparison = GapRun(options=options, executor=executor, pairs={pair.name: pair for pair in pairs})
-            comparison.measure("ours")
+            run = GapRun(options=options, executor=executor, pairs={pair.name: pair for pair in pairs})
+            run.measure("ours")
             for name in options.fits:
-                FITTING[name](comparison)
-                comparison.measure(name)
-            report = report_of(options, comparison.steps, comparison.fits, comparison.left_out, notes)
-            if options.fits and all(pair.frame for pair in comparison.pairs.values()):
-                _write_fits(comparison, hidden.folder / FITTED)
+                FITTING[name](run)
+                run.measure(name)
+            report = report_of(options, run.steps, run.fits, run.left_out, notes)
+            if options.fits and all(pair.frame for pair in run.pairs.values()):
+                _write_fits(run, hidden.folder / FITTED)
                 report = structs.replace(report, fitted_stage=f"{options.out}/{FITTED}/dataset.usda")
             elif options.fits:
                 left = "the fits are not written: not all pictures are frames of the stage"
                 report = structs.replace(report, notes=[*report.notes, left])
-        _write(out, report, comparison.steps, hidden.folder)
+        _write(out, report, run.steps, hidden.folder)
         if options.write is not None:
-            fitted = [comparison.of(picture.name) for picture in report.pictures]
+            fitted = [run.of(picture.name) for picture in report.pictures]
             write_preset(Path(options.write).absolute(), report, opened.sensor, fitted)
     return report
 
@@ -90,12 +90,12 @@ def _request(options: GapOptions) -> RenderRequest:
     return request
 
 
-def _write_fits(comparison: GapRun, folder: Path) -> None:
+def _write_fits(run: GapRun, folder: Path) -> None:
     """Write the fits as layers over a copy of the stage in `folder`. Raises UnsupportedError, OutputError."""
-    pictures = [FittedPair(pair=pair, fitted=comparison.of(name)) for name, pair in comparison.pairs.items()]
+    pictures = [FittedPair(pair=pair, fitted=run.of(name)) for name, pair in run.pairs.items()]
     values = pictures[0].fitted.values
-    asked = WriteFits(folder=str(folder), pictures=pictures, fits=list(comparison.options.fits), values=values)
-    comparison.executor.call(WRITE_FITS, asked)
+    asked = WriteFits(folder=str(folder), pictures=pictures, fits=list(run.options.fits), values=values)
+    run.executor.call(WRITE_FITS, asked)
 
 
 def _write(out: Path, report: GapReport, steps: Sequence[Step], work: Path) -> None:

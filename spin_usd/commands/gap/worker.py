@@ -61,6 +61,8 @@ SIGMA_OF_MAD = 1.48  # a normal distribution's standard deviation over its media
 class GapWorker:
     """A stage that is open, with a studio."""
 
+    opened: OpenedGap
+
     def __init__(self, request: OpenGap) -> None:
         hold_to(request.cpus)
         self._pictures = PairStudio(request.stage, request.variant, request.settings)
