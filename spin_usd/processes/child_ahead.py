@@ -17,11 +17,11 @@ def child_ahead(*calls: Call[Any, Any], writes: Sequence[Path] = ()) -> Iterator
     is ended with the block. `writes`: as for Child; the first is made if missing, and removed if it stays empty."""
     above = [each for folder in writes[:1] for each in (folder, *folder.parents)]
     missing = [] if in_process() else [each for each in above if not each.exists()]
-    with suppress(OSError):  # reported where it is to be written
-        for folder in reversed(missing):
-            folder.mkdir()
-    _waiting.append(next_child(*calls, writes=writes))
     try:
+        with suppress(OSError):  # reported where it is to be written
+            for folder in reversed(missing):
+                folder.mkdir()
+        _waiting.append(next_child(*calls, writes=writes))
         yield
     finally:
         while _waiting:
