@@ -32,7 +32,8 @@ def reload_layers() -> None:
     """Read the layers that this process holds again where their files have changed since. Those whose files are gone or
     damaged stay as they were."""
     for layer in Sdf.Layer.GetLoadedLayers():
-        if not layer.anonymous and not layer.dirty:
+        # a layer expires when the reload of another one ends the last stage that holds it
+        if not layer.expired and not layer.anonymous and not layer.dirty:
             with suppress(Tf.ErrorException):
                 layer.Reload()
 
