@@ -1,19 +1,34 @@
-"""The camera whose level, noise and sharpness are those of real pictures."""
+"""The camera whose level, noise and sharpness are those of real pictures.
 
+Pictures that come as JPEG have lost some of their noise, and what is left of it is alike in neighbours. So the quality
+is found by this likeness, and then the white noise of which as much is left as the pictures have.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spin_usd.basics.arrays import Float
+from spin_usd.realism.darkness import ROUNDING
 from spin_usd.realism.intervals import Interval, median_interval
 from spin_usd.realism.picture_view import FULL
 from spin_usd.scene.sensor import Optics, Sensor
+from spin_usd.sensor.detector import compressed
 
 SIGMAS = (0.0, 0.3, 0.5, 0.7, 0.9, 1.15, 1.4, 1.8, 2.4, 3.2)
 """Candidates of psf_sigma, pixels."""
 ADC_BITS = 12
 LEAST_SHOT = 1e-3  # variance per step of 8 bits: less is not seen among the rounding
 SHARPEST = 0.05  # px
+QUALITIES = (95, 90, 85, 80, 75, 70, 60, 50, 40)
+ALIKE = 0.1  # correlations of neighbours, both together: less is no sign of a JPEG
+NOISES = np.geomspace(0.9, 4.0, 16)  # of the noise that is left after a JPEG
+PATCH = 256  # pixels a side
+TINY = 1e-12  # variance
+BRIGHT = 100.0  # grey: signal at which shot noise is compared
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,19 +39,64 @@ class CameraFit:
     shot_noise: float = 0.0
     psf_sigma: float | None = None
     """None where too few pictures have clear edges."""
+    jpeg_quality: int = 0
+    """0 for no JPEG."""
     intervals: dict[str, Interval] = field(default_factory=dict)
     """95 % intervals of the values that were found."""
 
 
 def fit_camera(noise: ArrayLike, shot_noise: ArrayLike, psf_sigma: ArrayLike) -> CameraFit:
     """Return the camera of pictures (N) with these values, NaN where a picture has none."""
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     intervals: dict[str, Interval] = {}
     for name, of in (("noise", noise), ("shot_noise", shot_noise), ("psf_sigma", psf_sigma)):
         value, around = median_interval(of)
         if np.isfinite(around).all():
             values[name], intervals[name] = max(value, 0.0), around
     return CameraFit(**values, intervals=intervals)
+
+
+def before_jpeg(fit: CameraFit, real: Mapping[str, float]) -> CameraFit:
+    """Return the fit of pictures that are JPEGs: the quality, and the noise before the loss. `real`: medians of the
+    pictures' measures, which are of their own numbers, where the fit is of the linear signal."""
+    level, left, shot = real["black_level"], real["noise"], real["shot_noise"]
+    likeness = real["noise_across"] + real["noise_down"]
+    if likeness < ALIKE:
+        return fit
+    white, noises = np.random.default_rng(0).standard_normal((PATCH, PATCH)), left * NOISES
+    curves = {quality: [_after_jpeg(level + noise * white, quality) for noise in noises] for quality in QUALITIES}
+
+    def before(quality: int, noise: float) -> float:
+        return float(np.interp(noise, np.maximum.accumulate([each for each, _ in curves[quality]]), noises))
+
+    def unlike(quality: int) -> float:
+        alike = [each for _, each in curves[quality]]
+        return abs(float(np.interp(before(quality, left), noises, alike)) - likeness)
+
+    quality = min(QUALITIES, key=unlike)
+    noise = before(quality, left)
+    factors = {"noise": noise / left}
+    if shot > 0:
+        lit = before(quality, float(np.sqrt(left**2 + shot * BRIGHT)))
+        factors["shot_noise"] = (lit**2 - noise**2) / (shot * BRIGHT)
+    place = QUALITIES.index(quality)
+    intervals = {
+        **{n: (low * factors.get(n, 1), high * factors.get(n, 1)) for n, (low, high) in fit.intervals.items()},
+        "jpeg_quality": (QUALITIES[min(place + 1, len(QUALITIES) - 1)], QUALITIES[max(place - 1, 0)]),
+    }
+    values = {name: getattr(fit, name) * factor for name, factor in factors.items()}
+    return replace(fit, **values, jpeg_quality=quality, intervals=intervals)
+
+
+def _after_jpeg(grey: Float, quality: int) -> tuple[float, float]:
+    """Return the noise of a flat field (H, W) after a JPEG, as `darkness` measures it, and the sum of the correlations
+    of neighbours in a row and in a column."""
+    image = np.clip(np.rint(grey), 0, FULL).astype(np.uint8)
+    rest = compressed(image[..., None], quality)[..., 0].astype(np.float64)
+    rest -= rest.mean()
+    alike = (rest[:, 1:] * rest[:, :-1]).mean() + (rest[1:] * rest[:-1]).mean()
+    noise = np.sqrt(max(float(np.square(np.diff(rest, axis=1)).mean() / 2 - ROUNDING), 0.0))
+    return float(noise), float(alike / max(rest.var(), TINY))
 
 
 def sigma_of_spread(spread: float, spreads: ArrayLike) -> float:
@@ -63,6 +123,7 @@ def fitted_sensor(sensor: Sensor, fit: CameraFit, level: float) -> Sensor:
         gain=per_step * sensor.iso / 100,
         read_noise=fit.noise * steps * per_step,
         black_level=level * steps,
+        jpeg_quality=fit.jpeg_quality if sensor.bit_depth == 8 else 0,
         full_well=0.0,
         dark_current=0.0,
         auto_exposure=None,

@@ -14,6 +14,8 @@ from spin_usd.basics.arrays import digest
 
 NAME = {"name": True}
 """Metadata of a dataclass field that no picture depends on."""
+ADDED = {"added": True}
+"""Metadata of a dataclass field that came later: its default does not count, so that earlier keys stay."""
 
 PLAIN = frozenset((str, int, float, bool, type(None)))  # most values: they are recognised first
 
@@ -38,7 +40,11 @@ def content(value: Any) -> Any:
         return {name: content(item) for name, item in own.items()}
     if is_dataclass(value):
         kind: Any = type(value)
-        return {"": kind.__name__, **{name: content(getattr(value, name)) for name in _counted(kind)}}
+        counted = {name: content(getattr(value, name)) for name in _counted(kind)}
+        for name, default in _added(kind).items():
+            if counted[name] == default:
+                del counted[name]
+        return {"": kind.__name__, **counted}
     if isinstance(value, (set, frozenset)):
         return sorted(content(item) for item in value)
     if isinstance(value, Enum):
@@ -50,3 +56,9 @@ def content(value: Any) -> Any:
 def _counted(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass that count."""
     return tuple(f.name for f in fields(kind) if not f.metadata.get("name"))
+
+
+@cache
+def _added(kind: Any) -> dict[str, Any]:
+    """Return the defaults of the fields of a dataclass that came later."""
+    return {f.name: f.default for f in fields(kind) if f.metadata.get("added")}

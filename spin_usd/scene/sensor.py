@@ -1,7 +1,8 @@
 """Settings of the optics, which spread light, and of the detector, which turns it into an image."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from spin_usd.scene.content import ADDED
 from spin_usd.scene.texture import Color
 
 # Luminance of linear RGB with Rec. 709 primaries: ITU-R BT.709-6, item 3.2.
@@ -93,3 +94,6 @@ class Sensor:
     """Degree of the root that the encoding "gamma" takes."""
     bit_depth: int = 8
     """Bits of the written numbers, 8 or 16."""
+    jpeg_quality: int = field(default=0, metadata=ADDED)
+    """Quality of the JPEG that the numbers pass through, 1 to 100, without chroma subsampling; 0 for none. Its loss
+    stays in the image, whatever format the file has."""

@@ -54,7 +54,18 @@ def detect(
         if sensor.gain == 0
         else _written_steps(digitised(light, sensor, seed=seed, of=of), sensor)
     )
+    image = compressed(image, sensor.jpeg_quality) if sensor.jpeg_quality else image
     return image[..., 0] if sensor.channels == "mono" else image
+
+
+def compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
+    """Return the image (H, W, C) of 1 or 3 channels, red first, as it is after a JPEG of that quality."""
+    import cv2  # not above: it is slow to load
+
+    how = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
+    _, file = cv2.imencode(".jpg", image[..., ::-1], how)
+    return np.asarray(cv2.imdecode(file, cv2.IMREAD_UNCHANGED), np.uint8).reshape(image.shape)[..., ::-1]
 
 
 def digitised(

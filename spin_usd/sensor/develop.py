@@ -52,7 +52,7 @@ def develop(
     """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16; of its `region` alone if given.
 
     `sky` (H, W, 3): linear radiance of the background, of the region if given; None for black. A region has the
-    detector's gains there, its own noise, and no light scattered into it from outside.
+    detector's gains there, its own noise and JPEG blocks, and no light scattered into it from outside.
     """
     sensor = exposed(scene.sensor, radiance)
     region = region or scene.camera.frame

@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.realism.camera_fit import SHARPEST, SIGMAS, fit_camera, fitted_optics, fitted_sensor, sigma_of_spread
+from spin_usd.realism.camera_fit import (
+    SHARPEST,
+    SIGMAS,
+    before_jpeg,
+    fit_camera,
+    fitted_optics,
+    fitted_sensor,
+    sigma_of_spread,
+)
 from spin_usd.realism.darkness import darkness, shot_noise
 from spin_usd.realism.picture_view import FULL
 from spin_usd.scene.sensor import AutoExposure, Optics, Sensor
@@ -69,6 +77,31 @@ def test_the_fit_is_of_no_iso_and_keeps_what_it_does_not_know() -> None:
         assert FULL * in_the_dark(sensor)[1] == pytest.approx(6.2)
         assert (sensor.exposure, sensor.encoding, sensor.iso) == (BASE.exposure, BASE.encoding, iso)
     assert sensor.auto_exposure is None
+
+
+@pytest.mark.parametrize(("quality", "noise", "shot"), [(75, 8.0, 0.2), (85, 6.0, 0.1), (0, 6.0, 0.1)])
+def test_noise_before_a_jpeg_is_found(quality, noise, shot) -> None:
+    """There and back: a camera that compresses leaves less noise, alike in neighbours."""
+    sensor = replace(fitted_sensor(BASE, fit(noise, shot), 30.0), jpeg_quality=quality)
+    dark = darkness(field(sensor, 0.0, 1))
+    lit = [darkness(field(sensor, light, 1)).noise ** 2 - dark.noise**2 for light in (0.2, 0.4)]
+    real = {
+        "black_level": dark.level,
+        "noise": dark.noise,
+        "noise_across": dark.across,
+        "noise_down": dark.down,
+        "shot_noise": float(np.mean([lit[0] / (0.2 * FULL), lit[1] / (0.4 * FULL)])),
+    }
+    found = before_jpeg(fit(dark.noise, real["shot_noise"]), real)
+    assert found.jpeg_quality == quality
+    assert found.noise == pytest.approx(noise, rel=0.04)
+    assert found.shot_noise == pytest.approx(shot, rel=0.35)  # a difference of two noises
+    if quality:
+        assert dark.noise < 0.9 * noise
+        low, high = found.intervals["jpeg_quality"]
+        assert low < quality < high
+    assert fitted_sensor(BASE, found, 30.0).jpeg_quality == quality
+    assert fitted_sensor(replace(BASE, bit_depth=16), found, 30.0).jpeg_quality == 0
 
 
 def test_without_shot_noise_the_gain_is_finite() -> None:

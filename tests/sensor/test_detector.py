@@ -1,9 +1,13 @@
 """Exposure: linear light to numbers, by the standards' own formulas."""
 
+from dataclasses import replace
+from io import BytesIO
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.camera import Camera
@@ -80,3 +84,19 @@ def test_an_empty_region_is_a_black_frame() -> None:
 def test_other_sensors_are_refused(sensor) -> None:
     with pytest.raises(UnsupportedError, match="the sensor has"):
         shot([1, 1, 1], **sensor)
+
+
+@pytest.mark.parametrize("channels", ["mono", "rgb"])
+@pytest.mark.parametrize("quality", [50, 75, 95])
+def test_a_compressed_image_is_pillows_jpeg(channels, quality) -> None:
+    """Two encoders of one standard: what they lose is alike, and far more than their rounding differs."""
+    light = np.random.default_rng(0).random((40, 56, 3)).astype(np.float32)
+    radiance = Radiance.of(Region(x0=0, y0=0, x1=56, y1=40), np.concatenate([light, light[..., :1] * 0 + 1], -1))
+    camera = Camera(width=56, height=40, fx=9, fy=9, cx=28, cy=20)
+    scene = scenes.scene(scenes.target(*scenes.box()), camera=camera, sensor=Sensor(channels=channels))
+    plain = develop(scene, radiance, None, seed=0)
+    file = BytesIO()
+    Image.fromarray(plain).save(file, "jpeg", quality=quality, subsampling=0)
+    expected = np.asarray(Image.open(file)).astype(int)
+    found = develop(replace(scene, sensor=replace(scene.sensor, jpeg_quality=quality)), radiance, None, seed=0)
+    assert np.abs(found - expected).max() <= 2 < np.abs(found.astype(int) - plain).max()

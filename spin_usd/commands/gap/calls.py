@@ -73,6 +73,8 @@ class MeasuredPair(Struct, frozen=True, kw_only=True):
     """Offsets of the real picture's edges from the labels'."""
     linear: dict[str, float]
     """Level and noise of the real picture, of its linear signal."""
+    jpeg: bool
+    """Whether the real picture is a JPEG of our size."""
     psf_sigma: float | None
     """At which our edges are as sharp as the real ones, pixels."""
     own_psf: float

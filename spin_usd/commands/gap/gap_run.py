@@ -31,10 +31,11 @@ from spin_usd.processes.call import Answer, Call, Request
 from spin_usd.processes.child_limits import RENDER_PATIENCE_S
 from spin_usd.processes.executor import Executor
 from spin_usd.processes.task import Task
-from spin_usd.realism.camera_fit import fit_camera
-from spin_usd.realism.intervals import LEAST, Interval
+from spin_usd.realism.camera_fit import before_jpeg, fit_camera
+from spin_usd.realism.intervals import LEAST, Interval, median_interval
 from spin_usd.realism.surface_fit import SHARES, STEPS, Surfaces
 
+NOISE = ("black_level", "noise", "noise_across", "noise_down", "shot_noise")
 MATERIALS = 6  # that most of the target's pixels show
 LEAST_SHOWN = 0.03  # of these pixels
 SURFACE_PICTURES = 12  # about, evenly from the list: surfaces are the same in all
@@ -139,6 +140,9 @@ def _fit_camera(run: GapRun) -> None:
         [each.linear.get("shot_noise", nan) for each in pictures],
         [nan if each.psf_sigma is None else each.psf_sigma for each in last.values()],
     )
+    if all(each.jpeg for each in pictures):
+        medians = {name: median_interval([each.real.get(name, nan) for each in pictures])[0] for name in NOISE}
+        camera = before_jpeg(camera, medians)
     for name, each in run.steps[0].pictures.items():
         run.fitted[name] = structs.replace(run.of(name), camera=camera, level=each.linear["level"])
     seconds = (time.monotonic() - start) / len(pictures)

@@ -43,7 +43,7 @@ class PairLight:
         scene = self._pictures.scene(request.pair, structs.replace(fitted, lights=None))
         optics = scene.optics if request.psf_sigma is None else replace(scene.optics, psf_sigma=request.psf_sigma)
         scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None), optics=optics)
-        grey, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
+        grey, _, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
         found = self._fit_among(scene, grey, panels, fitted.lights)
         if panels and fitted.lights is None:
             strongest = [light.path for light in found.lights[:REFINED]]

@@ -17,6 +17,7 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.scene.sensor import LUMINANCE
 
 NAMED = 3
+JPEG = (".jpg", ".jpeg")
 LABEL_FOLDER = re.compile("depth|mask|normal|segmentation", re.IGNORECASE)  # its images are of no camera
 GREY_STEPS = 2.0  # of 8 bits: channels that differ by less are a grey picture's
 
@@ -91,8 +92,9 @@ def _pictures(folder: Path) -> dict[str, Path]:
     return found
 
 
-def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], list[str]]:
-    """Return a picture (H, W) of that `size`, columns and rows, in steps of 8 bits, and notes on what was done to it.
+def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], int, list[str]]:
+    """Return a picture (H, W) of that `size`, columns and rows, in steps of 8 bits; how
+    many of its pixels a side are averaged to one; and notes on what was done to it.
 
     A picture of a whole multiple of the size is averaged. Raises InputError for any other size, and for a file that
     cannot be read.
@@ -116,7 +118,7 @@ def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], l
         raise InputError(found, where=file, do=do)
     if by > 1:
         notes.append(f"is averaged over {by} x {by} pixels to the stage's size: so its noise is of those")
-    return pooled(grey, by, (size[1], size[0])), notes
+    return pooled(grey, by, (size[1], size[0])), by, notes
 
 
 def pooled(image: NDArray[np.float32], by: int, size: tuple[int, int]) -> NDArray[np.float32]:

@@ -78,7 +78,7 @@ def report_of(
 def camera_parameters(camera: CameraFit, levels: Sequence[float]) -> dict[str, GapParameter]:
     """Return the parameters of a camera and the median level of its pictures."""
     level, around = median_interval(levels)
-    units = {"noise": GREY, "shot_noise": GREY, "psf_sigma": "px"}
+    units = {"noise": GREY, "shot_noise": GREY, "psf_sigma": "px", "jpeg_quality": ""}
     return {
         "black_level": GapParameter(value=level, interval=list(around), unit=GREY),
         **{

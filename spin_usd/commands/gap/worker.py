@@ -26,7 +26,7 @@ from spin_usd.commands.gap.calls import (
 )
 from spin_usd.commands.gap.pair_light import PairLight
 from spin_usd.commands.gap.pair_studio import PairStudio, grey_of, linear_signal
-from spin_usd.commands.gap.real_pictures import read_grey
+from spin_usd.commands.gap.real_pictures import JPEG, read_grey
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import encoded_image
 from spin_usd.picture.kinds import IMAGE
@@ -76,11 +76,12 @@ class GapWorker:
         cannot be compared."""
         scene = self._pictures.scene(request.pair, request.fitted)
         watch, settings = Stopwatch(), self._studio.settings
-        grey, notes = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
+        file = Path(request.pair.file)
+        grey, by, notes = read_grey(file, (scene.camera.width, scene.camera.height))
         parts = self._pictures.parts(scene)
         if (parts > 0).sum() < LEAST_TARGET:
             do = "leave the picture out, or correct its pose"
-            raise InputError(f"shows {(parts > 0).sum()} pixels of the target", where=request.pair.file, do=do)
+            raise InputError(f"shows {(parts > 0).sum()} pixels of the target", where=file, do=do)
         radiance = self._pictures.radiance(scene)
         _, image, _ = next(make_image(scene, radiance, settings, (IMAGE,), watch, {}))
         real, ours = (PictureView(grey=each, parts=parts) for each in (grey, grey_of(image, scene.sensor)))
@@ -95,6 +96,7 @@ class GapWorker:
             parts={name: _finite(of) for name, of in compared_parts(real, ours, self._pictures.part_names(scene))},
             silhouette=_finite(asdict(offsets)),
             linear=_finite(_linear_noise(real, scene.sensor)),
+            jpeg=by == 1 and file.suffix.lower() in JPEG,
             psf_sigma=sigma if isfinite(sigma) else None,
             own_psf=scene.optics.psf_sigma,
             real_features=patch_features(real).tolist(),

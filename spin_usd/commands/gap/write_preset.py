@@ -97,6 +97,7 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
             "spin:sensor:fullWell": _number(made.full_well),
             "spin:sensor:gain": _number(made.gain),
             "spin:sensor:readNoise": _number(made.read_noise),
+            "spin:sensor:jpegQuality": str(made.jpeg_quality),
             "spin:optics:psfSigma": _number(fitted_optics(Optics(), camera).psf_sigma),
         }
     text = PRESET.format(
@@ -141,5 +142,5 @@ def _number(value: object) -> str:
 
 
 def _typed(name: str) -> str:
-    kinds = {"encoding": "token", "channels": "token", "adcBits": "int"}
+    kinds = {"encoding": "token", "channels": "token", "adcBits": "int", "jpegQuality": "int"}
     return kinds.get(name.rpartition(":")[2], "double")

@@ -147,6 +147,7 @@ _ALL = (
     _sensor("contrast", "Exponent of the linear signal about mid-grey."),
     _sensor("saturation", "Factor on each colour's distance from its luminance."),
     _sensor("gamma", "Degree of the root that the encoding gamma takes."),
+    _sensor("jpeg_quality", "Quality of the JPEG that the image passes through; 0 for none."),
     _event("threshold_on", "Rise of the natural logarithm of the light that makes an event."),
     _event("threshold_off", "Fall of the natural logarithm of the light that makes an event."),
     _event("threshold_spread", "Standard deviation of both thresholds from pixel to pixel."),

@@ -25,6 +25,7 @@ RANGES = {
     "saturation": Range(0, 100),
     "filter": Range(0, 1e6),
     "gamma": Range(0.1, 10),
+    "jpeg_quality": Range(1, 100, or_0=True),
 }
 EXPOSURES = Range(1e-20, 1e20)  # for any light from a star's to a laser's; their product is finite in float32
 LEVELS = Range(1e-6, 10)  # of a unit range of 16 bits, and far over-exposed
@@ -84,6 +85,11 @@ def _check_combination(prim: Usd.Prim, sensor: Sensor) -> None:
     if sensor.black_level >= 2**sensor.adc_bits - 1:
         do = f"choose less than the {sensor.adc_bits} bits of the ADC hold"
         raise StageError(f"is {sensor.black_level:g}", where=_where(prim, "black_level"), do=do)
+    if sensor.jpeg_quality and sensor.bit_depth != 8:
+        found = f"is {sensor.jpeg_quality}, but the image has {sensor.bit_depth} bits"
+        raise StageError(
+            found, where=_where(prim, "jpeg_quality"), do=f"make {schema.SENSOR['bit_depth']} 8, or leave it out"
+        )
     if sum(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)) < MIN_WEIGHT:
         raise StageError("leaves no light", where=_where(prim, "panchromatic"), do="give some colour a weight")
     if sensor.channels == "mono" and len(set(sensor.filter)) > 1:

@@ -68,6 +68,7 @@ SENSOR = {
     "encoding": "spin:sensor:encoding",
     "gamma": "spin:sensor:gamma",
     "bit_depth": "spin:sensor:bitDepth",
+    "jpeg_quality": "spin:sensor:jpegQuality",
 }
 """The sensor's attributes, by the field of scene.sensor.Sensor."""
 AUTO_EXPOSURE = "spin:sensor:autoExposure"

@@ -177,7 +177,7 @@ def test_pictures_become_grey_in_steps_of_eight_bits(tmp_path) -> None:
         "three": np.stack([image] * 3, -1),
     }.items():
         cv2.imwrite(str(tmp_path / f"{name}.png"), values)
-        grey, notes = read_grey(tmp_path / f"{name}.png", SIZE)
+        grey, _, notes = read_grey(tmp_path / f"{name}.png", SIZE)
         assert grey == pytest.approx(image.astype(float), abs=1e-3)
         assert notes == []
 
@@ -185,8 +185,9 @@ def test_pictures_become_grey_in_steps_of_eight_bits(tmp_path) -> None:
 def test_a_multiple_of_the_size_is_averaged(tmp_path) -> None:
     image = np.arange(6 * 9, dtype=np.uint8).reshape(6, 9)
     cv2.imwrite(str(tmp_path / "large.png"), image)
-    grey, (note,) = read_grey(tmp_path / "large.png", (3, 2))
+    grey, by, (note,) = read_grey(tmp_path / "large.png", (3, 2))
     assert grey == pytest.approx(image.reshape(2, 3, 3, 3).mean((1, 3)))
+    assert by == 3
     assert "3 x 3" in note
 
 

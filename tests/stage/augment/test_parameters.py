@@ -164,6 +164,7 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sensor.pattern_seed": (7, {"sensor.pattern_seed": 7}),
     "sensor.adc_bits": (10, {"sensor.adc_bits": 10}),
     "sensor.black_level": (16, {"sensor.black_level": 16}),
+    "sensor.jpeg_quality": (75, {"sensor.jpeg_quality": 75}),
     "sensor.contrast": (1.2, {"sensor.contrast": 1.2}),
     "sensor.saturation": (0.8, {"sensor.saturation": 0.8}),
     "sensor.gamma": (1.8, {"sensor.gamma": 1.8}),

@@ -6,6 +6,7 @@ import pytest
 from pxr import Usd
 
 from spin_usd.errors import StageError
+from spin_usd.scene.content import content
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage.read.sensor import read_sensor
 from spin_usd.stage.usd import schema
@@ -133,3 +134,15 @@ def test_what_is_no_number_or_no_exposure_is_refused(camera, text, saying) -> No
 def test_attributes_without_their_api_are_not_ignored(camera) -> None:
     with pytest.raises(StageError, match="SpinSensorAPI is not applied"):
         sensor_of(camera(authored(gain="2"), applied=False))
+
+
+def test_a_jpeg_has_8_bits(camera) -> None:
+    quality = f"int {schema.SENSOR['jpeg_quality']} = 75\n"
+    assert sensor_of(camera(quality)).jpeg_quality == 75
+    with pytest.raises(StageError, match=r"jpegQuality: is 75, but the image has 16 bits"):
+        sensor_of(camera(quality + authored(bit_depth="16")))
+
+
+def test_a_field_that_came_later_counts_in_keys_once_it_is_used() -> None:
+    assert "jpeg_quality" not in content(Sensor())
+    assert content(Sensor(jpeg_quality=75))["jpeg_quality"] == 75
