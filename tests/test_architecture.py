@@ -40,7 +40,7 @@ ONLY_IN = {
     "embreex": ("renderers/embree",),
     "cv2": (
         "commands/check/in_child/pose.py",
-        "commands/gap/worker.py",
+        "commands/gap/pair_measures.py",
         "commands/score/page.py",
         "events",
         "exchange/video.py",

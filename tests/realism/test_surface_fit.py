@@ -1,4 +1,4 @@
-"""Factors on materials: from errors that are parabolas the least comes back, within limits and inside its interval."""
+"""Factors on materials: from residuals that are linear in them, the best come back, within limits and intervals."""
 
 import numpy as np
 import pytest
@@ -10,46 +10,62 @@ MATERIALS = {
     "Panel": {"diffuseColor": (-1.0, 0.4), "roughness": (-2.0, 0.7)},
     "Foil": {"ior": (-np.inf, np.inf)},
 }
-BENDS = np.array([0.3, 0.2, 0.1])
-FLOOR = 0.02  # the error that no factor takes away
+PIXELS = 400
+ALIKE = 0.8  # correlation of the changes that albedo and roughness of the panel make
+FLOOR = 0.15  # the residual that no factor takes away: of pixels, over the signal
 
 
-def errors_of(surfaces, trials, best, chance):
-    """(pictures, trials) of errors that grow by the square of the distance from each picture's own best factors."""
+def products_of(surfaces, trials, best, seed, alike=ALIKE, spread=0.02):
+    """(pictures, trials, trials) of residuals that are linear in the factors' logarithms; each picture has best factors
+    of its own, with that `spread`."""
+    chance = np.random.default_rng(seed)
+    changes = chance.standard_normal((PICTURES, PIXELS, 3)) / PIXELS**0.5
+    changes[..., 1] = alike * changes[..., 0] + (1 - alike**2) ** 0.5 * changes[..., 1]
+    changes *= (0.5, 0.4, 0.3)
+    own = best + spread * chance.standard_normal((PICTURES, 3))
+    left = FLOOR * chance.standard_normal((PICTURES, 1, PIXELS)) / PIXELS**0.5
     logs = np.log([[trial[name] for name in surfaces.parameters] for trial in trials])
-    own = best + 0.02 * chance  # (pictures, parameters): pictures are not of one mind
-    return FLOOR + (BENDS * np.square(logs - own[:, None])).sum(-1)
+    residuals = left + np.einsum("ptk,pnk->ptn", logs - own[:, None], changes)
+    return residuals @ residuals.swapaxes(1, 2)
 
 
-def searched(best, seed):
+def searched(best, seed, **how):
     """The rounds of a fit, as gap does them; returns the surfaces and the intervals."""
     surfaces, spans = Surfaces.starting(MATERIALS), []
-    chance = np.random.default_rng(seed).standard_normal((PICTURES, 3))
     for step in STEPS:
-        errors = errors_of(surfaces, surfaces.trials(step), best, chance)
-        moved = surfaces.towards(errors, step)
+        products = products_of(surfaces, surfaces.trials(step), best, seed, **how)
+        moved = surfaces.towards(products, step)
         along = [surfaces.values(surfaces.logs + share * moved) for share in SHARES]
-        means = errors_of(surfaces, along, best, chance).mean(0)
-        spans = surfaces.intervals(errors, step)
-        if means.min() < errors[:, 0].mean():
+        means = np.diagonal(products_of(surfaces, along, best, seed, **how).mean(0))
+        spans = surfaces.intervals(products, step)
+        if means.min() < products[:, 0, 0].mean():
             surfaces = surfaces.moved(SHARES[int(means.argmin())] * moved)
     return surfaces, spans
 
 
 def test_planted_factors_come_back_inside_their_intervals() -> None:
-    """By 95 % intervals of three parameters in ten searches; the pull towards 1 is RIDGE, a hundredth of a step."""
+    """By 95 % intervals of three parameters in twenty searches, two of which change pictures much alike."""
     best, inside = np.array([0.3, -0.5, 0.2]), 0
-    for seed in range(10):
+    for seed in range(20):
         surfaces, spans = searched(best, seed)
-        assert surfaces.logs == pytest.approx(best, abs=0.02)
+        assert surfaces.logs == pytest.approx(best, abs=0.15)
         inside += sum(low <= np.exp(log) <= high for log, (low, high) in zip(best, spans, strict=True))
-    assert inside >= 25
+    assert inside >= 52
+
+
+def test_an_interval_is_as_wide_as_the_other_factors_leave_it() -> None:
+    """Least squares: what two parameters share widens both, by the root of 1 - alike**2."""
+    widths = []
+    for alike in (0.0, 0.95):
+        spans = [searched(np.zeros(3), seed, alike=alike, spread=0)[1] for seed in range(6)]
+        widths.append(np.mean([np.log(high / low) for (low, high), *_ in spans]))
+    assert widths[1] / widths[0] == pytest.approx((1 - 0.95**2) ** -0.5, rel=0.35)
 
 
 def test_without_a_gap_nothing_moves() -> None:
     surfaces, spans = searched(np.zeros(3), 0)
-    assert surfaces.logs == pytest.approx(np.zeros(3), abs=0.02)
-    assert all(low - 0.01 <= 1 <= high + 0.01 for low, high in spans)
+    assert surfaces.logs == pytest.approx(np.zeros(3), abs=0.05)
+    assert all(low - 0.05 <= 1 <= high + 0.05 for low, high in spans)
 
 
 def test_limits_are_kept() -> None:
@@ -60,7 +76,6 @@ def test_limits_are_kept() -> None:
     )  # fmt: skip
     assert surfaces.limits.tolist() == [[-1.0, 0.4], [-LIMIT, 0.7], [-LIMIT, LIMIT]]
     assert surfaces.logs[0] == pytest.approx(0.4)
-    assert surfaces.logs[1] == pytest.approx(0.1, abs=0.02)
     assert surfaces.logs[2] <= LIMIT
     for step in STEPS:
         for trial in surfaces.trials(step):
@@ -69,43 +84,28 @@ def test_limits_are_kept() -> None:
             assert (logs <= surfaces.limits[:, 1] + 1e-9).all()
 
 
-def test_a_parameter_at_its_limit_moves_inwards_only() -> None:
+def test_a_parameter_at_its_limit_is_tried_inwards() -> None:
     start = Surfaces.starting(MATERIALS).moved(np.array([5.0, 0, 0]))
     assert start.logs[0] == start.limits[0, 1]
-    assert start.shifts(0.2)[0] == pytest.approx([-0.4, -0.2])
-    assert start.moved(np.array([-9.0, 0, 0])).shifts(0.2)[0] == pytest.approx([0.2, 0.4])
-    chance = np.zeros((PICTURES, 3))
+    assert start.shifts(0.2) == pytest.approx([-0.2, 0.2, 0.2])
     for best, expected in ((2.0, 0.0), (0.3, -0.1)):
-        away = start.towards(errors_of(start, start.trials(0.2), np.array([best, 0, 0]), chance), 0.2)
-        assert away[0] == pytest.approx(expected, abs=0.01)
+        away = start.towards(products_of(start, start.trials(0.2), np.array([best, 0, 0]), 0), 0.2)
+        assert away[0] == pytest.approx(expected, abs=0.06)
 
 
-def test_an_interval_at_a_limit_is_not_sure_of_itself() -> None:
-    """Pictures that differ in their best factor, by 0.3 around one that is inside: it is found from the limit."""
-    start, step = Surfaces.starting(MATERIALS).moved(np.array([5.0, 0, 0])), STEPS[-1]
-    chance = 15 * np.random.default_rng(2).standard_normal((PICTURES, 3))
-    low, high = start.intervals(errors_of(start, start.trials(step), np.array([0.25, 0, 0]), chance), step)[0]
-    assert low < np.exp(0.25) < high
-    assert low < high <= np.exp(0.4) * 1.0001
-
-
-def test_a_parabola_leads_two_steps_away_at_most() -> None:
+def test_a_round_leads_a_few_steps_away_at_most() -> None:
     start = Surfaces.starting(MATERIALS)
-    away = start.towards(errors_of(start, start.trials(0.1), np.array([0.3, -1.5, 0]), np.zeros((PICTURES, 3))), 0.1)
-    assert away[1] == pytest.approx(-0.1 * FARTHEST)
+    away = start.towards(products_of(start, start.trials(0.1), np.array([0.0, 0, -1.5]), 0), 0.1)
+    assert away[2] == pytest.approx(-0.1 * FARTHEST)
 
 
-def test_a_parameter_that_changes_nothing_stays() -> None:
-    start = Surfaces.starting(MATERIALS)
-    errors = np.full((PICTURES, 7), FLOOR)
-    assert start.towards(errors, 0.4) == pytest.approx(np.zeros(3))
-
-
-def test_what_no_picture_shows_may_be_anything() -> None:
+def test_what_no_picture_shows_stays_and_may_be_anything() -> None:
     """Such as a roughness, to a renderer that has none."""
     start = Surfaces.starting(MATERIALS)
-    errors = FLOOR + 0.001 * np.random.default_rng(0).standard_normal((PICTURES, 1)) * np.ones(7)
-    errors[:, 1:3] += 0.001 * np.random.default_rng(1).uniform(1, 2, (PICTURES, 2))
-    spans = start.intervals(errors, 0.1)
-    assert np.ptp(spans[0]) < 0.2
+    products = products_of(start, start.trials(0.1), np.array([0.1, 0, 0]), 0)
+    products[:, 2:] = products[:, :1]
+    products[:, :, 2:] = products[:, :, :1]
+    assert start.towards(products, 0.1)[1:] == pytest.approx([0, 0])
+    spans = start.intervals(products, 0.1)
+    assert np.log(spans[0]) == pytest.approx([0.1, 0.1], abs=0.1)
     assert np.log(spans[1:]) == pytest.approx(start.limits[1:])

@@ -145,8 +145,9 @@ class TrySurfaces(Struct, frozen=True, kw_only=True):
 class SurfaceErrors(Struct, frozen=True, kw_only=True):
     """The errors of trials on a picture."""
 
-    errors: list[float]
-    """Share of the squared signal that each trial does not explain."""
+    products: list[list[float]]
+    """Products of the trials' residuals over the squared signal, each trial with each: on the diagonal, the share that
+    a trial does not explain."""
 
 
 class FittedPair(Struct, frozen=True, kw_only=True):

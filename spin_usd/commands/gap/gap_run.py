@@ -68,13 +68,13 @@ class GapRun:
         self.steps.append(Step(name=name, pictures=found, lights=dict(self.lights), seconds=seconds))
 
     def try_surfaces(self, names: Sequence[str], trials: list[dict[str, float]], what: str) -> Float:
-        """Return (pictures, trials) the shares of the light that trials of materials do not explain."""
+        """Return (pictures, trials, trials) the products of the residuals of trials of materials."""
         requests = {
             name: TrySurfaces(pair=self.pairs[name], fitted=self.of(name), psf_sigma=self.psf_sigma, trials=trials)
             for name in names
         }
         found = self.each(TRY_SURFACES, requests, what)
-        return np.array([found[name].errors for name in names])
+        return np.array([found[name].products for name in names])
 
     @property
     def psf_sigma(self) -> float | None:
@@ -169,13 +169,13 @@ def _fit_surface(run: GapRun) -> None:
     intervals: list[Interval] = []
     for number, step in enumerate(STEPS, 1):
         what = f"fitting surfaces, round {number} of {len(STEPS)}: picture"
-        errors = run.try_surfaces(names, surfaces.trials(step), what)
-        moved = surfaces.towards(errors, step)
+        products = run.try_surfaces(names, surfaces.trials(step), what)
+        moved = surfaces.towards(products, step)
         along = [surfaces.values(surfaces.logs + share * moved) for share in SHARES]
-        means = run.try_surfaces(names, along, what).mean(0)
+        means = np.diagonal(run.try_surfaces(names, along, what).mean(0))
         best = int(means.argmin())
-        intervals = surfaces.intervals(errors, step)
-        if means[best] < errors[:, 0].mean():
+        intervals = surfaces.intervals(products, step)
+        if means[best] < products[:, 0, 0].mean():
             surfaces = surfaces.moved(SHARES[best] * moved)
     for name in run.pairs:
         run.fitted[name] = structs.replace(run.of(name), values=surfaces.values(surfaces.logs))

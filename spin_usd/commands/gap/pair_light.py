@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.gap.calls import FitLight, FittedLight, LightAnswer
 from spin_usd.commands.gap.pair_studio import PairStudio, candidates, centre_of, linear_signal
 from spin_usd.commands.gap.real_pictures import pooled, read_grey
@@ -27,6 +28,7 @@ REFINED = 4  # strongest lights of a first fit, near which others are tried
 FIT_SMOOTHING_PX = 1.0  # of that render
 FIT_EDGE_PX = 2  # of it
 INNER = 0.3  # of the target's pixels that are not at its edge, or all count
+TINY = 1e-12  # of a squared signal
 CHUNK = 64  # images that OpenCV filters at once
 
 
@@ -39,22 +41,33 @@ class PairLight:
     def fit(self, request: FitLight) -> LightAnswer:
         """Fit the light of a real picture: of all candidates first, then of those near the strongest. Raises InputError
         as `measure` does."""
+        return self._fit(request)[0]
+
+    def residuals(self, request: FitLight) -> Float:
+        """Return (2, N) the light of the pixels that count which the fit leaves, in two renders with other noise; over
+        the root of the squared signal. Raises InputError as `measure` does."""
+        answer, error = self._fit(request)
+        return np.asarray(error / max(answer.squared, TINY) ** 0.5)
+
+    def _fit(self, request: FitLight) -> tuple[LightAnswer, Float]:
         fitted, panels = request.fitted, request.fitted.panels
         scene = self._pictures.scene(request.pair, structs.replace(fitted, lights=None))
         optics = scene.optics if request.psf_sigma is None else replace(scene.optics, psf_sigma=request.psf_sigma)
         scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None), optics=optics)
         grey, _, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
-        found = self._fit_among(scene, grey, panels, fitted.lights)
+        found, error = self._fit_among(scene, grey, panels, fitted.lights)
         if panels and fitted.lights is None:
             strongest = [light.path for light in found.lights[:REFINED]]
             near = (name for each in strongest for name in names_near(each))
-            found = self._fit_among(scene, grey, panels, (*(light.path for light in found.lights), *near))
-        return found
+            names = (*(light.path for light in found.lights), *near)
+            found, error = self._fit_among(scene, grey, panels, names)
+        return found, error
 
     def _fit_among(
         self, whole: Scene, grey: NDArray[np.float32], panels: int, names: Collection[str] | None
-    ) -> LightAnswer:
-        """Fit the light of the real picture `grey` (H, W) by the lights of these names."""
+    ) -> tuple[LightAnswer, Float]:
+        """Fit the light of the real picture `grey` (H, W) by the lights of these names; return it, and (2, N) what it
+        leaves of the pixels that count."""
         by = max(ceil((whole.outline_pixels / FIT_PIXELS) ** 0.5), 1)
         optics = replace(whole.optics, psf_sigma=whole.optics.psf_sigma / by)
         lights = candidates(whole, panels, names)
@@ -76,7 +89,7 @@ class PairLight:
         error = signal[counted] - np.tensordot(fit.strengths, basis[:, :, counted], (0, 1))
         given = fit.strengths * mean[:, mask].sum(1, dtype=np.float64)
         shares = given / max(float(given.sum()), 1e-12)
-        return LightAnswer(
+        answer = LightAnswer(
             lights=[
                 _fitted_light(scene, groups.placed[n], fit, n, float(shares[n]))
                 for n in np.argsort(-shares, kind="stable").tolist()
@@ -85,6 +98,7 @@ class PairLight:
             explained=1 - float((error[0] * error[1]).sum()) / squared if squared else 0.0,
             squared=squared,
         )
+        return answer, error
 
     def _basis(self, scene: Scene, number: int) -> NDArray[np.float32]:
         """Return (N, H, W) the light of each group on the detector; `number`: of the render, with half the samples and

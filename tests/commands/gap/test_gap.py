@@ -11,7 +11,7 @@ import pytest
 from msgspec import UNSET
 
 import spin_usd
-from spin_usd.commands.gap import worker
+from spin_usd.commands.gap import pair_measures
 from spin_usd.commands.gap.report import GapMeasure, GapReport
 from spin_usd.realism.darkness import darkness
 from spin_usd.realism.picture_view import PictureView, smoothed
@@ -53,7 +53,7 @@ def lamp(gap, real, small_stage, tmp_path_factory):
         return patch_features(view)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(worker, "patch_features", heard)
+        patch.setattr(pair_measures, "patch_features", heard)
         report = gap(
             some, small_stage, fit="light,camera", panels=12, write=folder / "bed.usda", out=folder / "report",
             workers=1,
