@@ -40,13 +40,13 @@ def fit_light(
     mask: NDArray[np.bool_],
     full: NDArray[np.bool_],
     *,
-    sparse: bool,
+    spare: NDArray[np.bool_],
 ) -> LightFit:
-    """Fit the picture of N lights: of as few as fit well if `sparse`, else of all.
+    """Fit the picture of N lights, of the spare ones as few as fit well.
 
     basis (2, N, H, W): the picture in each light of strength 1, two renders with other noise · signal (H, W): the real
     picture, in the same unit · mask (H, W): the pixels that count · full (H, W): the pixels that are saturated, where
-    `signal` is a lower bound.
+    `signal` is a lower bound · spare (N,): the lights that may be left out.
     """
     a = basis[:, :, mask].transpose(0, 2, 1).astype(np.float64)
     b, tiles, mean = signal[mask].astype(np.float64), _tiles(mask), a.mean(0)
@@ -62,7 +62,7 @@ def fit_light(
             break
         used = next_used
     a, b = a[:, used], b[used]
-    few = _fewest(a, b, strengths) if sparse else np.arange(basis.shape[1])
+    few = _fewest(a, b, strengths, spare)
     low, high = _interval(a[:, :, few], b, tiles[used])
     found, lower, upper = (np.zeros(basis.shape[1]) for _ in range(3))
     found[few] = _solved(*_normal(a[:, :, few], b))
@@ -70,21 +70,23 @@ def fit_light(
     return LightFit(strengths=found, low=lower, high=upper)
 
 
-def _fewest(a: Float, b: Float, strengths: Float) -> NDArray[np.intp]:
-    """Return the fewest lights, the strongest first, that fit nearly as well as all of them."""
+def _fewest(a: Float, b: Float, strengths: Float, spare: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the lights that are not spare, and the fewest of the others, the strongest first, that fit nearly as well
+    as all of them."""
+    kept = np.flatnonzero(~spare)
     order = np.argsort(-strengths * a.sum((0, 1)), kind="stable")
-    order = order[strengths[order] > 0]
+    order = order[spare[order] & (strengths[order] > 0)]
     (matrix, side), whole = _normal(a, b), float(b @ b)
 
     def fitted(some: NDArray[np.intp]) -> float:
         x = _solved(matrix[np.ix_(some, some)], side[some])
         return float(2 * x @ side[some] - x @ matrix[np.ix_(some, some)] @ x)
 
-    best = fitted(order)
-    for count in range(1, len(order)):
-        if fitted(order[:count]) >= best - NEGLIGIBLE * whole:
-            return order[:count]
-    return order
+    best = fitted(np.append(kept, order))
+    for count in range(len(kept) == 0, len(order)):
+        if fitted(np.append(kept, order[:count])) >= best - NEGLIGIBLE * whole:
+            return np.append(kept, order[:count])
+    return np.append(kept, order)
 
 
 def _interval(a: Float, b: Float, tiles: NDArray[np.intp]) -> tuple[Float, Float]:

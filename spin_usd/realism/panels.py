@@ -16,7 +16,9 @@ RING = 6
 TILT = 0.45  # of the distance between neighbours, by which lights near one are turned from it
 SIZES = (0.5, 2.0)
 GOLDEN = np.pi * (1 + 5**0.5)
-SUN, PANEL = "Sun", "Panel"
+SUN, PANEL, WALL = "Sun", "Panel", "Wall"
+WALL_WIDTH = 2.0  # of the distance: six walls are a cube around the target, whose faint light fills shadows
+SIDES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def directions(count: int) -> Float:
@@ -28,21 +30,32 @@ def directions(count: int) -> Float:
 
 
 def names_around(count: int) -> tuple[str, ...]:
-    """Return the names of `count` panels that face a target from all sides, and of as many Suns."""
-    return tuple(f"{kind}{number:03d}" for kind in (PANEL, SUN) for number in range(count))
+    """Return the names of `count` panels that face a target from all sides, of as many Suns, and of the six walls of a
+    room."""
+    counts = {PANEL: count, SUN: count, WALL: len(SIDES)} if count else {}
+    return tuple(f"{kind}{number:03d}" for kind, of in counts.items() for number in range(of))
+
+
+def is_wall(name: str) -> bool:
+    """Return whether the light of that name is a wall."""
+    return name.startswith(WALL)
 
 
 def names_near(name: str) -> tuple[str, ...]:
-    """Return the names of lights near one of `names_around`: six around it, and of a panel a smaller and a larger
-    one."""
-    return tuple(f"{name}_{number}" for number in range(RING + (2 if name.startswith(PANEL) else 0)))
+    """Return the names of lights near one of `names_around`: six around it, and of a panel a smaller and a larger one;
+    none near a wall."""
+    return (
+        ()
+        if is_wall(name)
+        else tuple(f"{name}_{number}" for number in range(RING + (2 if name.startswith(PANEL) else 0)))
+    )
 
 
 def light_around(name: str, centre: Float, radius: float, count: int) -> Light:
     """Return the light of that name; it makes an irradiance of about 1 W/m2 at the target's centre. `centre` (3,),
     camera axes, metres; `radius`: the target's, metres; `count`: as in names_around."""
     kind, number, near = _parsed(name)
-    towards, size = directions(count)[number], light_width(name)
+    towards, size = SIDES[number] if kind == WALL else directions(count)[number], light_width(name)
     if near is not None and near < RING:
         axes, turn = facing(towards), 2 * np.pi * near / RING
         tilt = TILT * (4 * np.pi / count) ** 0.5
@@ -62,13 +75,15 @@ def light_around(name: str, centre: Float, radius: float, count: int) -> Light:
 
 def light_width(name: str) -> float:
     """Return the width of the panel of that name over its distance."""
-    _, _, near = _parsed(name)
+    kind, _, near = _parsed(name)
+    if kind == WALL:
+        return WALL_WIDTH
     return WIDTH if near is None or near < RING else WIDTH * SIZES[near - RING]
 
 
 def _parsed(name: str) -> tuple[str, int, int | None]:
     """Return the kind of a light, its number, and the number of one near it."""
-    kind = SUN if name.startswith(SUN) else PANEL
+    kind = next(kind for kind in (SUN, PANEL, WALL) if name.startswith(kind))
     number, _, near = name.removeprefix(kind).partition("_")
     return kind, int(number), int(near) if near else None
 

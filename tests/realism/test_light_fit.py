@@ -12,6 +12,7 @@ SIZE = (96, 128)
 MASK = ellipse(SIZE, 0.45)
 NOWHERE = np.zeros(SIZE, bool)
 NOISE = 0.01
+NONE = np.zeros(3, bool)
 
 
 def lights(count, seed=0):
@@ -28,7 +29,7 @@ def picture(basis, strengths, seed=0, noise=NOISE):
 
 def fitted(basis, signal, mask=MASK, full=NOWHERE, *, sparse=False):
     """The fit with renders without noise."""
-    return fit_light(np.stack([basis, basis]).astype(np.float32), signal, mask, full, sparse=sparse)
+    return fit_light(np.stack([basis, basis]).astype(np.float32), signal, mask, full, spare=np.full(len(basis), sparse))
 
 
 def test_a_known_mix_comes_back() -> None:
@@ -114,6 +115,16 @@ def test_the_stages_own_lights_are_all_kept() -> None:
     assert (fitted(basis, signal, sparse=True).strengths > 0).sum() == 2
 
 
+def test_a_light_that_is_not_spare_is_kept_however_weak() -> None:
+    """Such as a room's, which fills the shadows of one that is a hundred times as strong."""
+    basis, strengths = lights(6), np.array([1.0, 0, 0, 0, 0.01, 0])
+    spare = np.array([True] * 4 + [False] * 2)
+    found = fit_light(np.stack([basis, basis]), picture(basis, strengths, noise=0.001), MASK, NOWHERE, spare=spare)
+    assert found.strengths == pytest.approx(strengths, abs=2e-3)
+    assert found.strengths[4] > 0
+    assert found.strengths[[1, 2, 3]].tolist() == [0, 0, 0]
+
+
 def test_the_noise_of_renders_biases_nothing() -> None:
     """Errors in variables: with one noisy render for both of the two, strengths are too small by the noise's share of
     its squares, a fifth here; with two of noise of their own they are not."""
@@ -124,8 +135,8 @@ def test_the_noise_of_renders_biases_nothing() -> None:
         chance = spread * np.random.default_rng(seed).standard_normal((2, *basis.shape))
         two = (basis + chance).astype(np.float32)
         signal = picture(basis, strengths, seed)
-        twice.append(fit_light(two, signal, MASK, NOWHERE, sparse=False).strengths)
-        once.append(fit_light(two[[0, 0]], signal, MASK, NOWHERE, sparse=False).strengths)
+        twice.append(fit_light(two, signal, MASK, NOWHERE, spare=NONE).strengths)
+        once.append(fit_light(two[[0, 0]], signal, MASK, NOWHERE, spare=NONE).strengths)
     error = 3 * np.std(twice, axis=0) / len(twice) ** 0.5
     assert np.mean(twice, axis=0) == pytest.approx(strengths, abs=float(error.max()) + 0.005)
     assert (np.mean(once, axis=0) / strengths).mean() < 0.9
@@ -135,7 +146,7 @@ def test_the_order_of_the_two_renders_does_not_matter() -> None:
     basis = lights(3)
     two = np.stack([basis, basis + 0.1 * lights(3, seed=9)])
     signal = picture(basis, np.array([0.7, 0.9, 0.3]))
-    one, other = (fit_light(each, signal, MASK, NOWHERE, sparse=False).strengths for each in (two, two[::-1]))
+    one, other = (fit_light(each, signal, MASK, NOWHERE, spare=NONE).strengths for each in (two, two[::-1]))
     assert one == pytest.approx(other)
 
 

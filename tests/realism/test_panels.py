@@ -12,6 +12,7 @@ from spin_usd.realism.panels import (
     WIDTH,
     directions,
     facing,
+    is_wall,
     light_around,
     light_towards,
     names_around,
@@ -52,15 +53,15 @@ def of_a_square(radiance, side, distance):
 
 def test_names_are_many_and_each_is_one_light() -> None:
     names = names_around(COUNT)
-    assert len(set(names)) == len(names) == 2 * COUNT
+    assert len(set(names)) == len(names) == 2 * COUNT + 6
     assert names_around(0) == ()
-    for name in (*names, *names_near(names[5]), *names_near(names[-1])):
+    for name in (*names, *names_near(names[5]), *names_near("Sun041")):
         one, again = light(name), light(name)
         assert one.path == again.path == name
         assert light_towards(one, CENTRE)[0].tolist() == light_towards(again, CENTRE)[0].tolist()
 
 
-@pytest.mark.parametrize("name", names_around(COUNT)[:: COUNT // 6])
+@pytest.mark.parametrize("name", names_around(COUNT)[: 2 * COUNT : COUNT // 6])
 def test_each_light_gives_one_watt(name) -> None:
     one = light(name)
     if isinstance(one, DistantLight):
@@ -90,6 +91,26 @@ def test_panels_face_the_target() -> None:
         assert distance == pytest.approx(max(DISTANCE * RADIUS, LEAST_M))
         assert -panel.T_cam_light.rotation[:, 2] == pytest.approx(-towards, abs=1e-12)
         assert distance > 2 * RADIUS  # beyond the target, wherever its parts are
+
+
+def test_six_walls_are_a_closed_room() -> None:
+    """The light from all sides: their solid angles are the sphere, so a plane in it gets pi times their radiance."""
+    walls = [light(name) for name in names_around(COUNT) if is_wall(name)]
+    assert len(walls) == 6
+    steps = (np.arange(60) + 0.5) / 60 - 0.5
+    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
+    sphere, onto = 0.0, 0.0
+    for wall in walls:
+        assert isinstance(wall, RectLight)
+        away = wall.T_cam_light.points(np.stack([x * wall.width, y * wall.height, 0 * x], -1)) - CENTRE
+        distance = np.linalg.norm(away, axis=1)
+        cosine = (away @ wall.T_cam_light.rotation)[:, 2] / distance
+        solid = np.abs(cosine) * wall.width * wall.height / 60**2 / distance**2
+        sphere += solid.sum()
+        onto += (solid * np.maximum(away[:, 1] / distance, 0)).sum()
+    assert sphere == pytest.approx(4 * np.pi, rel=1e-3)
+    assert onto == pytest.approx(np.pi, rel=1e-3)
+    assert names_near("Wall003") == ()
 
 
 def test_a_small_target_has_its_panels_at_a_distance() -> None:

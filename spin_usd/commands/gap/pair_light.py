@@ -16,7 +16,7 @@ from spin_usd.commands.gap.real_pictures import pooled, read_grey
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.realism.darkness import darkness
 from spin_usd.realism.light_fit import LightFit, fit_light
-from spin_usd.realism.panels import light_towards, names_near
+from spin_usd.realism.panels import is_wall, light_towards, names_near
 from spin_usd.realism.picture_view import SATURATED, Mask, dilated, eroded, smoothed
 from spin_usd.renderers.downscale import reduced
 from spin_usd.scene.derived.light_groups import LightGroups, in_unit_light
@@ -57,7 +57,7 @@ class PairLight:
         grey, _, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
         found, error = self._fit_among(scene, grey, panels, fitted.lights)
         if panels and fitted.lights is None:
-            strongest = [light.path for light in found.lights[:REFINED]]
+            strongest = [light.path for light in found.lights if not is_wall(light.path)][:REFINED]
             near = (name for each in strongest for name in names_near(each))
             names = (*(light.path for light in found.lights), *near)
             found, error = self._fit_among(scene, grey, panels, names)
@@ -83,7 +83,8 @@ class PairLight:
         signal = _smoothed_in(mask, signal[None])[0]
         inner = eroded(mask, FIT_EDGE_PX)  # the edge has another sharpness, and another place if the pose is off
         used = inner if inner.sum() > INNER * mask.sum() else mask
-        fit, counted = fit_light(basis, signal, used, full, sparse=panels > 0), used & ~full
+        spare = np.array([panels > 0 and not is_wall(scene.lights[index].path) for index in groups.placed], bool)
+        fit, counted = fit_light(basis, signal, used, full, spare=spare), used & ~full
         mean = basis.mean(0)
         squared = float(np.square(signal[counted], dtype=np.float64).sum())
         error = signal[counted] - np.tensordot(fit.strengths, basis[:, :, counted], (0, 1))

@@ -17,7 +17,7 @@ from spin_usd.commands.gap.calls import Fitted
 from spin_usd.commands.gap.report import GapLight, GapReport
 from spin_usd.files.folder import Folder
 from spin_usd.realism.camera_fit import fitted_optics, fitted_sensor
-from spin_usd.realism.panels import light_width
+from spin_usd.realism.panels import is_wall, light_width
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
@@ -85,7 +85,8 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
 
     sensor: the stage's · fitted: the fits of the report's pictures.
     """
-    lights = [picture.lights[0] for picture in report.pictures if picture.lights]  # the one that gives most
+    shining = ([light for light in picture.lights if not is_wall(light.name)] for picture in report.pictures)
+    lights = [each[0] for each in shining if each]  # the one that gives most
     camera = next((each.camera for each in fitted if each.camera), None)
     levels = [fitted_sensor(sensor, camera, each.level).black_level for each in fitted] if camera else []
     numbers = {"spin:sensor:encoding": f'"{sensor.encoding}"', "spin:sensor:channels": f'"{sensor.channels}"'}
