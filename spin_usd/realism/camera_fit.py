@@ -16,7 +16,7 @@ from spin_usd.realism.darkness import ROUNDING
 from spin_usd.realism.intervals import Interval, median_interval
 from spin_usd.realism.picture_view import FULL
 from spin_usd.scene.sensor import Optics, Sensor
-from spin_usd.sensor.detector import compressed
+from spin_usd.sensor.detector import compressed, in_the_dark
 
 SIGMAS = (0.0, 0.3, 0.5, 0.7, 0.9, 1.15, 1.4, 1.8, 2.4, 3.2)
 """Candidates of psf_sigma, pixels."""
@@ -35,10 +35,10 @@ BRIGHT = 100.0  # grey: signal at which shot noise is compared
 class CameraFit:
     """A camera's values, in steps of 8 bits of its linear signal, and pixels."""
 
-    noise: float = 0.0
-    shot_noise: float = 0.0
+    noise: float | None = None
+    """None, as the next two, where too few pictures have it: the camera's own stays."""
+    shot_noise: float | None = None
     psf_sigma: float | None = None
-    """None where too few pictures have clear edges."""
     jpeg_quality: int = 0
     """0 for no JPEG."""
     intervals: dict[str, Interval] = field(default_factory=dict)
@@ -61,7 +61,7 @@ def before_jpeg(fit: CameraFit, real: Mapping[str, float]) -> CameraFit:
     pictures' measures, which are of their own numbers, where the fit is of the linear signal."""
     level, left, shot = real["black_level"], real["noise"], real["shot_noise"]
     likeness = real["noise_across"] + real["noise_down"]
-    if likeness < ALIKE:
+    if fit.noise is None or not left > 0 or not likeness > ALIKE:
         return fit
     white, noises = np.random.default_rng(0).standard_normal((PATCH, PATCH)), left * NOISES
     curves = {quality: [_after_jpeg(level + noise * white, quality) for noise in noises] for quality in QUALITIES}
@@ -76,7 +76,7 @@ def before_jpeg(fit: CameraFit, real: Mapping[str, float]) -> CameraFit:
     quality = min(QUALITIES, key=unlike)
     noise = before(quality, left)
     factors = {"noise": noise / left}
-    if shot > 0:
+    if fit.shot_noise and shot > 0:
         lit = before(quality, float(np.sqrt(left**2 + shot * BRIGHT)))
         factors["shot_noise"] = (lit**2 - noise**2) / (shot * BRIGHT)
     place = QUALITIES.index(quality)
@@ -114,20 +114,29 @@ def sigma_of_spread(spread: float, spreads: ArrayLike) -> float:
 
 def fitted_sensor(sensor: Sensor, fit: CameraFit, level: float) -> Sensor:
     """Return the sensor with the fit's noise and a black level, steps of 8 bits of its linear signal."""
-    full = 2**ADC_BITS - 1
-    steps = full / FULL  # of the ADC per step of 8 bits
-    per_step = 1 / (max(fit.shot_noise, LEAST_SHOT) * steps)
+    steps = (2**ADC_BITS - 1) / FULL  # of the ADC per step of 8 bits
+    own_shot, own_noise = _own_noise(sensor)
+    noise = own_noise if fit.noise is None else fit.noise
+    per_step = 1 / (max(own_shot if fit.shot_noise is None else fit.shot_noise, LEAST_SHOT) * steps)
     return replace(
         sensor,
         adc_bits=ADC_BITS,
         gain=per_step * sensor.iso / 100,
-        read_noise=fit.noise * steps * per_step,
+        read_noise=noise * steps * per_step,
         black_level=level * steps,
         jpeg_quality=fit.jpeg_quality if sensor.bit_depth == 8 else 0,
         full_well=0.0,
         dark_current=0.0,
         auto_exposure=None,
     )
+
+
+def _own_noise(sensor: Sensor) -> tuple[float, float]:
+    """Return the shot noise of a sensor, variance per step of its linear signal, and its noise in the dark."""
+    if sensor.gain == 0:
+        return 0.0, 0.0
+    steps = (2**sensor.adc_bits - 1) / FULL
+    return sensor.iso / 100 / sensor.gain / steps, FULL * in_the_dark(sensor)[1]
 
 
 def fitted_optics(optics: Optics, fit: CameraFit) -> Optics:

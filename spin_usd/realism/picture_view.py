@@ -18,6 +18,7 @@ SMOOTHING_PX = 2.0  # standard deviation: structure that small surface detail an
 SMOOTHED_NOISE = 1 / (2 * SMOOTHING_PX * np.pi**0.5)  # of white noise of unit standard deviation
 DARK_SIGMAS = 3.0
 LEAST_DARK = 1.0  # grey: what counts as dark in a picture without noise
+LEAST_WEIGHT = 1e-3  # of a Gaussian: the share in a mask that counts
 EDGE_PX = 3  # between a part's pixels that are measured and the part's edge
 
 Mask = NDArray[np.bool_]
@@ -49,8 +50,10 @@ class PictureView:
 
     @cached_property
     def smooth(self) -> NDArray[np.float32]:
-        """(H, W) signal after a Gaussian of SMOOTHING_PX."""
-        return smoothed(self.signal)
+        """(H, W) signal after a Gaussian of SMOOTHING_PX, of the target's pixels over the target and of the others over
+        its surroundings: so a lit background adds nothing to the target."""
+        sides = [smoothed_in(side, self.signal) for side in (self.target, ~self.target)]
+        return np.where(self.target, *sides)
 
     @cached_property
     def target_signal(self) -> Float:
@@ -79,6 +82,14 @@ def smoothed(signal: NDArray[np.float32], sigma: float = SMOOTHING_PX) -> NDArra
     import cv2  # not above: it is slow to load
 
     return np.asarray(cv2.GaussianBlur(signal, (0, 0), sigma, borderType=cv2.BORDER_REFLECT), np.float32)
+
+
+def smoothed_in(mask: Mask, signal: NDArray[np.float32], sigma: float = SMOOTHING_PX) -> NDArray[np.float32]:
+    """Return (H, W) or (H, W, C) after a Gaussian of `sigma` pixels over the mask's pixels (H, W) alone."""
+    weight = mask.astype(np.float32)
+    of_all = np.maximum(smoothed(weight, sigma), LEAST_WEIGHT)
+    both = (weight, of_all) if signal.ndim == 2 else (weight[..., None], of_all[..., None])
+    return np.asarray(smoothed(signal * both[0], sigma).reshape(signal.shape) / both[1])
 
 
 def dilated(mask: Mask, pixels: int) -> Mask:

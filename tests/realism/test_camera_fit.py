@@ -112,7 +112,7 @@ def test_without_shot_noise_the_gain_is_finite() -> None:
 
 def test_values_are_medians_and_unknown_ones_none() -> None:
     found = fit_camera([1, 2, np.nan, 3], [np.nan] * 4, [0.5, 0.7, 0.9, 1.1])
-    assert (found.noise, found.shot_noise) == (2, 0)
+    assert (found.noise, found.shot_noise) == (2, None)
     assert found.psf_sigma == pytest.approx(0.8)
     low, high = found.intervals["noise"]
     assert 1 <= low <= 2 <= high <= 3
@@ -122,8 +122,27 @@ def test_values_are_medians_and_unknown_ones_none() -> None:
 def test_a_value_of_two_pictures_is_not_a_fit() -> None:
     """Such as of pictures without clear edges: the point spread function then stays."""
     found = fit_camera([1, 2, 3], [0.1, np.nan, 0.2], [0.9, np.nan, np.nan])
-    assert (found.shot_noise, found.psf_sigma, list(found.intervals)) == (0, None, ["noise"])
+    assert (found.shot_noise, found.psf_sigma, list(found.intervals)) == (None, None, ["noise"])
     assert fitted_optics(Optics(psf_sigma=0.4), found).psf_sigma == 0.4
+
+
+def test_noise_that_is_not_known_stays_the_sensors() -> None:
+    """In steps of 8 bits, whatever the bits of its ADC."""
+    before = replace(BASE, adc_bits=10, black_level=0.0, full_well=0.0)
+    after = fitted_sensor(before, fit_camera([6.0, 6.1], [0.1], [1.0]), 20.0)
+    dark, spread = in_the_dark(after)
+    assert (FULL * dark, spread) == pytest.approx((20, in_the_dark(before)[1]))
+    one, other = (field(after, 0.4, seed) for seed in (1, 2))
+    plain, twin = (field(replace(before, auto_exposure=None), 0.4, seed) for seed in (3, 4))
+    assert (one - other).var() == pytest.approx((plain - twin).var(), rel=0.05)
+    ideal = fitted_sensor(Sensor(encoding="linear"), fit_camera([], [], []), 20.0)
+    assert FULL * in_the_dark(ideal)[1] == 0
+
+
+@pytest.mark.parametrize("noise", [0.0, np.nan])
+def test_a_jpeg_without_noise_has_no_quality_to_find(noise) -> None:
+    real = {"black_level": 1.0, "noise": noise, "noise_across": 0.9, "noise_down": 0.9, "shot_noise": np.nan}
+    assert before_jpeg(fit(), real) == fit()
 
 
 def test_the_spread_function_of_a_spread_is_found_back() -> None:

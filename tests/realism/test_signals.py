@@ -41,6 +41,17 @@ def test_the_distance_is_scipys() -> None:
     assert signals.wasserstein(one, one, TARGET) == 0
 
 
+def test_a_lit_background_changes_nothing_on_the_target() -> None:
+    """Nor does a lit target its surroundings, whose black level is the rest's."""
+    one = lit(1)
+    bright = np.where(TARGET, one.grey, 200).astype(np.float32)
+    bright[:40] = one.grey[:40]  # the room
+    other = view(bright, TARGET)
+    assert other.smooth[TARGET] == pytest.approx(one.smooth[TARGET], abs=0.5)
+    assert signals.correlation(one.smooth, other.smooth, TARGET) > 0.9999
+    assert signals.lit_background(one) < 0.01
+
+
 def test_dark_and_saturated_shares_are_those_planted() -> None:
     """Quarters of the frame: dark, dim, bright and full; borders between them are smooth."""
     signal = np.zeros(SIZE)

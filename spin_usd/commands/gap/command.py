@@ -1,6 +1,6 @@
 """`spin-usd gap`: how far pictures of a stage are from real ones, of which part, and what would close it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -46,17 +46,19 @@ def gap(context: typer.Context, options: GapOptions, *, as_json: Json = False) -
     show_table(PARTS, rows)
     for name, fit in report.fits.items():
         for parameter, found in fit.parameters.items():
-            low, high = found.interval
-            print_out(f"{name}: {parameter} {found.value:.4g} ({low:.4g} to {high:.4g}) {found.unit}".rstrip())
+            between = f" ({_span(found.interval)})" if found.interval else ""
+            print_out(f"{name}: {parameter} {found.value:.4g}{between} {found.unit}".rstrip())
     print_out(f"{options.out}   (index.html, gap.json; {pluralise(len(report.pictures), 'picture')})")
     if report.fits:
         print_out(f"{report.fitted_stage}   (the stage with the fits)")
 
 
 def _row(name: str, of: "GapMeasure") -> list[str]:
-    span = of.interval or ()
-    between = f"{span[0]:.4g} to {span[1]:.4g}" if span else ""
-    return [name, _number(of.real), *(_number(each) for each in _pair(of)), between, of.unit]
+    return [name, _number(of.real), *(_number(each) for each in _pair(of)), _span(of.interval), of.unit]
+
+
+def _span(interval: Any) -> str:
+    return f"{interval[0]:.4g} to {interval[1]:.4g}" if interval else ""
 
 
 def _pair(of: "GapMeasure") -> tuple[object, object]:

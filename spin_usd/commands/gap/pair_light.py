@@ -17,7 +17,7 @@ from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.realism.darkness import darkness
 from spin_usd.realism.light_fit import LightFit, fit_light
 from spin_usd.realism.panels import is_wall, light_towards, names_near
-from spin_usd.realism.picture_view import SATURATED, Mask, dilated, eroded, smoothed
+from spin_usd.realism.picture_view import SATURATED, Mask, dilated, eroded, smoothed_in
 from spin_usd.renderers.downscale import reduced
 from spin_usd.scene.derived.light_groups import LightGroups, in_unit_light
 from spin_usd.scene.scene import Scene
@@ -28,6 +28,7 @@ REFINED = 4  # strongest lights of a first fit, near which others are tried
 FIT_SMOOTHING_PX = 1.0  # of that render
 FIT_EDGE_PX = 2  # of it
 INNER = 0.3  # of the target's pixels that are not at its edge, or all count
+LEAST_SHARE = 1e-4  # of a picture's light: less is not listed
 TINY = 1e-12  # of a squared signal
 CHUNK = 64  # images that OpenCV filters at once
 
@@ -94,7 +95,7 @@ class PairLight:
             lights=[
                 _fitted_light(scene, groups.placed[n], fit, n, float(shares[n]))
                 for n in np.argsort(-shares, kind="stable").tolist()
-                if fit.strengths[n] > 0
+                if shares[n] > LEAST_SHARE
             ],
             explained=1 - float((error[0] * error[1]).sum()) / squared if squared else 0.0,
             squared=squared,
@@ -131,8 +132,7 @@ def _fitted_light(scene: Scene, index: int, fit: LightFit, place: int, share: fl
 
 def _smoothed_in(mask: Mask, images: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return images (N, H, W) smoothed over the mask's pixels alone: what is behind the target does not count."""
-    weight = np.maximum(smoothed(mask.astype(np.float32), FIT_SMOOTHING_PX), 1e-3)
-    planes = np.moveaxis(images * mask, 0, -1)
+    planes = np.moveaxis(images, 0, -1)
     pieces = np.array_split(planes, max(ceil(planes.shape[-1] / CHUNK), 1), axis=-1)
-    soft = [smoothed(np.ascontiguousarray(p), FIT_SMOOTHING_PX).reshape(p.shape) / weight[..., None] for p in pieces]
+    soft = [smoothed_in(mask, np.ascontiguousarray(piece), FIT_SMOOTHING_PX) for piece in pieces]
     return np.ascontiguousarray(np.moveaxis(np.concatenate(soft, -1), -1, 0))

@@ -21,7 +21,7 @@ from spin_usd.picture.kinds import IMAGE
 from spin_usd.picture.make_picture import Stopwatch, make_image
 from spin_usd.realism.camera_fit import SIGMAS, sigma_of_spread
 from spin_usd.realism.darkness import darkness, shot_noise
-from spin_usd.realism.edges import edge_spread
+from spin_usd.realism.edges import SILHOUETTE_REACH, edge_spread
 from spin_usd.realism.measures import compared, compared_parts, measured, silhouette
 from spin_usd.realism.picture_view import FULL, PictureView
 from spin_usd.realism.two_sample import patch_features
@@ -36,6 +36,8 @@ SHOWN = 360  # pixels of the longer side
 MARGIN = 0.15  # of the target's box around it
 LEAST_TARGET = 200  # pixels
 FAR_PX = 5.0  # of a silhouette's offsets, root mean square, beyond which the pose is in doubt
+CLOSE_PX = 3.0  # to the end of the search for a silhouette, where offsets are too small
+BELOW, LEAST_BELOW = 5.0, 0.002  # noises below the black level, and the share of pixels there that no room has
 SIGMA_OF_MAD = 1.48  # a normal distribution's standard deviation over its median absolute deviation
 
 
@@ -55,7 +57,10 @@ def measured_pair(pictures: PairStudio, request: MeasurePair) -> MeasuredPair:
     real, ours = (PictureView(grey=each, parts=parts) for each in (grey, grey_of(image, scene.sensor)))
     offsets = silhouette(real)
     if (off := float(np.hypot(offsets.median, SIGMA_OF_MAD * offsets.spread))) > FAR_PX:
-        notes.append(f"its edges are about {off:.1f} px from the target's: check its pose, camera and model")
+        about = "at least" if off > SILHOUETTE_REACH - CLOSE_PX else "about"
+        notes.append(f"its edges are {about} {off:.1f} px from the target's: check its pose, camera and model")
+    if (grey < real.darkness.level - max(BELOW * real.darkness.noise, 1.0)).mean() > LEAST_BELOW:
+        notes.append("shows no dark room: black level and noise are of the darkest that it shows")
     sigma = _sharpness(pictures, scene, radiance, real) if request.sharpness else float("nan")
     return MeasuredPair(
         real=_finite(measured(real, real)),

@@ -18,7 +18,7 @@ from spin_usd.scene.sensor import LUMINANCE
 
 NAMED = 3
 JPEG = (".jpg", ".jpeg")
-LABEL_FOLDER = re.compile("depth|mask|normal|segmentation", re.IGNORECASE)  # its images are of no camera
+NO_PICTURES = re.compile("depth|mask|models?$|normal|segmentation", re.IGNORECASE)  # folders: of no camera
 GREY_STEPS = 2.0  # of 8 bits: channels that differ by less are a grey picture's
 
 
@@ -83,7 +83,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for file in sorted(folder.rglob("*")):
         *folders, name = file.relative_to(folder).with_suffix("").parts
-        hidden = file.name.startswith(".") or any(LABEL_FOLDER.match(each) for each in folders)
+        hidden = file.name.startswith(".") or any(NO_PICTURES.match(each) for each in folders)
         if hidden or file.suffix.lower() not in IMAGE_SUFFIXES:
             continue
         for above in (folders, folders[:-1]):
@@ -101,15 +101,17 @@ def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], i
     """
     from spin_usd.formats.image_file import read_image  # not above: OpenImageIO is slow to load
 
-    image, _ = read_image(file)
+    image, names = read_image(file)
     notes = []
     top = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0}.get(image.dtype, 1.0)
     grey = np.asarray(image, np.float32) * np.float32(FULL / top)
+    if "A" in names:
+        notes.append("has transparency, which is ignored")
     if grey.ndim == 3:
-        colour = grey[..., :3]
-        if grey.shape[-1] >= 3 and float(np.ptp(colour, axis=-1).mean()) > GREY_STEPS:
+        colour = grey[..., [n for n, name in enumerate(names) if name != "A"]][..., :3]
+        if colour.shape[-1] == 3 and float(np.ptp(colour, axis=-1).mean()) > GREY_STEPS:
             notes.append("is in colour: its luminance is compared")
-        grey = colour @ np.array(LUMINANCE, np.float32) if grey.shape[-1] >= 3 else grey[..., 0]
+        grey = colour @ np.array(LUMINANCE, np.float32) if colour.shape[-1] == 3 else colour[..., 0]
     height, width = grey.shape
     by = width // size[0]
     if (width, height) != (by * size[0], by * size[1]) or not by:

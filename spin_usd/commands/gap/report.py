@@ -72,7 +72,7 @@ class GapParameter(JsonStruct, frozen=True, kw_only=True):
     """A fitted number."""
 
     value: float
-    interval: Span
+    interval: Annotated[Span | UnsetType, Meta(description=f"{INTERVAL}; absent of fewer than three.")] = UNSET
     unit: str
 
 

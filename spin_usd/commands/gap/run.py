@@ -64,6 +64,9 @@ def gap(options: GapOptions) -> GapReport:
             for name in options.fits:
                 FITTING[name](run)
                 run.measure(name)
+            if "light" in options.fits:
+                taken = f"numbers of the real pictures are taken as {opened.sensor.encoding}, the stage's encoding"
+                notes = [*notes, taken]
             report = report_of(options, run.steps, run.fits, run.left_out, notes)
             if options.fits and all(pair.frame for pair in run.pairs.values()):
                 _write_fits(run, hidden.folder / FITTED)

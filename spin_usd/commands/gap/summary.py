@@ -80,7 +80,7 @@ def camera_parameters(camera: CameraFit, levels: Sequence[float]) -> dict[str, G
     level, around = median_interval(levels)
     units = {"noise": GREY, "shot_noise": GREY, "psf_sigma": "px", "jpeg_quality": ""}
     return {
-        "black_level": GapParameter(value=level, interval=list(around), unit=GREY),
+        "black_level": GapParameter(value=level, interval=_known_span(around), unit=GREY),
         **{
             name: GapParameter(value=getattr(camera, name), interval=list(around), unit=units[name])
             for name, around in camera.intervals.items()

@@ -15,6 +15,7 @@ import numpy as np
 
 from spin_usd.commands.gap.calls import Fitted
 from spin_usd.commands.gap.report import GapLight, GapReport
+from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.realism.camera_fit import fitted_optics, fitted_sensor
 from spin_usd.realism.panels import is_wall, light_width
@@ -81,12 +82,17 @@ name = "{name}"
 
 
 def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence[Fitted]) -> None:
-    """Write the preset `path` and the augmentation beside it, which ends in .toml. Raises OutputError.
+    """Write the preset `path` and the augmentation beside it, which ends in .toml. Raises OutputError, and InputError
+    if no picture has light.
 
     sensor: the stage's · fitted: the fits of the report's pictures.
     """
-    shining = ([light for light in picture.lights if not is_wall(light.name)] for picture in report.pictures)
-    lights = [each[0] for each in shining if each]  # the one that gives most
+    shining = (sorted(picture.lights, key=lambda light: is_wall(light.name)) for picture in report.pictures)
+    lights = [each[0] for each in shining if each]  # the one that gives most, a wall only without any other
+    if not lights:
+        raise InputError(
+            "no picture has light of which a preset could be made", where=report.real, do="leave --write out"
+        )
     camera = next((each.camera for each in fitted if each.camera), None)
     levels = [fitted_sensor(sensor, camera, each.level).black_level for each in fitted] if camera else []
     numbers = {"spin:sensor:encoding": f'"{sensor.encoding}"', "spin:sensor:channels": f'"{sensor.channels}"'}

@@ -7,6 +7,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from spin_usd.commands.gap.real_pictures import pairs_in, read_grey
@@ -180,6 +181,17 @@ def test_pictures_become_grey_in_steps_of_eight_bits(tmp_path) -> None:
         grey, _, notes = read_grey(tmp_path / f"{name}.png", SIZE)
         assert grey == pytest.approx(image.astype(float), abs=1e-3)
         assert notes == []
+
+
+@pytest.mark.parametrize("channels", [2, 4])
+def test_transparency_is_no_light(tmp_path, channels) -> None:
+    """Grey or colour with an alpha, which files of cut-out objects have."""
+    image = np.full((SIZE[1], SIZE[0], channels), 40, np.uint8)
+    image[..., -1] = 255
+    Image.fromarray(image).save(tmp_path / "cut.png")
+    grey, _, notes = read_grey(tmp_path / "cut.png", SIZE)
+    assert grey == pytest.approx(np.full(grey.shape, 40.0))
+    assert notes == ["has transparency, which is ignored"]
 
 
 def test_a_multiple_of_the_size_is_averaged(tmp_path) -> None:

@@ -17,7 +17,7 @@ from spin_usd.realism.darkness import darkness
 from spin_usd.realism.picture_view import PictureView, smoothed
 from spin_usd.realism.signals import correlation
 from spin_usd.realism.two_sample import patch_features
-from tests.commands.gap.conftest import FRAMES, LEVEL, NOISE, PSF, SHOT, plant
+from tests.commands.gap.conftest import FRAMES, LEVEL, NOISE, PER_STEP, PSF, SHOT, STEPS, plant
 from tests.conftest import speedplus_camera
 
 NO_GAP = 0.02
@@ -224,6 +224,19 @@ def test_large_pictures_know_the_camera_better(gap, poses, tmp_path) -> None:
     assert fitted["noise"].value == pytest.approx(NOISE, rel=0.03)
     assert fitted["psf_sigma"].value == pytest.approx(PSF, rel=0.1)
     assert "shot_noise" not in fitted or fitted["shot_noise"].value == pytest.approx(SHOT, rel=0.25)
+    assert "jpeg_quality" not in fitted  # files without loss
+
+    noisy = f"readNoise = {6 * STEPS * PER_STEP}\n    int spin:sensor:jpegQuality = 75"
+    text = planted.read_text().replace(f"readNoise = {NOISE * STEPS * PER_STEP}", noisy)
+    planted.write_text(text.replace(f"blackLevel = {LEVEL * STEPS}", f"blackLevel = {30 * STEPS}"))
+    spin_usd.render(
+        planted, out=tmp_path / "noisy", variants="camera", renderer="raycast", samples=4, labels="none",
+        image_format="jpg",
+    )  # fmt: skip
+    lossy = gap(tmp_path / "noisy" / "image" / "camera", made.root, fit="camera", seed=5).fits["camera"].parameters
+    assert lossy["jpeg_quality"].value == 75
+    assert lossy["noise"].value == pytest.approx(6, rel=0.05)
+    assert lossy["black_level"].value == pytest.approx(30, rel=0.02)
 
 
 @pytest.mark.slow

@@ -1,0 +1,38 @@
+"""The preset of fits: light of walls alone, and no light at all."""
+
+import pytest
+
+from spin_usd.commands.gap.report import GapLight, GapPicture, GapReport
+from spin_usd.commands.gap.write_preset import write_preset
+from spin_usd.errors import InputError
+from spin_usd.scene.sensor import Sensor
+
+
+def report(*lights):
+    """A report of pictures that have one list of lights each, by name and share."""
+    pictures = [
+        GapPicture(
+            name=f"img{number}", real={}, ours={}, fitted={}, silhouette={}, notes=[],
+            lights=[
+                GapLight(name=name, strength=10 * share, interval=[0, 20], share=share, direction=[0, 0, 1], distance=4)
+                for name, share in each
+            ],
+        )
+        for number, each in enumerate(lights)
+    ]  # fmt: skip
+    return GapReport(
+        real="real", stage="stage", pictures=pictures, parts={}, summary={}, fits={}, left_out={}, seconds=0, notes=[]
+    )
+
+
+def test_a_wall_counts_where_nothing_else_shines(tmp_path) -> None:
+    found = report([("Wall000", 0.9), ("Panel001", 0.1)], [("Wall001", 1.0)])
+    write_preset(tmp_path / "bed.usda", found, Sensor(), [])
+    drawn = (tmp_path / "bed.toml").read_text()
+    assert '"sun.irradiance" = { distribution = "choice", values = [1.9, 9.1]' in drawn  # brought to the central ones
+
+
+def test_no_light_makes_no_preset(tmp_path) -> None:
+    with pytest.raises(InputError, match="no picture has light of which a preset could be made"):
+        write_preset(tmp_path / "bed.usda", report([], []), Sensor(), [])
+    assert not list(tmp_path.iterdir())
