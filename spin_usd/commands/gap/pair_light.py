@@ -103,10 +103,12 @@ class PairLight:
         return answer, error
 
     def _basis(self, scene: Scene, number: int) -> NDArray[np.float32]:
-        """Return (N, H, W) the light of each group on the detector; `number`: of the render, with half the samples and
-        noise of its own."""
+        """Return (N, H, W) the light of each group on the detector. `number`: of the render, which has its own noise.
+
+        It is not denoised: the products of two have no mean noise, and what a denoiser leaves has one.
+        """
         own, unit = self._pictures.studio.settings, in_unit_light(scene)
-        effort = replace(own.effort, samples=max(own.effort.samples // 2, 1))
+        effort = replace(own.effort, denoiser="none")
         settings = replace(own, effort=effort, seed=own.seed + number)
         render = self._pictures.studio.maker.render(unit, settings, Stopwatch())
         return np.stack(

@@ -27,7 +27,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
 
-DRAFT = "draft"  # neither a fit nor the measures need better light
+DRAFT = "draft"  # enough for the measures, and for fits, which are not denoised
 FITTED = "fitted"  # folder of the stage with the fits
 
 
