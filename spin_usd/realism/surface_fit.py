@@ -23,6 +23,7 @@ LIMIT = 1.6  # of the logarithm: a factor of 5
 SHARES = (1.0, 0.5, 0.25)  # of a round's change that are tried
 UNCHANGED = 1e-6  # of the error: less is no effect of a factor
 RIDGE = 1e-3  # of the error: between equals, the factor nearest to 1
+LEAST_ERROR = 1e-4  # of the squared signal
 TINY = 1e-9  # of a logarithm
 DRAWS = 500
 
@@ -84,7 +85,7 @@ class Surfaces:
         rng, shifts, (low, high) = np.random.default_rng(0), self.shifts(step), self.limits.T - self.logs
         draws = rng.integers(len(products), size=(DRAWS, len(products)))
         drawn = [self._least(products[draw].mean(0), shifts, low, high) for draw in draws]
-        unknown = np.diag(_normal(products.mean(0), shifts)[1]) <= UNCHANGED * products[:, 0, 0].mean()
+        unknown = np.diag(_normal(products.mean(0), shifts)[1]) <= UNCHANGED * _error(products.mean(0))
         ends = self.logs + np.where(unknown, (low, high), np.quantile(drawn, TAILS, axis=0))
         return [(float(least), float(most)) for least, most in np.exp(ends).T]
 
@@ -93,7 +94,7 @@ class Surfaces:
         from scipy.optimize import lsq_linear
 
         tilt, bend = _normal(products, shifts)
-        pull = RIDGE * products[0, 0]
+        pull = RIDGE * _error(products)
         values, vectors = np.linalg.eigh(bend + pull * np.eye(len(bend)))
         root = np.sqrt(np.maximum(values, pull))
         side = -vectors.T @ (tilt + pull * self.logs) / root
@@ -102,6 +103,11 @@ class Surfaces:
         if free.any():
             found[free] = lsq_linear((root[:, None] * vectors.T)[:, free], side, (low[free], high[free])).x
         return found
+
+
+def _error(products: Float) -> float:
+    """Return the error of the first trial: of products of two renders, it may come out below zero."""
+    return max(float(products[0, 0]), LEAST_ERROR)
 
 
 def _normal(products: Float, shifts: Float) -> tuple[Float, Float]:

@@ -99,6 +99,15 @@ def test_a_round_leads_a_few_steps_away_at_most() -> None:
     assert away[2] == pytest.approx(-0.1 * FARTHEST)
 
 
+def test_an_error_below_zero_is_none() -> None:
+    """The products of two renders' residuals are errors without noise, on average alone."""
+    start = Surfaces.starting(MATERIALS)
+    products = products_of(start, start.trials(0.1), np.array([0.1, 0, 0.1]), 0) - 1.5 * FLOOR**2
+    assert products[:, 0, 0].mean() < 0
+    assert start.towards(products, 0.1)[[0, 2]] == pytest.approx([0.1, 0.1], abs=0.15)
+    assert all(low < high for low, high in start.intervals(products, 0.1))
+
+
 def test_what_no_picture_shows_stays_and_may_be_anything() -> None:
     """Such as a roughness, to a renderer that has none."""
     start = Surfaces.starting(MATERIALS)
