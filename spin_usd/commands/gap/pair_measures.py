@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.commands.gap.calls import (
-    MeasuredPair,
-    MeasurePair,
-)
+from spin_usd.commands.gap.calls import MeasuredPair, MeasurePair
 from spin_usd.commands.gap.pair_studio import PairStudio, grey_of, linear_signal
 from spin_usd.commands.gap.real_pictures import JPEG, read_grey
 from spin_usd.errors import InputError

@@ -93,8 +93,8 @@ def _pictures(folder: Path) -> dict[str, Path]:
 
 
 def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], int, list[str]]:
-    """Return a picture (H, W) of that `size`, columns and rows, in steps of 8 bits; how
-    many of its pixels a side are averaged to one; and notes on what was done to it.
+    """Return a picture (H, W) of that `size`, columns and rows, in steps of 8 bits; how many
+    of its pixels a side are averaged to one; and notes on what was done to it.
 
     A picture of a whole multiple of the size is averaged. Raises InputError for any other size, and for a file that
     cannot be read.
