@@ -16,6 +16,7 @@ from materials.values import MaterialValues, Picture, Sample, worn
 from materials.wear import METRES
 
 from tango import dimensions as d
+from tango.mockup_textures import FILM_SIZE, PANEL_SIZE
 
 CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
 BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
@@ -81,5 +82,33 @@ REFLECTIVE: dict[str, MaterialValues] = {
     name: replace(LIBRARY[of].values, **DIFFERENT.get(name, {})) for name, of in OF_LIBRARY.items()
 }
 
-LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE}
+
+def _paint(grey: float, roughness: float, ior: float = 1.5) -> MaterialValues:
+    return MaterialValues(colour=(grey, grey, grey), roughness=roughness, ior=ior)
+
+
+MOCKUP: dict[str, MaterialValues] = {
+    "SolarCell": MaterialValues(
+        colour=Sample(picture=Picture(file="mockup_panel.png", metres=PANEL_SIZE), output="rgb"), roughness=0.15, ior=2.0
+    ),
+    "PanelSubstrate": _paint(0.35, 0.6),
+    "GoldMli": MaterialValues(
+        colour=(0.8, 0.8, 0.8),
+        metallic=1.0,
+        roughness=0.3,
+        normal=Picture(file="mockup_film_normal.png", metres=FILM_SIZE),
+    ),
+    "KaptonTape": _paint(0.35, 0.6),
+    "Silver": _paint(0.35, 0.6),
+    "BlackMli": _paint(0.03, 0.6),
+    "CableJacket": _paint(0.35, 0.6),
+    "BlackPaint": _paint(0.012, 0.8, 1.3),
+    "BrushedAluminium": _paint(0.35, 0.6),
+    "WhitePaint": _paint(0.35, 0.6),
+    "Glass": _paint(0.02, 0.2),
+    "BlackPlate": _paint(0.015, 0.25, 1.8),
+    "MastPaint": _paint(0.03, 0.35),
+}
+
+LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE, "mockup": MOCKUP}
 DEFAULT_LOOK = "reflective"
