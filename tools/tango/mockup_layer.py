@@ -16,7 +16,7 @@ WORN = {
     **{f"Antenna{end}": {"BlackPaint": "MastPaint"} for end in ("MinusX", "PlusX", "MinusY")},
 }
 """Parts that wear another material than in the other looks."""
-COVERED = ("Deck", "Harness", "SeparationRing", "SunSensors")
+COVERED = ("Deck", "Harness", "SunSensors")
 """Parts that the mock-up lacks: each face wears what the nearest wall does."""
 
 

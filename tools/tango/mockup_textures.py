@@ -12,7 +12,7 @@ PAINT, CELL, WIRE = 0.35, 0.014, 0.95  # what the panel reflects: its plate, a c
 PANEL_SIZE = (2 * d.X, 2 * d.PANEL_Y)
 PANEL_PIXEL, FINE = 0.00125, 5  # metres, and how many parts of a pixel along each axis are averaged
 FILM_PIXEL = 0.005
-FILM_LEVELS = 24  # of slopes: few, so that the file is small
+FILM_LEVELS = 16  # of slopes: few, so that the file is small
 FILM_ORIGIN = {"-y": (0.38, 0.01), "+y": (0.38, 0.33), "-z": (0.38, 0.92)}
 """Where the origin of each wall's own coordinates (x and z, below x and y) lies on the film, st in metres."""
 FILM_SIZE = (0.76, 1.24)

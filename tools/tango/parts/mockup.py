@@ -7,6 +7,7 @@ import numpy as np
 
 from tango import dimensions as d
 from tango.mockup_textures import FILM_ORIGIN, PANEL_SIZE
+from tango.parts.bus import foot
 from tango.shapes.bevel import EDGE
 from tango.shapes.shape import Array, Shape, area_vector, joined, projected
 from tango.shapes.solids import box
@@ -50,11 +51,18 @@ def dome(side: int) -> Shape:
     return replace(whole, st=projected(whole.points, whole.faces, _facing(whole)))
 
 
+def feet() -> Shape:
+    """Three black feet below, without the craft's ring."""
+    whole = joined(shape for angle in d.MOCKUP_FEET for shape in foot(np.radians(angle)))
+    return replace(whole, materials=("BlackPaint",) * len(whole.faces))
+
+
 SHAPES: dict[str, Callable[[], Shape]] = {
     "Body": body,
     "SolarPanel": panel,
     "PatchPlusX": lambda: dome(1),
     "PatchMinusX": lambda: dome(-1),
+    "SeparationRing": feet,
 }
 
 
