@@ -86,7 +86,7 @@ RING_RADII, RING_HEIGHT = (0.128, 0.142), 0.011
 FOOT_RADIUS, FOOT_HEIGHT, HOOK_HEIGHT = 0.205, 0.010, 0.020
 
 # The mock-up in the test bed of SPEED+, as the look `mockup` paints it: read off real pictures that were rectified by
-# their poses, to about 3 mm. The panel has two fields of cells (x from, x to, which side of a cell is cropped: +y or -y).
+# their poses, to about 3 mm. The panel has two fields of cells (x from, x to, the cropped side of a cell: +y or -y).
 MOCKUP_FIELDS = ((-0.3410, -0.0105, 1), (0.0185, 0.3520, -1))
 MOCKUP_FIELD_Y = (-0.3700, 0.3620)
 MOCKUP_COLUMNS, MOCKUP_ROWS = 4, 17

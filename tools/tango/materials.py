@@ -20,7 +20,7 @@ from materials.values import MaterialValues, Picture, Sample, worn
 from materials.wear import METRES
 
 from tango import dimensions as d
-from tango.mockup_textures import FILM_SIZE, PANEL_SIZE
+from tango.mockup_textures import FILM_SIZE, PAINT, PANEL_SIZE
 
 CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
 BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
@@ -95,20 +95,20 @@ MOCKUP: dict[str, MaterialValues] = {
     "SolarCell": MaterialValues(
         colour=Sample(picture=Picture(file="mockup_panel.png", metres=PANEL_SIZE), output="rgb"), roughness=0.4, ior=2.4
     ),
-    "PanelSubstrate": _paint(0.35, 0.5),
+    "PanelSubstrate": _paint(PAINT, 0.5),
     "GoldMli": MaterialValues(
         colour=(0.8, 0.8, 0.8),
         metallic=1.0,
         roughness=0.3,
         normal=Picture(file="mockup_film_normal.png", metres=FILM_SIZE),
     ),
-    "KaptonTape": _paint(0.35, 0.5),
-    "Silver": _paint(0.35, 0.5),
+    "KaptonTape": _paint(PAINT, 0.5),
+    "Silver": _paint(PAINT, 0.5),
     "BlackMli": _paint(0.03, 0.6),
-    "CableJacket": _paint(0.35, 0.5),
+    "CableJacket": _paint(PAINT, 0.5),
     "BlackPaint": _paint(0.012, 0.8, 1.3),
-    "BrushedAluminium": _paint(0.35, 0.5),
-    "WhitePaint": _paint(0.35, 0.5),
+    "BrushedAluminium": _paint(PAINT, 0.5),
+    "WhitePaint": _paint(PAINT, 0.5),
     "Glass": _paint(0.02, 0.2),
     "BlackPlate": _paint(0.015, 0.25, 1.8),
     "MastPaint": _paint(0.03, 0.35),

@@ -8,7 +8,7 @@ from materials.values import Array
 
 from tango import dimensions as d
 
-PAINT, CELL, WIRE = 0.35, 0.014, 0.95  # what the panel reflects: its plate, a cell, the wires between two rows
+PAINT, CELL, WIRE = 0.35, 0.014, 0.95  # albedo of plates, of a cell, and of the wires between two rows
 PANEL_SIZE = (2 * d.X, 2 * d.PANEL_Y)
 PANEL_PIXEL, FINE = 0.00125, 5  # metres, and how many parts of a pixel along each axis are averaged
 FILM_PIXEL = 0.005
