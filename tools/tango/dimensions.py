@@ -84,3 +84,14 @@ HEAD_Z, HEAD_RADIUS = 0.2830, 0.0110
 # Below: the separation ring, and three release feet around it.
 RING_RADII, RING_HEIGHT = (0.128, 0.142), 0.011
 FOOT_RADIUS, FOOT_HEIGHT, HOOK_HEIGHT = 0.205, 0.010, 0.020
+
+# The mock-up in the test bed of SPEED+, as the look `mockup` paints it: read off real pictures that were rectified by
+# their poses, to about 3 mm. The panel has two fields of cells (x from, x to, the cropped side of a cell: +y or -y).
+MOCKUP_FIELDS = ((-0.3410, -0.0105, 1), (0.0185, 0.3520, -1))
+MOCKUP_FIELD_Y = (-0.3700, 0.3620)
+MOCKUP_COLUMNS, MOCKUP_ROWS = 4, 17
+MOCKUP_GAP, MOCKUP_CROP = 0.0024, 0.0105
+MOCKUP_FOLD_WIDTH, MOCKUP_FOLD_HEIGHT = 0.0080, 0.0015  # standard deviation across a fold of the film, and its ridge
+MOCKUP_FILM = 0.004  # metres by which the film stands below the deck, over its bolts
+MOCKUP_DOME, MOCKUP_DOME_CENTRE = (0.051, 0.024), (X, -0.068, 0.242)  # radius and height; the one on +x
+MOCKUP_FEET = (90, 210, 330)  # degrees around the deck's middle, from +x

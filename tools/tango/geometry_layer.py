@@ -17,25 +17,26 @@ POINT_DECIMALS, NORMAL_DECIMALS, ST_DECIMALS = 5, 3, 4
 def geometry(stage: Usd.Stage, parts: Sequence[Part]) -> None:
     UsdGeom.Xform.Define(stage, ROOT)
     for part in parts:
-        _mesh(stage, part)
+        mesh(stage, part)
     stage.Save()
 
 
-def _mesh(stage: Usd.Stage, part: Part) -> None:
+def mesh(stage: Usd.Stage, part: Part) -> None:
+    """One part as a Mesh, with its labels and the subsets of its materials."""
     shape = part.shape
-    mesh = UsdGeom.Mesh.Define(stage, ROOT.AppendChild(part.name))
+    made = UsdGeom.Mesh.Define(stage, ROOT.AppendChild(part.name))
     points = vectors(rounded(shape.points, POINT_DECIMALS))
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    mesh.CreatePointsAttr(points)
-    mesh.CreateFaceVertexCountsAttr([len(face) for face in shape.faces])
-    mesh.CreateFaceVertexIndicesAttr([i for face in shape.faces for i in face])
-    primvars = UsdGeom.PrimvarsAPI(mesh)
+    made.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    made.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
+    made.CreatePointsAttr(points)
+    made.CreateFaceVertexCountsAttr([len(face) for face in shape.faces])
+    made.CreateFaceVertexIndicesAttr([i for face in shape.faces for i in face])
+    primvars = UsdGeom.PrimvarsAPI(made)
     _primvar(primvars, "normals", Sdf.ValueTypeNames.Normal3fArray, rounded(shape.normals, NORMAL_DECIMALS))
     _primvar(primvars, "st", Sdf.ValueTypeNames.TexCoord2fArray, rounded(shape.st, ST_DECIMALS))
-    label(mesh.GetPrim(), "class", part.kind)
-    label(mesh.GetPrim(), "part", part.name)
-    _subsets(mesh, shape.materials)
+    label(made.GetPrim(), "class", part.kind)
+    label(made.GetPrim(), "part", part.name)
+    _subsets(made, shape.materials)
 
 
 def label(prim: Usd.Prim, taxonomy: str, label: str) -> None:

@@ -9,15 +9,17 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 
 from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, keypoints, label, rounded, vectors
 from tango.look_layer import look
-from tango.materials import DEFAULT_LOOK, LOOKS, REFLECTIVE
+from tango.materials import DEFAULT_LOOK, LOOKS, MOCKUP, REFLECTIVE
+from tango.mockup_layer import mockup
 from tango.parts.spacecraft import Part
 from tango.paths import LOOK_SET, MATERIALS, ROOT
 from tango.textures import TEXTURES
 
-VERSION = "1.3.0"
+VERSION = "1.4.0"
 ABOUT_LOOKS = {
     "matt": "Tango as simple simulators draw it: a colour a material, a little worn, Lambert; nothing shines.",
     "reflective": "Tango with cells under coverglass, crinkled foil, brushed metal, black and white paint.",
+    "mockup": "Tango's mock-up in the test bed of SPEED+: white plates, taut film, black cells and bars.",
 }
 
 
@@ -30,7 +32,10 @@ def write(parts: Sequence[Part], folder: Path) -> None:
     _bindings(_stage(folder / "bindings.usda", "What of Tango wears which material, in every look."), parts)
     write_textures(folder / "textures", TEXTURES)
     for name, materials in LOOKS.items():
-        look(_stage(folder / f"{name}.usda", ABOUT_LOOKS[name]), materials, of_library=materials is REFLECTIVE)
+        stage = _stage(folder / f"{name}.usda", ABOUT_LOOKS[name])
+        look(stage, materials, of_library=materials is REFLECTIVE)
+        if materials is MOCKUP:
+            mockup(stage, parts)
     _payload(_stage(folder / "payload.usda", "What is below the interface in every look."), parts)
     _interface(_stage(folder / "tango.usda", "Tango, the smaller PRISMA spacecraft. Made by tools/build_tango."), parts)
 

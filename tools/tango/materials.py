@@ -1,4 +1,4 @@
-"""The two looks of Tango: inputs of UsdPreviewSurface, one line a material.
+"""The looks of Tango: inputs of UsdPreviewSurface, one line a material.
 
 matt: one colour a material, on large faces worn by 4 % (root mean square), and nothing but diffuse reflection (an index
 of refraction of 1 reflects nothing), as simple simulators draw it.
@@ -6,6 +6,10 @@ of refraction of 1 reflects nothing), as simple simulators draw it.
 reflective: the library's materials (tools/materials/table.py), but where Tango differs from them: colours guided by the
 values that SPIN ships for its own Tango (solar cells 0.154, gold 0.82, 0.65, 0.058, galvanised metal 0.179), by
 pictures of the flight model and its mock-up, and by dust and fingerprints, as far as they are seen straight on.
+
+mockup: greys by the ratios of parts in real pictures of the mock-up in SPEED+'s test bed, and by the fit of light to
+them (`spin-usd gap --fit light`): one white paint, film that mirrors, cells 25 times darker than the paint between
+them and glossier. The strength of light is fitted too, so that only ratios count.
 """
 
 from dataclasses import replace
@@ -16,6 +20,7 @@ from materials.values import MaterialValues, Picture, Sample, worn
 from materials.wear import METRES
 
 from tango import dimensions as d
+from tango.mockup_textures import FILM_SIZE, PAINT, PANEL_SIZE
 
 CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
 BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
@@ -81,5 +86,33 @@ REFLECTIVE: dict[str, MaterialValues] = {
     name: replace(LIBRARY[of].values, **DIFFERENT.get(name, {})) for name, of in OF_LIBRARY.items()
 }
 
-LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE}
+
+def _paint(grey: float, roughness: float, ior: float = 1.5) -> MaterialValues:
+    return MaterialValues(colour=(grey, grey, grey), roughness=roughness, ior=ior)
+
+
+MOCKUP: dict[str, MaterialValues] = {
+    "SolarCell": MaterialValues(
+        colour=Sample(picture=Picture(file="mockup_panel.png", metres=PANEL_SIZE), output="rgb"), roughness=0.4, ior=2.4
+    ),
+    "PanelSubstrate": _paint(PAINT, 0.5),
+    "GoldMli": MaterialValues(
+        colour=(0.8, 0.8, 0.8),
+        metallic=1.0,
+        roughness=0.3,
+        normal=Picture(file="mockup_film_normal.png", metres=FILM_SIZE),
+    ),
+    "KaptonTape": _paint(PAINT, 0.5),
+    "Silver": _paint(PAINT, 0.5),
+    "BlackMli": _paint(0.03, 0.6),
+    "CableJacket": _paint(PAINT, 0.5),
+    "BlackPaint": _paint(0.012, 0.8, 1.3),
+    "BrushedAluminium": _paint(PAINT, 0.5),
+    "WhitePaint": _paint(PAINT, 0.5),
+    "Glass": _paint(0.02, 0.2),
+    "BlackPlate": _paint(0.015, 0.25, 1.8),
+    "MastPaint": _paint(0.03, 0.35),
+}
+
+LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE, "mockup": MOCKUP}
 DEFAULT_LOOK = "reflective"

@@ -11,6 +11,7 @@ from materials.values import Array
 
 from spin_usd.scene.derived import srgb
 from tango import dimensions as d
+from tango.mockup_textures import mockup_film_normal, mockup_panel
 
 SILICON = np.array([0.030, 0.042, 0.095])  # linear: blue-black, as an anti-reflection coating leaves it
 SILVER = np.array([0.62, 0.62, 0.64])
@@ -33,4 +34,6 @@ def solar_cell_metal() -> Array:
 TEXTURES: dict[str, Callable[[], Array]] = {
     "solar_cell.png": solar_cell,
     "solar_cell_metal.png": solar_cell_metal,
+    "mockup_panel.png": mockup_panel,
+    "mockup_film_normal.png": mockup_film_normal,
 }

@@ -126,10 +126,10 @@ def separation_ring() -> Shape:
     places = [(0.1440 * np.cos(a), 0.1440 * np.sin(a), -0.0055) for a in angles]
     bolts = heads(places, (0.0, 0.0, -1.0), head(0.0026, 0.0022, "BlackPaint", sunk=0.00313))
     middle = joined([ring, *bolts]).moved((0.0, d.Y_MIDDLE, 0.0))
-    return joined([middle, *(shape for angle in (30, 150, 270) for shape in _foot(np.radians(angle)))])
+    return joined([middle, *(shape for angle in (30, 150, 270) for shape in foot(np.radians(angle)))])
 
 
-def _foot(angle: float) -> Iterator[Shape]:
+def foot(angle: float) -> Iterator[Shape]:
     """One release foot, its point towards the middle: a plate, two hooks, a pin between them, four screws."""
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
