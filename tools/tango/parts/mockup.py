@@ -38,7 +38,11 @@ def panel() -> Shape:
     plate = box((-d.X, -d.PANEL_Y, d.PANEL_BOTTOM), (d.X, d.PANEL_Y, d.PANEL_TOP), PAINT, keep=range(4, 8))
     above = _facing(plate)[:, 2] > 0.9
     materials = tuple("SolarCell" if one else PAINT for one in above)
-    return replace(plate, st=plate.st + np.outer(_of_corners(plate, above), PANEL_SIZE) / 2, materials=materials)
+    return replace(
+        plate,
+        st=plate.st + np.outer(_of_corners(plate, above.astype(float)), np.array(PANEL_SIZE)) / 2,
+        materials=materials,
+    )
 
 
 def dome(side: int) -> Shape:
