@@ -28,7 +28,7 @@ REACH = 0.016  # metres from a wall: what lies on it
 def body() -> Shape:
     """Flat plates: painted x walls, and taut film over the y walls and below."""
     walls = box((-d.X, d.Y_BACK, d.DECK + EDGE), (d.X, d.Y_FRONT, d.PANEL_BOTTOM + 0.001), PAINT)
-    inset = 0.002
+    inset = 0.003  # bars begin 2 mm within the walls: not in one plane with them
     below = box((inset - d.X, d.Y_BACK + inset, -d.MOCKUP_FILM), (d.X - inset, d.Y_FRONT - inset, 0.005), FILM)
     return covered(joined([walls, below]))
 
