@@ -1,7 +1,7 @@
 """The camera whose level, noise and sharpness are those of real pictures.
 
-Pictures that come as JPEG have lost some of their noise, and what is left of it is alike in neighbours. So the quality
-is found by this likeness, and then the white noise of which as much is left as the pictures have.
+JPEG removes some noise and correlates the rest. The fit finds the quality from that correlation, and then the white
+noise that leaves the measured noise after compression.
 """
 
 from collections.abc import Mapping
@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.realism.darkness import ROUNDING
+from spin_usd.realism.darkness import ROUNDING, flat_noise
 from spin_usd.realism.intervals import Interval, median_interval
 from spin_usd.realism.picture_view import FULL
 from spin_usd.scene.sensor import Optics, Sensor
@@ -24,8 +24,9 @@ ADC_BITS = 12
 LEAST_SHOT = 1e-3  # variance per step of 8 bits: less is not seen among the rounding
 SHARPEST = 0.05  # px
 QUALITIES = (95, 90, 85, 80, 75, 70, 60, 50, 40)
-ALIKE = 0.1  # correlations of neighbours, both together: less is no sign of a JPEG
+CORRELATED = 0.1  # sum of two correlations of neighbours: less is no sign of a JPEG
 NOISES = np.geomspace(0.9, 4.0, 16)  # of the noise that is left after a JPEG
+LIT_NOISES = np.geomspace(1, 16, 40)  # of the noise in the dark
 PATCH = 256  # pixels a side
 TINY = 1e-12  # variance
 BRIGHT = 100.0  # grey: signal at which shot noise is compared
@@ -39,8 +40,8 @@ class CameraFit:
     """None, as the next two, where too few pictures have it: the camera's own stays."""
     shot_noise: float | None = None
     psf_sigma: float | None = None
-    jpeg_quality: int = 0
-    """0 for no JPEG."""
+    jpeg_quality: int | None = None
+    """None where no JPEG was found: the camera's own stays."""
     intervals: dict[str, Interval] = field(default_factory=dict)
     """95 % intervals of the values that were found."""
 
@@ -60,26 +61,29 @@ def before_jpeg(fit: CameraFit, real: Mapping[str, float]) -> CameraFit:
     """Return the fit of pictures that are JPEGs: the quality, and the noise before the loss. `real`: medians of the
     pictures' measures, which are of their own numbers, where the fit is of the linear signal."""
     level, left, shot = real["black_level"], real["noise"], real["shot_noise"]
-    likeness = real["noise_across"] + real["noise_down"]
-    if fit.noise is None or not left > 0 or not likeness > ALIKE:
+    correlation = real["noise_across"] + real["noise_down"]
+    if fit.noise is None or not left > 0 or not correlation > CORRELATED:
         return fit
     white, noises = np.random.default_rng(0).standard_normal((PATCH, PATCH)), left * NOISES
-    curves = {quality: [_after_jpeg(level + noise * white, quality) for noise in noises] for quality in QUALITIES}
+    curves = {q: [_noise_in(_compressed(level + noise * white, q)) for noise in noises] for q in QUALITIES}
 
-    def before(quality: int, noise: float) -> float:
-        return float(np.interp(noise, np.maximum.accumulate([each for each, _ in curves[quality]]), noises))
+    def noise_before(quality: int) -> float:
+        return float(np.interp(left, np.maximum.accumulate([each for each, _ in curves[quality]]), noises))
 
-    def unlike(quality: int) -> float:
-        alike = [each for _, each in curves[quality]]
-        return abs(float(np.interp(before(quality, left), noises, alike)) - likeness)
+    def mismatch(quality: int) -> float:
+        correlations = [each for _, each in curves[quality]]
+        return abs(float(np.interp(noise_before(quality), noises, correlations)) - correlation)
 
-    quality = min(QUALITIES, key=unlike)
-    noise = before(quality, left)
+    place = QUALITIES.index(min(QUALITIES, key=mismatch))
+    quality = QUALITIES[place]
+    noise = noise_before(quality)
     factors = {"noise": noise / left}
-    if fit.shot_noise and shot > 0:
-        lit = before(quality, float(np.sqrt(left**2 + shot * BRIGHT)))
-        factors["shot_noise"] = (lit**2 - noise**2) / (shot * BRIGHT)
-    place = QUALITIES.index(quality)
+    unit = flat_noise(_compressed(level + noise * white, quality))
+    if fit.shot_noise and shot > 0 and unit > 0:
+        lit, per_unit = noise * LIT_NOISES, (left**2 + ROUNDING) / unit / BRIGHT
+        slopes = [(flat_noise(_compressed(level + BRIGHT + each * white, quality)) - unit) * per_unit for each in lit]
+        brighter = float(np.interp(shot, np.maximum.accumulate(slopes), lit))
+        factors["shot_noise"] = (brighter**2 - noise**2) / BRIGHT / shot
     intervals = {
         **{n: (low * factors.get(n, 1), high * factors.get(n, 1)) for n, (low, high) in fit.intervals.items()},
         "jpeg_quality": (QUALITIES[min(place + 1, len(QUALITIES) - 1)], QUALITIES[max(place - 1, 0)]),
@@ -88,15 +92,19 @@ def before_jpeg(fit: CameraFit, real: Mapping[str, float]) -> CameraFit:
     return replace(fit, **values, jpeg_quality=quality, intervals=intervals)
 
 
-def _after_jpeg(grey: Float, quality: int) -> tuple[float, float]:
-    """Return the noise of a flat field (H, W) after a JPEG, as `darkness` measures it, and the sum of the correlations
-    of neighbours in a row and in a column."""
+def _compressed(grey: Float, quality: int) -> NDArray[np.float32]:
+    """Return a picture (H, W) as it is after a JPEG."""
     image = np.clip(np.rint(grey), 0, FULL).astype(np.uint8)
-    rest = compressed(image[..., None], quality)[..., 0].astype(np.float64)
-    rest -= rest.mean()
-    alike = (rest[:, 1:] * rest[:, :-1]).mean() + (rest[1:] * rest[:-1]).mean()
+    return compressed(image[..., None], quality)[..., 0].astype(np.float32)
+
+
+def _noise_in(flat: NDArray[np.float32]) -> tuple[float, float]:
+    """Return the noise of a flat field (H, W), as `darkness` measures it, and the sum of the correlations of neighbours
+    in a row and in a column."""
+    rest = flat - flat.mean(dtype=np.float64)
+    correlation = (rest[:, 1:] * rest[:, :-1]).mean() + (rest[1:] * rest[:-1]).mean()
     noise = np.sqrt(max(float(np.square(np.diff(rest, axis=1)).mean() / 2 - ROUNDING), 0.0))
-    return float(noise), float(alike / max(rest.var(), TINY))
+    return float(noise), float(correlation / max(rest.var(), TINY))
 
 
 def sigma_of_spread(spread: float, spreads: ArrayLike) -> float:
@@ -124,7 +132,7 @@ def fitted_sensor(sensor: Sensor, fit: CameraFit, level: float) -> Sensor:
         gain=per_step * sensor.iso / 100,
         read_noise=noise * steps * per_step,
         black_level=level * steps,
-        jpeg_quality=fit.jpeg_quality if sensor.bit_depth == 8 else 0,
+        jpeg_quality=sensor.jpeg_quality if fit.jpeg_quality is None else fit.jpeg_quality,
         full_well=0.0,
         dark_current=0.0,
         auto_exposure=None,

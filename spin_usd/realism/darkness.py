@@ -38,6 +38,8 @@ class Darkness:
     """Correlation of the noise of neighbours in a row."""
     down: float
     """Correlation of the noise of neighbours in a column."""
+    borders: float
+    """Correlation of neighbours in a row on either side of a border of JPEG's blocks: none if it is of their loss."""
     rows: float
     """Standard deviation of whole rows' levels within a block over the noise; 0 without a pattern."""
     columns: float
@@ -62,6 +64,7 @@ def darkness(grey: NDArray[np.float32], rounding: float = ROUNDING) -> Darkness:
         noise=noise,
         across=float((rest[:, :, 1:] * rest[:, :, :-1]).mean()) / variance,
         down=float((rest[:, 1:] * rest[:, :-1]).mean()) / variance,
+        borders=float((rest[:, :, BLOCK // 2] * rest[:, :, BLOCK // 2 - 1]).mean()) / variance,
         rows=_pattern(rest.mean(2), variance),
         columns=_pattern(rest.mean(1), variance),
     )
@@ -70,8 +73,7 @@ def darkness(grey: NDArray[np.float32], rounding: float = ROUNDING) -> Darkness:
 def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
     """Return the slope k of the photon transfer: the noise's variance is its value in the dark plus k times the signal,
     in steps of 8 bits. NaN for a picture with too few flat, lit blocks."""
-    half = FLAT_BLOCK // 2
-    blocks = _blocks(grey[half:, half:], FLAT_BLOCK)  # across the blocks of a JPEG
+    half, blocks = FLAT_BLOCK // 2, _flat_blocks(grey)
     mean, noise = blocks.mean((1, 2)), _laplacian(blocks)
     room = noise[np.abs(mean - dark.level) < max(dark.noise / half, 0.5)]
     if len(room) < LEAST_IN_BIN:
@@ -95,6 +97,16 @@ def shot_noise(grey: NDArray[np.float32], dark: Darkness) -> float:
         return float("nan")
     x, y, w = (np.array(each) for each in (signals, variances, weights))
     return float((w * x * y).sum() / (w * x * x).sum())
+
+
+def flat_noise(grey: NDArray[np.float32]) -> float:
+    """Return the noise of a flat field (H, W) as the photon transfer measures it: in proportion to the variance."""
+    return float(np.median(_laplacian(_flat_blocks(grey))))
+
+
+def _flat_blocks(grey: NDArray[np.float32]) -> Float:
+    """Return (N, FLAT_BLOCK, FLAT_BLOCK) blocks that lie across those of a JPEG."""
+    return _blocks(grey[FLAT_BLOCK // 2 :, FLAT_BLOCK // 2 :], FLAT_BLOCK)
 
 
 def _laplacian(blocks: Float) -> Float:

@@ -62,7 +62,7 @@ def fit_light(
             break
         used = next_used
     a, b = a[:, used], b[used]
-    few = _fewest(a, b, strengths, spare)
+    few = np.append(np.flatnonzero(~spare), _fewest(a, b, np.flatnonzero(spare)))
     low, high = _interval(a[:, :, few], b, tiles[used])
     found, lower, upper = (np.zeros(basis.shape[1]) for _ in range(3))
     found[few] = _solved(*_normal(a[:, :, few], b))
@@ -70,23 +70,19 @@ def fit_light(
     return LightFit(strengths=found, low=lower, high=upper)
 
 
-def _fewest(a: Float, b: Float, strengths: Float, spare: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the lights that are not spare, and the fewest of the others, the strongest first, that fit nearly as well
-    as all of them."""
-    kept = np.flatnonzero(~spare)
-    order = np.argsort(-strengths * a.sum((0, 1)), kind="stable")
-    order = order[spare[order] & (strengths[order] > 0)]
+def _fewest(a: Float, b: Float, lights: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the fewest of these lights, the strongest first, that by themselves fit nearly as well as all of them."""
     (matrix, side), whole = _normal(a, b), float(b @ b)
 
-    def fitted(some: NDArray[np.intp]) -> float:
+    def fitted(some: NDArray[np.intp]) -> tuple[Float, float]:
         x = _solved(matrix[np.ix_(some, some)], side[some])
-        return float(2 * x @ side[some] - x @ matrix[np.ix_(some, some)] @ x)
+        return x, float(2 * x @ side[some] - x @ matrix[np.ix_(some, some)] @ x)
 
-    best = fitted(np.append(kept, order))
-    for count in range(len(kept) == 0, len(order)):
-        if fitted(np.append(kept, order[:count])) >= best - NEGLIGIBLE * whole:
-            return np.append(kept, order[:count])
-    return np.append(kept, order)
+    strengths, best = fitted(lights)
+    given = strengths * a[:, :, lights].sum((0, 1))
+    order = lights[np.argsort(-given, kind="stable")[: int((strengths > 0).sum())]]
+    counts = (count for count in range(1, len(order)) if fitted(order[:count])[1] >= best - NEGLIGIBLE * whole)
+    return order[: next(counts, len(order))]
 
 
 def _interval(a: Float, b: Float, tiles: NDArray[np.intp]) -> tuple[Float, Float]:

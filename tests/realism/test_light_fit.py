@@ -125,6 +125,16 @@ def test_a_light_that_is_not_spare_is_kept_however_weak() -> None:
     assert found.strengths[[1, 2, 3]].tolist() == [0, 0, 0]
 
 
+def test_a_room_does_not_take_the_place_of_a_light() -> None:
+    """What is not spare joins the lights that were chosen without it."""
+    basis = lights(5, seed=6)
+    basis[4] = 0.8 * basis[0] + 0.2 * basis[1]  # much like the one that shines
+    spare, strengths = np.array([True] * 4 + [False]), np.array([1.0, 0, 0, 0, 0.05])
+    found = fit_light(np.stack([basis, basis]), picture(basis, strengths), MASK, NOWHERE, spare=spare)
+    assert found.strengths[0] == pytest.approx(1, abs=0.1)
+    assert found.strengths[4] < 0.2
+
+
 def test_the_noise_of_renders_biases_nothing() -> None:
     """Errors in variables: with one noisy render for both of the two, strengths are too small by the noise's share of
     its squares, a fifth here; with two of noise of their own they are not."""

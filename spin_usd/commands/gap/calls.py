@@ -74,7 +74,7 @@ class MeasuredPair(Struct, frozen=True, kw_only=True):
     linear: dict[str, float]
     """Level and noise of the real picture, of its linear signal."""
     jpeg: bool
-    """Whether the real picture is a JPEG of our size."""
+    """Whether the real picture is a JPEG of our size, whose blocks correlate its noise."""
     psf_sigma: float | None
     """At which our edges are as sharp as the real ones, pixels."""
     own_psf: float

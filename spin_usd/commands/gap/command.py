@@ -49,7 +49,7 @@ def gap(context: typer.Context, options: GapOptions, *, as_json: Json = False) -
             between = f" ({_span(found.interval)})" if found.interval else ""
             print_out(f"{name}: {parameter} {found.value:.4g}{between} {found.unit}".rstrip())
     print_out(f"{options.out}   (index.html, gap.json; {pluralise(len(report.pictures), 'picture')})")
-    if report.fits:
+    if report.fitted_stage:
         print_out(f"{report.fitted_stage}   (the stage with the fits)")
 
 

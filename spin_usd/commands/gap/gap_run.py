@@ -36,6 +36,7 @@ from spin_usd.realism.intervals import LEAST, Interval, median_interval
 from spin_usd.realism.surface_fit import SHARES, STEPS, Surfaces
 
 NOISE = ("black_level", "noise", "noise_across", "noise_down", "shot_noise")
+BITS = 8  # of a sensor that can compress
 MATERIALS = 6  # that most of the target's pixels show
 LEAST_SHOWN = 0.03  # of these pixels
 SURFACE_PICTURES = 12  # about, evenly from the list: surfaces are the same in all
@@ -140,7 +141,7 @@ def _fit_camera(run: GapRun) -> None:
         [each.linear.get("shot_noise", nan) for each in pictures],
         [nan if each.psf_sigma is None else each.psf_sigma for each in last.values()],
     )
-    if all(each.jpeg for each in pictures):
+    if all(each.jpeg for each in pictures) and run.executor.opened_content().sensor.bit_depth == BITS:
         medians = {name: median_interval([each.real.get(name, nan) for each in pictures])[0] for name in NOISE}
         camera = before_jpeg(camera, medians)
     for name, each in run.steps[0].pictures.items():

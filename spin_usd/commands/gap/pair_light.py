@@ -13,6 +13,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.commands.gap.calls import FitLight, FittedLight, LightAnswer
 from spin_usd.commands.gap.pair_studio import PairStudio, candidates, centre_of, linear_signal
 from spin_usd.commands.gap.real_pictures import pooled, read_grey
+from spin_usd.errors import InputError
 from spin_usd.picture.make_picture import Stopwatch
 from spin_usd.realism.darkness import darkness
 from spin_usd.realism.light_fit import LightFit, fit_light
@@ -42,7 +43,11 @@ class PairLight:
     def fit(self, request: FitLight) -> LightAnswer:
         """Fit the light of a real picture: of all candidates first, then of those near the strongest. Raises InputError
         as `measure` does."""
-        return self._fit(request)[0]
+        answer, _ = self._fit(request)
+        if not answer.lights:
+            do = "leave the picture out"
+            raise InputError("shows no light that could be fitted", where=request.pair.file, do=do)
+        return answer
 
     def residuals(self, request: FitLight) -> Float:
         """Return (2, N) the light of the pixels that count which the fit leaves, in two renders with other noise; over
@@ -57,7 +62,7 @@ class PairLight:
         scene = replace(scene, sensor=replace(scene.sensor, auto_exposure=None), optics=optics)
         grey, _, _ = read_grey(Path(request.pair.file), (scene.camera.width, scene.camera.height))
         found, error = self._fit_among(scene, grey, panels, fitted.lights)
-        if panels and fitted.lights is None:
+        if panels and fitted.lights is None and found.lights:
             strongest = [light.path for light in found.lights if not is_wall(light.path)][:REFINED]
             near = (name for each in strongest for name in names_near(each))
             names = (*(light.path for light in found.lights), *near)

@@ -74,7 +74,8 @@ def candidates(scene: Scene, panels: int, names: Collection[str] | None) -> tupl
     if not panels:
         return tuple(light for light in scene.lights if names is None or light.path in names)
     centre, radius = centre_of(scene), scene.bodies[0].target.mesh.radius
-    return tuple(light_around(name, centre, radius, panels) for name in names or names_around(panels))
+    chosen = names_around(panels) if names is None else names
+    return tuple(light_around(name, centre, radius, panels) for name in chosen)
 
 
 def centre_of(scene: Scene) -> Float:

@@ -105,8 +105,9 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
             "spin:sensor:gain": _number(made.gain),
             "spin:sensor:readNoise": _number(made.read_noise),
             "spin:sensor:jpegQuality": str(made.jpeg_quality),
-            "spin:optics:psfSigma": _number(fitted_optics(Optics(), camera).psf_sigma),
         }
+    if camera and camera.psf_sigma is not None:
+        numbers["spin:optics:psfSigma"] = _number(fitted_optics(Optics(), camera).psf_sigma)
     text = PRESET.format(
         doc=f"Light and camera of {len(report.pictures)} pictures, by spin-usd gap. Each picture has its own light and "
         f"black level: {path.stem}.toml draws them.",
