@@ -73,6 +73,8 @@ class MeasuredPair(Struct, frozen=True, kw_only=True):
     """Offsets of the real picture's edges from the labels'."""
     linear: dict[str, float]
     """Level and noise of the real picture, of its linear signal."""
+    own_pose: bool
+    """Whether the pose is that of the stage's frame."""
     jpeg: bool
     """Whether the real picture is a JPEG of our size, whose blocks correlate its noise."""
     psf_sigma: float | None

@@ -66,6 +66,7 @@ def measured_pair(pictures: PairStudio, request: MeasurePair) -> MeasuredPair:
         parts={name: _finite(of) for name, of in compared_parts(real, ours, pictures.part_names(scene))},
         silhouette=_finite(asdict(offsets)),
         linear=_finite(_linear_noise(real, scene.sensor)),
+        own_pose=pictures.has_own_pose(request.pair, scene),
         jpeg=by == 1 and file.suffix.lower() in JPEG and 2 * real.darkness.borders < real.darkness.across,
         psf_sigma=sigma if isfinite(sigma) else None,
         own_psf=scene.optics.psf_sigma,

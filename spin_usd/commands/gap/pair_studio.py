@@ -23,6 +23,8 @@ from spin_usd.studio.open_stage import OpenStage
 from spin_usd.studio.picture_request import PictureRequest
 from spin_usd.studio.studio import Studio
 
+SAME_POSE = 1e-5  # of a matrix, and of the distance: lists round their numbers
+
 
 class PairStudio:
     """Makes our picture of each pair."""
@@ -51,6 +53,14 @@ class PairStudio:
             sensor = sensor if fitted.lights is not None else replace(sensor, auto_exposure=scene.sensor.auto_exposure)
             scene = replace(scene, sensor=sensor, optics=fitted_optics(scene.optics, fitted.camera))
         return scene
+
+    def has_own_pose(self, pair: Pair, scene: Scene) -> bool:
+        """Return whether the scene of a pair has the pose of the stage's frame of that name."""
+        if pair.frame is None or pair.pose is None:
+            return pair.frame is not None
+        own = self.stage.scene(PictureRequest(frame=pair.frame)).bodies[0].T_cam_body
+        change = own.matrix - scene.bodies[0].T_cam_body.matrix
+        return float(np.abs(change).max()) <= SAME_POSE * max(float(np.abs(own.translation).max()), 1.0)
 
     def radiance(self, scene: Scene) -> Radiance:
         return self.studio.maker.radiance(scene, self.studio.settings, Stopwatch())

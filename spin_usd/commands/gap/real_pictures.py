@@ -17,8 +17,11 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.scene.sensor import LUMINANCE
 
 NAMED = 3
+PADDING = 4096  # bytes that some cameras write after the end of a JPEG
 JPEG = (".jpg", ".jpeg")
-NO_PICTURES = re.compile("depth|mask|models?$|normal|segmentation", re.IGNORECASE)  # folders: of no camera
+NO_PICTURES = re.compile(r"depth|masks?(_visib)?|models?(_eval)?|normals?|segmentation|\..*", re.IGNORECASE)
+"""Folders whose images are of no camera: labels, textures, thumbnails."""
+END_OF_JPEG = b"\xff\xd9"
 GREY_STEPS = 2.0  # of 8 bits: channels that differ by less are a grey picture's
 
 
@@ -83,7 +86,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for file in sorted(folder.rglob("*")):
         *folders, name = file.relative_to(folder).with_suffix("").parts
-        hidden = file.name.startswith(".") or any(NO_PICTURES.match(each) for each in folders)
+        hidden = file.name.startswith(".") or any(NO_PICTURES.fullmatch(each) for each in folders)
         if hidden or file.suffix.lower() not in IMAGE_SUFFIXES:
             continue
         for above in (folders, folders[:-1]):
@@ -105,6 +108,8 @@ def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], i
     notes = []
     top = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0}.get(image.dtype, 1.0)
     grey = np.asarray(image, np.float32) * np.float32(FULL / top)
+    if file.suffix.lower() in JPEG and END_OF_JPEG not in file.read_bytes()[-PADDING:]:
+        notes.append("is cut off: part of it is missing")
     if "A" in names:
         notes.append("has transparency, which is ignored")
     if grey.ndim == 3:

@@ -12,7 +12,8 @@ from spin_usd.commands.gap.options import GapOptions
 from spin_usd.commands.gap.real_pictures import pairs_in
 from spin_usd.commands.gap.report import GapReport
 from spin_usd.commands.gap.summary import Step, report_of
-from spin_usd.commands.gap.write_preset import write_preset
+from spin_usd.commands.gap.write_preset import refuse_old_preset, write_preset
+from spin_usd.errors import InputError
 from spin_usd.files.changes import put, remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.options import PictureOptions, takes
@@ -29,6 +30,7 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 DRAFT = "draft"  # enough for the measures, and for fits, which are not denoised
 FITTED = "fitted"  # folder of the stage with the fits
+PAGE, REPORT = "index.html", "gap.json"
 
 
 @takes(GapOptions)
@@ -41,6 +43,9 @@ def gap(options: GapOptions) -> GapReport:
     Raises InputError, StageError, OutputError, and RenderError if no picture could be compared.
     """
     request, out = _request(options), Path(options.out).absolute()
+    _refuse_others_files(out)
+    if options.write is not None:
+        refuse_old_preset(Path(options.write).absolute())
     settings = RenderSettings(
         renderer=request.renderer, effort=request.effort, seed=options.seed or 0, device=request.devices()[0]
     )
@@ -68,17 +73,24 @@ def gap(options: GapOptions) -> GapReport:
                 taken = f"numbers of the real pictures are taken as {opened.sensor.encoding}, the stage's encoding"
                 notes = [*notes, taken]
             report = report_of(options, run.steps, run.fits, run.left_out, notes)
-            if options.fits and all(pair.frame for pair in run.pairs.values()):
+            if options.fits and all(each.own_pose for each in run.steps[0].pictures.values()):
                 _write_fits(run, hidden.folder / FITTED)
                 report = structs.replace(report, fitted_stage=f"{options.out}/{FITTED}/dataset.usda")
             elif options.fits:
-                left = "the fits are not written: not all pictures are frames of the stage"
+                left = "the fits are not written: not all pictures have the pose of the stage's frame of their name"
                 report = structs.replace(report, notes=[*report.notes, left])
         _write(out, report, run.steps, hidden.folder)
         if options.write is not None:
             fitted = [run.of(picture.name) for picture in report.pictures]
             write_preset(Path(options.write).absolute(), report, opened.sensor, fitted)
     return report
+
+
+def _refuse_others_files(out: Path) -> None:
+    """Raise InputError for a folder that holds files under our names, but no report of ours."""
+    taken = next((name for name in (PAGE, FITTED) if (out / name).exists()), None)
+    if taken and not (out / REPORT).is_file():
+        raise InputError(f"holds {taken}, but no report of gap", where=out, do="give another folder")
 
 
 def _request(options: GapOptions) -> RenderRequest:
@@ -106,8 +118,8 @@ def _write(out: Path, report: GapReport, steps: Sequence[Step], work: Path) -> N
     from spin_usd.commands.gap.page import page_of  # not above: matplotlib is slow to load
 
     measured = msgspec.json.format(msgspec.json.encode(report), indent=1).decode() + "\n"
-    for name, text in (("index.html", page_of(report, steps)), ("gap.json", measured)):
+    for name, text in ((PAGE, page_of(report, steps)), (REPORT, measured)):
         write_text(Folder(out), name, text, work=work)
+    remove_tree(Folder(out), FITTED)
     if (work / FITTED).is_dir():
-        remove_tree(Folder(out), FITTED)
         put(Folder(out), work / FITTED, FITTED)

@@ -1,13 +1,14 @@
-"""What the fits of many pictures say as distributions: a preset for one picture's light and camera, and an augmentation
-that draws another for each picture.
+"""Writes the fits of many pictures as distributions: a preset with one light and camera, and an augmentation that
+draws others for each picture.
 
-The light that gives most of a picture is drawn, as a wide Sun: a direction, an irradiance. Directions, irradiances and
-black levels are those that were found, each as likely as any other, and drawn on their own. A light that only grazes
-the target has an irradiance that says little: so those beyond the CENTRAL ones are brought to their ends. The lights'
-angle and the camera's noise and sharpness are the same in all pictures.
+The light that gives most of a picture becomes a wide Sun with a direction and an irradiance. Directions, irradiances
+and black levels are drawn apart from each other, each found value as likely as any other. A light that only grazes the
+target has a poorly determined irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle and the
+camera's noise and sharpness are the same in all pictures.
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -81,6 +82,14 @@ name = "{name}"
 """
 
 
+def refuse_old_preset(path: Path) -> None:
+    """Raise InputError if the preset `path`, or the augmentation beside it, exists, or has no folder."""
+    if not path.parent.is_dir():
+        raise InputError("is not a folder", where=path.parent, do="make it first")
+    if taken := next((file for file in (path, path.with_suffix(".toml")) if file.exists()), None):
+        raise InputError("exists already", where=taken, do="give --write another name")
+
+
 def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence[Fitted]) -> None:
     """Write the preset `path` and the augmentation beside it, which ends in .toml. Raises OutputError, and InputError
     if no picture has light.
@@ -110,14 +119,14 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
         numbers["spin:optics:psfSigma"] = _number(fitted_optics(Optics(), camera).psf_sigma)
     text = PRESET.format(
         doc=f"Light and camera of {len(report.pictures)} pictures, by spin-usd gap. Each picture has its own light and "
-        f"black level: {path.stem}.toml draws them.",
+        "black level: the augmentation beside it draws them.",
         camera="\n".join(f"        {_typed(name)} {name} = {value}" for name, value in numbers.items()),
         angle=_number(float(np.median([_angle(light) for light in lights]))),
         irradiance=_number(float(np.median([light.strength for light in lights]))),
     )
     drawn = AUGMENTATION.format(
         comment=f"# Light and black level of {len(report.pictures)} pictures, by spin-usd gap, over {path.name}.",
-        name=path.stem.lower().replace("-", "_"),
+        name=re.sub("[^a-z0-9_]+", "_", path.stem.lower()),
         samples="\n".join(_samples(lights, levels)),
     )
     with hidden_folder(path.parent, path.name) as hidden:

@@ -213,3 +213,49 @@ def test_other_sizes_are_refused(tmp_path, size) -> None:
 def test_names_are_not_repeated(poses) -> None:
     names = sorted(pose["filename"] for pose in poses)
     assert all(a != b for a, b in pairwise(names))
+
+
+def test_hidden_folders_and_those_of_labels_hold_no_pictures(tmp_path) -> None:
+    """But one whose name begins so does."""
+    places = (
+        ".thumbnails/a.png",
+        "mask_visib/a.png",
+        "models/a.png",
+        "depth/a.png",
+        "rgb/a.png",
+        "normal_exposure/b.png",
+    )
+    for place in places:
+        (tmp_path / place).parent.mkdir()
+        (tmp_path / place).touch()
+    pairs, _ = pairs_in(tmp_path, None, ["a", "b"])
+    assert [pair.file.removeprefix(str(tmp_path)) for pair in pairs] == ["/rgb/a.png", "/normal_exposure/b.png"]
+
+
+def test_a_jpeg_that_is_cut_off_is_noted(tmp_path) -> None:
+    cv2.imwrite(str(tmp_path / "whole.jpg"), np.random.default_rng(0).integers(0, 255, SIZE[::-1], np.uint8))
+    whole = (tmp_path / "whole.jpg").read_bytes()
+    (tmp_path / "cut.jpg").write_bytes(whole[: len(whole) * 2 // 3])
+    assert read_grey(tmp_path / "whole.jpg", SIZE)[2] == []
+    assert read_grey(tmp_path / "cut.jpg", SIZE)[2] == ["is cut off: part of it is missing"]
+
+
+@pytest.mark.parametrize("name", ["index.html", "fitted"])
+def test_files_of_others_are_not_replaced(gap, small_stage, real, tmp_path, name) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match=f"holds {name}, but no report of gap; give another folder"):
+        gap(real / "nominal", small_stage, out=tmp_path)
+    assert (tmp_path / name / "mine.txt").read_text() == "mine"
+
+
+def test_a_preset_replaces_nothing(gap, small_stage, real, tmp_path) -> None:
+    """The stage least of all."""
+    before = small_stage.read_bytes()
+    for path, saying in (
+        (small_stage, "exists already; give --write another name"),
+        (tmp_path / "no/x.usda", "is not a folder"),
+    ):
+        with pytest.raises(InputError, match=saying):
+            gap(real / "nominal", small_stage, fit="light", write=path)
+    assert small_stage.read_bytes() == before

@@ -1,6 +1,9 @@
 """The preset of fits: light of walls alone, and no light at all."""
 
+import re
+
 import pytest
+from pxr import Sdf
 
 from spin_usd.commands.gap.report import GapLight, GapPicture, GapReport
 from spin_usd.commands.gap.write_preset import write_preset
@@ -36,3 +39,11 @@ def test_no_light_makes_no_preset(tmp_path) -> None:
     with pytest.raises(InputError, match="no picture has light of which a preset could be made"):
         write_preset(tmp_path / "bed.usda", report([], []), Sensor(), [])
     assert not list(tmp_path.iterdir())
+
+
+def test_any_file_name_makes_an_augmentation_and_a_preset_that_are_read(tmp_path) -> None:
+    path = tmp_path / 'mein "Bett"-\u00e9 {2}.usda'
+    write_preset(path, report([("Sun001", 1.0)]), Sensor(), [])
+    assert Sdf.Layer.FindOrOpen(str(path)).GetPrimAtPath("/World/Lights/Sun")
+    (name,) = re.findall('name = "(.*)"', path.with_suffix(".toml").read_text())
+    assert re.fullmatch("[a-z0-9_]+", name)
