@@ -24,8 +24,8 @@ def gap(context: typer.Context, options: GapOptions, *, as_json: Json = False) -
     """Measure how far pictures of a stage are from real pictures of the same poses, and fit light, camera and surface.
 
     REAL is a folder of pictures: its own poses are read from a list in a known layout, or from --poses; otherwise the
-    pictures have the names of the stage's frames. Figures are medians over the pictures; the interval is of the real
-    pictures, or of both together where the measure is. Grey is in steps of 8 bits.
+    pictures have the names of the stage's frames. Figures are medians over the pictures; the interval is that of the
+    real pictures, or of the pairs for measures of both. Grey is in steps of 8 bits.
     """
     with shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.gap, options.telling(progress))

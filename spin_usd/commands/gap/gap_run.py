@@ -4,9 +4,10 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
-from msgspec import structs
+from msgspec import UNSET, structs
 
 from spin_usd.basics.arrays import Float
 from spin_usd.commands.gap.calls import (
@@ -81,7 +82,7 @@ class GapRun:
     def psf_sigma(self) -> float | None:
         """Point spread function of the real pictures as last measured, pixels; None where it was not found."""
         found = [each.psf_sigma for each in _sharp(self.steps).values() if each.psf_sigma is not None]
-        return sorted(found)[len(found) // 2] if len(found) >= LEAST else None
+        return float(np.median(found)) if len(found) >= LEAST else None
 
     def of(self, name: str) -> Fitted:
         """Return the fits so far of a picture."""
@@ -126,9 +127,9 @@ def _fit_light(run: GapRun) -> None:
     for name, answer in run.lights.items():
         shining = {light.path: light.strength for light in answer.lights}
         run.fitted[name] = structs.replace(run.of(name), panels=panels, lights=shining)
-    explained = sorted(answer.explained for answer in run.lights.values())
+    explained = float(np.median([answer.explained for answer in run.lights.values()]))
     seconds = (time.monotonic() - start) / len(requests)
-    run.fits["light"] = GapFit(parameters={}, explained=explained[len(explained) // 2], seconds=seconds)
+    run.fits["light"] = GapFit(parameters={}, explained=explained, seconds=seconds)
 
 
 def _fit_camera(run: GapRun) -> None:
@@ -175,7 +176,8 @@ def _fit_surface(run: GapRun) -> None:
         along = [surfaces.values(surfaces.logs + share * moved) for share in SHARES]
         means = np.diagonal(run.try_surfaces(names, along, what).mean(0))
         best = int(means.argmin())
-        intervals = surfaces.intervals(products, step)
+        if number == len(STEPS) and len(names) >= LEAST:
+            intervals = surfaces.intervals(products, step)
         if means[best] < products[:, 0, 0].mean():
             surfaces = surfaces.moved(SHARES[best] * moved)
     for name in run.pairs:
@@ -183,8 +185,8 @@ def _fit_surface(run: GapRun) -> None:
     seconds = (time.monotonic() - start) / len(names)
     run.fits["surface"] = GapFit(
         parameters={
-            name: GapParameter(value=value, interval=list(around), unit="factor")
-            for (name, value), around in zip(surfaces.values(surfaces.logs).items(), intervals, strict=True)
+            name: GapParameter(value=value, interval=list(around) if around else UNSET, unit="factor")
+            for (name, value), around in zip_longest(surfaces.values(surfaces.logs).items(), intervals)
         },
         seconds=seconds,
     )

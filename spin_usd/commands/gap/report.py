@@ -72,7 +72,9 @@ class GapParameter(JsonStruct, frozen=True, kw_only=True):
     """A fitted number."""
 
     value: float
-    interval: Annotated[Span | UnsetType, Meta(description=f"{INTERVAL}; absent of fewer than three.")] = UNSET
+    interval: Annotated[
+        Span | UnsetType, Meta(description=f"{INTERVAL}, of at least three; of a JPEG quality its neighbours tried.")
+    ] = UNSET
     unit: str
 
 
