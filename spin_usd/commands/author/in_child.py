@@ -98,9 +98,12 @@ def _unused(making: Authoring) -> Iterator[str]:
     preset, asked = making.sources.stage.preset, making.sources.variants
     if preset is None:
         return
-    for name in preset.selections:
+    for name, variant in preset.selections.items():
         if name not in making.target.variants:
             yield f"the target has no variant set '{name}', so its materials stay unchanged"
+        elif variant not in (known := making.target.variants[name]):
+            lacks = f"the preset {preset.file.stem} selects {name}={variant}, which the target lacks"
+            yield f"{lacks}: its own stays (of {', '.join(known)})"
     for name, variant in preset.chosen(making.target.variants).items():
         if asked.get(name, variant) != variant:
             instead = f"the preset {preset.file.stem} selects {name}={variant}, in place of --variant"

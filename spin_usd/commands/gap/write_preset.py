@@ -3,8 +3,8 @@ draws others for each picture.
 
 The light that gives most of a picture becomes a wide Sun with a direction and an irradiance. Directions, irradiances
 and black levels are drawn apart from each other, each found value as likely as any other. A light that only grazes the
-target has a poorly determined irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle and the
-camera's noise and sharpness are the same in all pictures.
+target has a poorly determined irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle, the
+mean of the lights', and the camera's noise and sharpness are the same in all pictures.
 """
 
 import math
@@ -121,7 +121,7 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
         doc=f"Light and camera of {len(report.pictures)} pictures, by spin-usd gap. Each picture has its own light and "
         "black level: the augmentation beside it draws them.",
         camera="\n".join(f"        {_typed(name)} {name} = {value}" for name, value in numbers.items()),
-        angle=_number(float(np.median([_angle(light) for light in lights]))),
+        angle=_number(float(np.mean([_angle(light) for light in lights]))),  # the median of two kinds is one of them
         irradiance=_number(float(np.median([light.strength for light in lights]))),
     )
     drawn = AUGMENTATION.format(

@@ -37,16 +37,9 @@ class Preset:
         return extracted(self.flat, prim, self.flat.documentation)
 
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-        """Return its selections among the `variants` of a target, without sets that the target lacks.
-
-        Raises InputError for a variant that a set lacks.
-        """
-        chosen = {name: variant for name, variant in self.selections.items() if name in variants}
-        for name, variant in chosen.items():
-            if variant not in variants[name]:
-                found = f"selects {name} {variant!r}, and the target has {', '.join(variants[name])}"
-                raise InputError(found, where=f"{self.file} {MODEL}", do="select one of those")
-        return chosen
+        """Return its selections among the `variants` of a target, without what the target lacks: a preset is made with
+        one craft, and used with any."""
+        return {name: variant for name, variant in self.selections.items() if variant in variants.get(name, ())}
 
     def set_camera(self, layer: Sdf.Layer) -> None:
         """Write its camera attributes over a camera layer's."""

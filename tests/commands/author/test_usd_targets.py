@@ -388,3 +388,14 @@ def test_a_variant_that_the_preset_replaces_is_said(tmp_path: Path, given: str, 
     notes = [note for note in report.notes if "--variant" in note]
     wanted = f"the preset spin_lightbox selects look=reflective, in place of --variant {given}: leave one of them out"
     assert notes == [wanted] * said
+
+
+@pytest.mark.parametrize(("target", "look"), [("tango", "mockup"), ("cubesat", "reflective")])
+def test_a_look_that_the_target_lacks_stays_its_own(tmp_path: Path, target: str, look: str) -> None:
+    """The preset lightbox is made with Tango's mock-up, and used with any craft."""
+    options = {"target": target, "preset": "lightbox", "camera": "speedplus"}
+    report = author_stage(sample="range=8 count=1", out=tmp_path / "stage", **options)
+    stage = Usd.Stage.Open(str(report.root))
+    assert stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look").GetVariantSelection() == look
+    wanted = "the preset lightbox selects look=mockup, which the target lacks: its own stays (of matt, reflective)"
+    assert [note for note in report.notes if "look=" in note] == [wanted] * (target == "cubesat")

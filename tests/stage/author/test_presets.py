@@ -121,7 +121,7 @@ def test_a_scene_has_the_published_settings(authored: dict[str, Path], name: str
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "look"), [("lightbox", DistantLight, "mockup"), ("sunlamp", DiskLight, "reflective")]
+    ("name", "kind", "look"), [("lightbox", DistantLight, "reflective"), ("sunlamp", DiskLight, "reflective")]
 )
 def test_a_test_bed_has_its_own_lamp_and_no_glow(authored: dict[str, Path], name: str, kind: type, look: str) -> None:
     reader = StageReader(authored[name])
@@ -243,7 +243,6 @@ def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) ->
         ('over "Camera"\n{\ndef Sphere "Hood"\n{\n}\n}', ("/World/Camera/Hood", "preset")),
         ("double visible = 3", ("visible", "/World")),
         ('over "Target"\n{\nover "Model"\n{\ntoken visibility = "invisible"\n}\n}', ("visibility", "Model")),
-        ('over "Target"\n{\nover "Model" (\nvariants = {\nstring look = "pink"\n}\n)\n{\n}\n}', ("pink", "matt")),
         ('def "Lights" (\nprepend references = @./gone.usda@\n)\n{\n}', ("gone.usda", "preset.usda")),
         ('def "Lights"\n{\nasset inputs:texture:file = @./gone.png@\n}', ("gone.png", "not there")),
     ],
