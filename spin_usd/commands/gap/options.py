@@ -72,4 +72,6 @@ class GapOptions(ListeningToNotes, EffortOptions):
     def fits(self) -> tuple[str, ...]:
         """The fits in their order."""
         named = names_in(self.fit)
-        return FITS if named == ("all",) else tuple(sorted(named, key=lambda n: FITS.index(n) if n in FITS else -1))
+        if "all" in named:
+            return FITS
+        return tuple(sorted(set(named), key=lambda name: FITS.index(name) if name in FITS else -1))

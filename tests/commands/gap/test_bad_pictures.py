@@ -139,7 +139,8 @@ def test_fits_are_done_in_their_order() -> None:
     def options(fit):
         return GapOptions("real", "stage", out="out", fit=fit).fits
 
-    assert options("all") == FITS
+    assert options("all") == options("light,all") == FITS
+    assert options("camera,camera") == ("camera",)
     assert options("camera,light") == options(["camera", "light"]) == ("light", "camera")
     assert options(()) == ()
 
