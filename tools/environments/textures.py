@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 
-from environments.earth import albedo, clouds
+from environments.blue_marble import albedo
+from environments.weather import clouds
 from environments.noise import Array
 from spin_usd.scene.derived import srgb
 
@@ -24,7 +25,7 @@ def pictures() -> dict[str, Callable[[], Array]]:
 def write_textures(folder: Path) -> None:
     """Write every texture into an existing folder."""
     for name, make in pictures().items():
-        write_image(folder / name, make(), quality=85)
+        write_image(folder / name, make(), quality=80)
 
 
 def write_image(path: Path, image: Array, *, quality: int) -> None:

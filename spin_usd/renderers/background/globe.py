@@ -16,12 +16,13 @@ from spin_usd.scene.texture import Image
 AIR_HEIGHTS = 10.0  # scale heights above which air is invisible
 MIN_SPAN = np.float32(1e-12)
 MIN_TOWARD = np.float32(0.02)
+MIN_MASS = np.float32(1e-20)
 BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Air:
-    """Air that scatters light once: an exponential atmosphere, Rayleigh's law, a curved surface.
+    """Air that scatters light and absorbs none: an exponential atmosphere, Rayleigh's law, a curved surface.
 
     A ray's way through it counts in vertical thicknesses, its air mass: 1 / cos(zenith angle) where the ground is flat
     enough, and sqrt(pi R / 2H) along the horizon (S. Chapman, 1931); between them 1 / sqrt(cos^2 + 2H / pi R).
@@ -31,6 +32,28 @@ class Air:
     """In planet radii."""
     depth: tuple[float, float, float]
     """The optical depth straight down, R, G, B."""
+
+    def passed(self, mass: Float32, direct: Float32, channel: int) -> Float32:
+        """Return the share of light along a ray of that air mass that reaches the ground, or leaves from there to
+        space, `direct` of it unscattered. About half of the scattered light goes on forward.
+
+        Source: two streams of light, W. E. Meador and W. R. Weaver, J. Atmos. Sci. 37 (1980), Eddington's method, for
+        scattering without absorption and asymmetry.
+        """
+        thick = np.float32(0.75 * self.depth[channel])
+        back = thick + (np.float32(0.5) - np.float32(0.75) / np.maximum(mass, MIN_MASS)) * (1 - direct)
+        return np.asarray(1 - back / (1 + thick))
+
+    @property
+    def returned(self) -> list[np.float32]:
+        """The share of diffuse light from the ground, R, G, B, that comes back to it; same source."""
+        return [np.float32(0.75 * depth / (1 + 0.75 * depth)) for depth in self.depth]
+
+    @property
+    def rescattered(self) -> list[np.float32]:
+        """The light that leaves the air upward, R, G, B, over the part of it that was scattered once: 1 + 2t / (1 + t)
+        at optical depth t. Fitted to traced photons: within 3 % for t up to 0.5 and the Sun 9 to 90 degrees high."""
+        return [np.float32((1 + 3 * depth) / (1 + depth)) for depth in self.depth]
 
     def mass(self, cosine: Float32) -> Float32:
         """Return (N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the

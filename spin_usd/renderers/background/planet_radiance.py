@@ -7,6 +7,7 @@ import numpy as np
 
 from spin_usd.renderers.background.elementary import Float32
 from spin_usd.renderers.background.enlarge import enlarged
+from spin_usd.renderers.background.globe import Globe
 from spin_usd.renderers.background.node_grid import NodeGrid, Octave
 from spin_usd.renderers.background.noise_octaves import MEAN_WAVE, octave, resolved
 from spin_usd.renderers.background.planet_maps import Map, Places, cloud_map, ground_map, night_map, ramp, shores
@@ -54,7 +55,7 @@ def mean_radiance(points: Points) -> list[Float32]:
     for sun in points.suns:
         lit, glossy = sun.lit(sun.cosine) * covered, water * clear * covered
         for c in RGB:
-            radiance[c] += albedo[c] * lit * sun.ground[c] + sun.glint[c] * glossy
+            radiance[c] += echoed(albedo[c], points.globe, c) * lit * sun.ground[c] + sun.glint[c] * glossy
     if planet.night:
         _add_night(radiance, night_map(planet.night).at(places), clear, _night_light(points))
     return radiance
@@ -82,28 +83,35 @@ def fine_radiance(nodes: NodeGrid) -> list[Float32]:
 
 def _add_sun(radiance: list[Float32], nodes: NodeGrid, number: int, surface: PlanetSurface | None) -> None:
     """Add the light of the Sun of that number that ground, clouds and sea send."""
-    covered, sun = nodes.points.meeting.covered, nodes.points.suns[number]
+    globe, covered, sun = nodes.points.globe, nodes.points.meeting.covered, nodes.points.suns[number]
     lit = sun.lit(sun.cosine) * covered
     if not lit.any():
         return
     light = nodes.enlarged([lit * channel for channel in sun.ground])
     if not surface:
-        for c, channel in enumerate(_uniform(nodes.points.globe.planet)):
-            radiance[c] += channel * light[c]
+        for c, channel in enumerate(_uniform(globe.planet)):
+            radiance[c] += echoed(channel, globe, c) * light[c]
         return
     sunlit = surface.sunlit(number)
-    for c, albedo in enumerate(surface.albedo(number, sunlit)):
-        radiance[c] += albedo * light[c]
+    for c, albedo in enumerate(surface.albedo(number, sunlit, nodes.enlarged(sun.skylight) if globe.air else None)):
+        radiance[c] += echoed(albedo, globe, c) * light[c]
     if sun.glint[0].any() and surface.water.any():
         glossy = surface.glossy(sunlit)
         for c, glint in enumerate(nodes.enlarged([covered * channel for channel in sun.glint])):
             radiance[c] += glint * glossy
 
 
-def _uniform(planet: Planet) -> list[np.float32]:
+def _uniform(planet: Planet) -> list[Float32]:
     if isinstance(planet.albedo, Image):
         raise TypeError("a planet with a map has weather")
-    return [np.float32(channel) for channel in planet.albedo]
+    return [np.array(channel, np.float32) for channel in planet.albedo]
+
+
+def echoed(albedo: Float32, globe: Globe, channel: int) -> Float32:
+    """Return the albedo, times by how much more light a wide ground of it gets that the air sends back to it."""
+    if not globe.air:
+        return albedo
+    return np.asarray(albedo / (1 - np.minimum(albedo, 1) * globe.air.returned[channel]))
 
 
 def _air(points: Points) -> list[Float32]:

@@ -1,16 +1,15 @@
 """The light of one Sun at points of a planet: light that reaches ground and sea, and light scattered by the air."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spin_usd.basics.arrays import Float
 from spin_usd.renderers.background.elementary import Float32, exp, rotated
-from spin_usd.renderers.background.globe import Air, Globe, Meeting, Rays, rayleigh
+from spin_usd.renderers.background.globe import MIN_MASS, Air, Globe, Meeting, Rays, rayleigh
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light
 
-MIN_MASS = np.float32(1e-20)
 RGB = range(3)
 # Of the slopes of a sea that wind of 7 m/s roughens: 0.003 + 0.00512 times that (C. Cox and W. Munk, 1954).
 SLOPE_VARIANCE = 0.003 + 0.00512 * 7.0
@@ -26,7 +25,9 @@ class SunAtPoints:
     cosine: Float32
     """Cosine of the Sun's zenith angle."""
     ground: list[Float32]
-    """Light of white ground that faces the Sun."""
+    """Light of white ground that faces the Sun, without what it and the air send to and fro."""
+    skylight: list[Float32]
+    """The share of `ground` that arrived scattered."""
     air: list[Float32]
     """Light of the air in front of it."""
     glint: list[Float32]
@@ -60,30 +61,41 @@ def transmittances(air: Air | None, meeting: Meeting) -> list[Float32]:
 
 
 def sunlight(globe: Globe, sun: DistantLight, rays: Rays, meeting: Meeting, through: list[Float32]) -> SunAtPoints:
-    """Return the light of `sun`: what the ground sends back, less what the air takes on both ways, and what the air
-    scatters once itself: of parallel layers E P m / (m + m_sun) (1 - exp(-t (m + m_sun))), with the air masses m.
-
-    Half of the sunlight removed by the air reaches the ground as skylight.
-    """
+    """Return the light of `sun`: what the ground sends back of direct light and skylight, and what the air scatters
+    itself: of parallel layers, once, E P m / (m + m_sun) (1 - exp(-t (m + m_sun))), with the air masses m, and more
+    often in proportion."""
     air, direction = globe.air, _direction(globe.planet, sun)
     n = meeting.normal
     cosine = (n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]).astype(np.float32)
-    clear, scattered = [np.ones_like(cosine)] * 3, np.zeros_like(cosine)
     between = _scattering_cosine(sun, rays)
-    if air is not None:
-        mass, sun_mass = _mass(air, meeting), air.thinned(meeting.height) * air.mass(cosine)
-        clear = [exp(sun_mass * np.float32(-air.depth[c])) for c in RGB]
-        share = mass / np.maximum(mass + sun_mass, MIN_MASS)
-        scattered = rayleigh(between) * air.twilight(cosine) * share
     glint = glint_of(cosine, meeting.toward, between)
-    full = [np.float32(sun.irradiance[c]) * through[c] for c in RGB]
-    return SunAtPoints(
+    found = SunAtPoints(
         cosine=cosine,
-        ground=[full[c] * (1 + clear[c]) * np.float32(0.5 / np.pi) for c in RGB],
-        air=[np.float32(sun.irradiance[c]) * scattered * (1 - through[c] * clear[c]) for c in RGB],
-        glint=[full[c] * clear[c] * glint for c in RGB],
+        ground=[np.full_like(cosine, sun.irradiance[c] / np.pi) for c in RGB],
+        skylight=[np.zeros_like(cosine)] * 3,
+        air=[np.zeros_like(cosine)] * 3,
+        glint=[np.float32(sun.irradiance[c]) * through[c] * glint for c in RGB],
         direction=direction,
         half=np.float32(max(sun.angle / 2, 1e-6)),
+    )
+    return found if air is None else _in_air(found, air, meeting, through, rayleigh(between))
+
+
+def _in_air(bare: SunAtPoints, air: Air, meeting: Meeting, through: list[Float32], phase: Float32) -> SunAtPoints:
+    """Return the light of `bare`, of a planet without air, under `air`."""
+    mass, sun_mass = _mass(air, meeting), air.thinned(meeting.height) * air.mass(bare.cosine)
+    clear = [exp(sun_mass * np.float32(-air.depth[c])) for c in RGB]
+    scattered = phase * air.twilight(bare.cosine) * (mass / np.maximum(mass + sun_mass, MIN_MASS))
+    down = [air.passed(sun_mass, clear[c], c) for c in RGB]
+    return replace(
+        bare,
+        ground=[bare.ground[c] * down[c] * air.passed(mass, through[c], c) for c in RGB],
+        skylight=[1 - clear[c] / down[c] for c in RGB],
+        air=[
+            bare.ground[c] * np.float32(np.pi) * air.rescattered[c] * scattered * (1 - through[c] * clear[c])
+            for c in RGB
+        ],
+        glint=[bare.glint[c] * clear[c] for c in RGB],
     )
 
 

@@ -19,7 +19,7 @@ LOGISTIC = 1.702  # a logistic function so much steeper is the normal distributi
 MIN_OPACITY = 0.002
 CLOUD_HEIGHT, SHADE_HEIGHT = 0.28, 0.25  # of a unit of noise, in scale heights of the air
 MAX_AHEAD = np.float32(1.2)  # units of noise by which it changes at most on the way to a shadow
-SHADE = np.float32(0.6)  # of the light that a cloud's shadow takes
+SHADE = np.float32(0.75)  # of the direct light that a cloud's shadow takes
 CONTRAST = np.float32(0.6)
 """How much brighter than level ground a steep slope is that faces the Sun, and how much darker one behind it."""
 CLOSE = 6.0  # of the longest wave, below which pixels must be for any of them: one octave alone is a pattern of dots
@@ -140,14 +140,18 @@ class PlanetSurface:
         """Return the share of light of the Sun of that number on the ground, past clouds in between."""
         return np.ones_like(self.water) if self.clouds is None else self.clouds.sunlit(self.rises[sun])
 
-    def albedo(self, sun: int, sunlit: Float32) -> list[Float32]:
+    def albedo(self, sun: int, sunlit: Float32, skylight: list[Float32] | None) -> list[Float32]:
         """Return R, G, B of the albedo in the light of a Sun that is `sunlit` on the ground: slopes that face it are
-        brighter."""
+        brighter. `skylight`: its share of the light, which shadows and slopes do not change; None without air."""
         relief = self._relief(sun)
         relief *= sunlit
         if self.clouds:
             relief *= 1 - self.clouds.opacity
-        found: list[Float32] = [ground * relief for ground in self.ground]
+        if skylight is None:
+            found: list[Float32] = [ground * relief for ground in self.ground]
+        else:
+            level = 1 - relief if self.clouds is None else 1 - self.clouds.opacity - relief
+            found = [ground * (relief + level * share) for ground, share in zip(self.ground, skylight, strict=True)]
         if self.clouds:
             bright = self.clouds.brightness(self.rises[sun])
             for channel, white in zip(found, self.clouds.white, strict=True):

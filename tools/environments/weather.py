@@ -1,38 +1,11 @@
-"""An Earth that is none: continents, climates and weather from noise, with the real one's albedos.
-
-Albedos over the solar spectrum: ocean 0.06, forest 0.13, grass 0.2, desert 0.35, snow 0.7 (common textbook values, for
-example Hartmann, Global Physical Climatology, table 4.2). Their colours are ours.
-"""
+"""Weather of no real day, from noise: belts by latitude, storms, fronts."""
 
 import numpy as np
 
 from environments.noise import Array, fractal, ramp, sphere
 
-OCEAN = (0.045, 0.060, 0.085)
-FOREST = (0.11, 0.14, 0.08)
-GRASS = (0.21, 0.20, 0.13)
-DESERT = (0.42, 0.33, 0.22)
-ROCK = (0.20, 0.19, 0.18)
-SNOW = (0.70, 0.71, 0.73)
 ACROSS_BANDS = np.array([[1, 0, 0.6], [0, 1, -0.5], [-1.92, 1.6, 3.2]])
 """How far points are apart for the bands along fronts: three times as far across them, oblique to the parallels."""
-
-
-def albedo(width: int, height: int) -> Array:
-    """Return (height, width, 3): Lambert's albedo, linear, R, G, B."""
-    points = sphere(width, height)
-    north = points[2]
-    elevation = fractal(points, seed=4, waves=1.3, octaves=9, gain=0.6) - 0.35
-    wet = fractal(points, seed=9, waves=2.0, octaves=7, gain=0.55) + 1.6 * _rain(north)
-    roughness = fractal(points, seed=12, waves=16.0, octaves=5, gain=0.6)
-    ground = _mixed(DESERT, GRASS, ramp(wet, -0.3, 0.6))
-    ground = _mixed(ground, FOREST, ramp(wet, 0.5, 1.4))
-    ground = _mixed(ground, ROCK, ramp(elevation + 0.1 * roughness, 0.9, 1.5))
-    cold = np.abs(north) + 0.06 * elevation + 0.04 * roughness
-    ground = _mixed(ground, SNOW, ramp(cold, 0.86, 0.93))
-    ground = ground * (1 + 0.15 * roughness)[..., None]
-    sea = _mixed(OCEAN, SNOW, ramp(np.abs(north) + 0.03 * roughness, 0.93, 0.97))
-    return np.clip(_mixed(sea, ground, ramp(elevation, -0.02, 0.02)), 0, 1)
 
 
 def clouds(width: int, height: int) -> Array:
@@ -48,8 +21,10 @@ def clouds(width: int, height: int) -> Array:
     streaks = fractal(turned * np.array([1, 1, 4.0])[:, None, None], seed=57, waves=5.0, octaves=6, gain=0.7)
     fronts = 1 - np.abs(fractal(turned, seed=61, waves=4.0, octaves=5, gain=0.6))
     bands = fractal(np.einsum("ij,jhw->ihw", ACROSS_BANDS, turned), seed=71, waves=9.0, octaves=5, gain=0.65)
-    cover = 0.85 * sheets + 0.35 * streaks + 0.45 * fronts + 0.6 * bands + 0.9 * _rain(north)
-    return (0.92 * ramp(cover, -1.5, 2.5))[..., None]
+    # Storms smear what they carry; what grows in them since is as fine and as round as anywhere.
+    tufts = fractal(0.5 * (points + turned), seed=81, waves=22.0, octaves=6, gain=0.8)
+    cover = 0.8 * sheets + 0.3 * streaks + 0.4 * fronts + 0.5 * bands + 0.75 * tufts + 0.9 * _rain(north)
+    return (0.92 * ramp(cover, -1.3, 2.3))[..., None]
 
 
 def _in_storms(points: Array) -> Array:
@@ -87,8 +62,3 @@ def _rain(north: Array) -> Array:
     tropics = np.exp(-((north / 0.16) ** 2))
     storms = np.exp(-(((np.abs(north) - 0.8) / 0.2) ** 2))
     return np.asarray(tropics + 0.9 * storms - 0.45)
-
-
-def _mixed(low: Array | tuple[float, ...], high: Array | tuple[float, ...], share: Array) -> Array:
-    low, high = np.asarray(low, float), np.asarray(high, float)
-    return np.asarray(low + (high - low) * share[..., None])
