@@ -7,8 +7,8 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 
 from environments.blue_marble import albedo
-from environments.weather import clouds
 from environments.noise import Array
+from environments.weather import clouds
 from spin_usd.scene.derived import srgb
 
 SIZE = (2048, 1024)
