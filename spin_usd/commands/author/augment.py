@@ -30,6 +30,8 @@ from spin_usd.stage.author.lights_and_environment import refuse_damaged
 from spin_usd.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.store.hidden_folder import hidden_folder
 
+PLANET = "earth."  # begins the names of its parameters
+
 
 def augment_stage(
     *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda *_: None
@@ -123,11 +125,10 @@ def _sampled(
     background = _background(stage, behind, spec.seed, entry.name, folder, checked)
     environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
-    constraints = dict(entry.constraints)
-    of_planet = [name for name in constraints if CONSTRAINTS[name].needs_planet]
-    if of_planet and background and find_planet(base.stage) is None:  # these bind the appearances that have one
-        for name in of_planet:
-            del constraints[name]
+    constraints = entry.constraints
+    if background and find_planet(base.stage) is None:  # what concerns a planet binds the appearances that have one
+        constraints = {name: limit for name, limit in constraints.items() if not CONSTRAINTS[name].needs_planet}
+        others = [sample for sample in others if not sample.parameter.startswith(PLANET)]
     values = sample_pictures(
         base,
         SampledPictures(names=frames),

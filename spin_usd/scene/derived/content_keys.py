@@ -25,6 +25,8 @@ VISIBILITY = "embree 3"  # determines the face of a pixel; the number grows when
 LIGHT = {"blender": "blender 2"}
 """Versions of renderers that once made other numbers of the same content; a version grows when that may happen
 again."""
+PLANETS = "planets 2"
+"""Version of planets, likewise; it counts in pictures that have any."""
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
 
@@ -83,7 +85,8 @@ class KeyMaker:
         radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._last[str(i)].of((part,), partial(key_of, part)) for i, part in enumerate(parts)]
-        exposure = digest([radiance, taking, frame.variant])
+        behind = [PLANETS] if scene.environment.planets else []
+        exposure = digest([radiance, taking, frame.variant, *behind])
         return Keys(geometry=geometry, radiance=radiance, exposure=exposure, targets=targets)
 
     def _of_pose(self, scene: Scene) -> tuple[str, str]:
@@ -124,11 +127,12 @@ class KeyMaker:
     def _unit_light(self, scene: Scene) -> str:
         """Return the key of the lights as rendered, and of the planets, which light the target too."""
         planets = scene.environment.planets
+        shining = scene.environment.illuminating
         of: tuple[object, ...] = (scene.lights, planets, *(body.target for body in scene.bodies))
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
             of = (*of, scene.bodies[0].T_cam_body)
         return self._last["unit light"].of(
-            of, lambda: key_of([in_unit_light(scene).scene.lights, scene.environment.illuminating])
+            of, lambda: key_of([in_unit_light(scene).scene.lights, shining, *([PLANETS] if shining else [])])
         )
 
 

@@ -55,8 +55,8 @@ sun_from_boresight_deg = 150
     assert len({frame.name for frame in reader.frames}) == 8
 
 
-def test_no_appearance_of_isda_lies_in_the_shadow_of_its_earth(tmp_path, spin_usd) -> None:
-    """One of the three has no planet, whose constraint binds the others."""
+def test_earths_of_isda_differ_and_none_shades_the_target(tmp_path, spin_usd) -> None:
+    """One of the three appearances has no planet, whose parameters and constraint bind the others."""
     author = ("author", "--sample", "range=5..10 inside=1 count=30", "--seed", "3", "--target", "tango")
     spin_usd(*author, "--camera", "speedplus", "--augment", "isda", "--out", tmp_path / "stage")
     planets = []
@@ -64,5 +64,7 @@ def test_no_appearance_of_isda_lies_in_the_shadow_of_its_earth(tmp_path, spin_us
         reader = StageReader(tmp_path / "stage" / "dataset.usda", variant=f"isda_{number}")
         scenes = [reader.scene(frame) for frame in reader.frames]
         planets.append(len(scenes[0].environment.planets))
+        earths = {planet.T_cam_planet.rotation.tobytes() for scene in scenes for planet in scene.environment.planets}
+        assert len(earths) == 30 * planets[-1]
         assert all(sunlight(scene.lights, scene.bodies[0].T_cam_body).obscured == 0 for scene in scenes)
     assert sorted(planets) == [0, 1, 1]
