@@ -18,9 +18,13 @@ from spin_usd.sampling.sample import stream
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.scene.scene import NOMINAL
 from spin_usd.specifications.sample_pictures import SampledPictures, sample_pictures
+from spin_usd.specifications.sample_table import SampleEntry
 from spin_usd.specifications.sampling_spec import SamplingPart, SamplingSpec
+from spin_usd.stage.augment.attribute_change import BaseStage
+from spin_usd.stage.augment.planet import can_be_turned
 from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base, overlaid, sampled_values
 
+EARTH_ATTITUDE = "earth.attitude"
 DECIMALS = 12  # of sines and cosines, whose last bits differ between machines
 
 
@@ -128,18 +132,28 @@ def sample_light(
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
     base, _, _ = open_base(stage)
-    found = []
+    earth, found = _another_earth(base, chosen), []
     for part, rows in _rows_of_parts(chosen).items():
         own = replace(base, times=tuple(base.times[i] for i in rows))
         pictures = [chosen[i] for i in rows]
         _refuse_two_suns(part, constraints)
         what = sample_pictures(
-            own, pictures_of(pictures), part.sample, seed=seed, name=NOMINAL, constraints=constraints
+            own, pictures_of(pictures), (*part.sample, *earth), seed=seed, name=NOMINAL, constraints=constraints
         )
         if (suns := _inertial_suns(pictures, seed)) is not None:
             what = overlaid(sampled_values(own, {}, {SUN[0]: suns}), what)
         found.append((own.times, what))
     return concatenated(found)
+
+
+def _another_earth(base: BaseStage, chosen: Sequence[PartPicture]) -> tuple[SampleEntry, ...]:
+    """Return the attitude of the stage's planet, sampled for each picture, if no part samples it and all pictures are
+    independent of one another."""
+    parts = dict.fromkeys(picture.part for picture in chosen)
+    sampled = any(entry.parameter == EARTH_ATTITUDE for part in parts for entry in part.sample)
+    if sampled or not all(isinstance(part.law, PoseLaw) for part in parts) or not can_be_turned(base):
+        return ()
+    return (SampleEntry(parameter=EARTH_ATTITUDE, words={"distribution": "attitudes"}, per_frame=True),)
 
 
 def _inertial_suns(of_part: Sequence[PartPicture], seed: int) -> list[tuple[float, ...]] | None:

@@ -22,15 +22,13 @@ from spin_usd.specifications.background_choice import background_choice
 from spin_usd.specifications.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.specifications.sample_table import SampleEntry
 from spin_usd.stage.augment.background import Background, background_of, compose_background
-from spin_usd.stage.augment.planet import find_planet
+from spin_usd.stage.augment.planet import PLANET, find_planet
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
 from spin_usd.stage.author.lights_and_environment import refuse_damaged
 from spin_usd.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.store.hidden_folder import hidden_folder
-
-PLANET = "earth."  # begins the names of its parameters
 
 
 def augment_stage(

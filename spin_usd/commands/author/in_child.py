@@ -19,7 +19,6 @@ from spin_usd.commands.author.written_target import colour_notes, read_written_t
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
-from spin_usd.stage.augment.planet import find_planet
 from spin_usd.stage.augment.sun_and_planet import has_sun
 from spin_usd.stage.author.poses_layer import author_clock
 from spin_usd.stage.author.source_bounds import box_corners, target_notes
@@ -119,12 +118,9 @@ def _same_in_all(making: Authoring, stage: Any) -> Iterator[str]:
         what = " and ".join(pictures.drawn_once)
         be = "is" if len(pictures.drawn_once) == 1 else "are"
         yield f'{what} {be} drawn once for all {count} pictures of a part: per = "frame" draws another value in each'
-    for name, there, own, word in (
-        ("Sun", has_sun(stage) and not making.sources.additions.sun, "sun.", "sun.direction"),
-        ("Earth", find_planet(stage) is not None, "earth.", "earth.attitude"),
-    ):
-        if there and not any(each.startswith(own) for each in (*pictures.drawn, *pictures.drawn_once)):
-            yield f"all {count} pictures have the same {name}: {word}=uniform in --sample draws another in each"
+    drawn = any(each.startswith("sun.") for each in (*pictures.drawn, *pictures.drawn_once))
+    if has_sun(stage) and not making.sources.additions.sun and not drawn:
+        yield f"all {count} pictures have the same Sun: sun.direction=uniform in --sample draws another in each"
 
 
 def author_requested(request: dict[str, Any], progress: Progress) -> AuthorReport:

@@ -1,5 +1,7 @@
 """Parameters of the planet behind the target: position, attitude, visibility."""
 
+from contextlib import suppress
+
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
@@ -23,6 +25,7 @@ from spin_usd.stage.usd.transforms import SAMPLED, between, placement
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 
+PLANET = "earth."  # begins the names of its parameters
 POSITION = ("earth.direction", "earth.altitude", "earth.attitude")
 MILLIMETRE = 3  # digits after the point to which a position is rounded
 
@@ -37,6 +40,19 @@ def find_planet(stage: Usd.Stage) -> Usd.Prim | None:
     if len(planets) > 1 and len(named) != 1:
         raise InputError(f"the stage has {len(planets)} planets", where="earth.*", do="name one of them Earth")
     return (named if len(planets) > 1 else [*planets, None])[0]
+
+
+def can_be_turned(base: BaseStage) -> bool:
+    """Return whether the stage has a planet that `pose` can turn, and that does not move by itself."""
+    with suppress(InputError):
+        planet = find_planet(base.stage)
+        return planet is not None and _scale(base, planet) == 1 and not moves_in_time(planet)
+    return False
+
+
+def _scale(base: BaseStage, planet: Usd.Prim) -> float:
+    world = UsdGeom.XformCache(base.first)
+    return placement(world.GetLocalToWorldTransform(planet), frame="p", metres=1.0, where=planet.GetPath()).scale
 
 
 def the_planet(base: BaseStage, name: str) -> Usd.Prim:
@@ -74,9 +90,7 @@ def planet_centres(base: BaseStage, planet: Usd.Prim) -> Float:
 def pose(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Set the planet's pose: the sampled part of it, and for the rest the pose in the stage."""
     planet = the_planet(base, names[0])
-    world = UsdGeom.XformCache(base.first)
-    scale = placement(world.GetLocalToWorldTransform(planet), frame="p", metres=1.0, where=planet.GetPath()).scale
-    if scale != 1:
+    if (scale := _scale(base, planet)) != 1:
         raise InputError(f"is scaled by {scale:g}", where=planet.GetPath(), do="scale its radii instead")
     camera, longest = find_camera(base.stage), radii(base, planet)[1]
     moves = moves_in_time(planet) or moves_in_time(camera)

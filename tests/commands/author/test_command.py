@@ -8,9 +8,10 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
-from spin_usd.basics.resources import BUNDLED, bundled, bundled_names
+from spin_usd.basics.resources import BUNDLED, bundled, bundled_names, stages
 from spin_usd.command_line import app
 from spin_usd.stage.composition.open_layer import open_layer
+from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.terminal.help_text import EXAMPLES
 from tests.conftest import REPOSITORY
 
@@ -80,11 +81,8 @@ def test_what_many_sampled_pictures_share_is_told(spin_usd, tmp_path) -> None:
 
     few, many = "range=0.5..1 count=9", "range=0.5..1 count=10"
     assert "the same" not in notes(few)
-    both = notes(many)
-    assert "all 10 pictures have the same Sun: sun.direction=uniform in --sample" in both
-    assert "all 10 pictures have the same Earth: earth.attitude=uniform in --sample" in both
-    drawn = notes(f"{many} earth.attitude=uniform", "--sun-direction", "0.3,-0.5,-0.8")
-    assert "the same" not in drawn
+    assert "all 10 pictures have the same Sun: sun.direction=uniform in --sample" in notes(many)
+    assert "the same" not in notes(many, "--sun-direction", "0.3,-0.5,-0.8")
     (tmp_path / "once.toml").write_text("""schema = "sample-1"
 part = [{ name = "a", names = "i{picture}", pictures = 10, poses = { range = { distribution = "fixed", value = 1 }, attitude = { distribution = "attitudes" } }, sample = { "sun.direction" = { distribution = "directions" } } }]
 """)  # noqa: E501
@@ -92,3 +90,25 @@ part = [{ name = "a", names = "i{picture}", pictures = 10, poses = { range = { d
     assert (
         'sun.direction is drawn once for all 10 pictures of a part: per = "frame" draws another value in each' in once
     )
+
+
+@pytest.mark.parametrize(
+    ("given", "earths"),
+    [
+        (("--sample", "range=0.5..1 count=3"), 3),
+        (("--sample", "range=0.5..1 earth.attitude=1,0,0,0 count=3"), 1),
+        (("--sample", "range=0.5..1 earth.altitude=500..600km count=3"), 3),
+        (("--sample", "fly_around", "--count", 3), 1),
+        (("--poses", stages() / "examples" / "tango_speedplus_poses.json", "--frames", "0:3"), 1),
+    ],
+)
+def test_sampled_pictures_have_other_earths_unless_one_is_given(
+    spin_usd, tmp_path, given, earths
+) -> None:
+    """Pictures of a trajectory, and of a list that may be one, have the same Earth."""
+    common = ("--target", "cubesat", "--camera", "speedplus", "--resolution", 64, "--environment", "earth")
+    spin_usd("author", *given, *common, "--out", tmp_path / "stage")
+    reader = StageReader(tmp_path / "stage" / "dataset.usda")
+    planets = [planet for frame in reader.frames for planet in reader.scene(frame).environment.planets]
+    assert len(planets) == 3
+    assert len({planet.T_cam_planet.rotation.tobytes() for planet in planets}) == earths
