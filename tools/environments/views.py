@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 import spin_usd
 from environments.noise import Array
@@ -24,7 +23,7 @@ POSES = stages() / "examples" / "tango_speedplus_poses.json"
 SIZE = 1920, 1200  # pixels, of the SPEED+ camera
 CELL = 480, 300  # of the sheet
 RADIUS = 6371e3
-WHITE = 1361.0 * 0.52 / np.pi  # the radiance that is white
+WHITE = 1361.0 * 0.75 / np.pi  # the radiance that is white
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,12 +41,12 @@ class View:
 
 
 VIEWS = {
-    "300_km_nadir": View(height_km=300, down=80, sun=50, aside=60, latitude=38, longitude=10),
+    "300_km_nadir": View(height_km=300, down=80, sun=50, aside=60, latitude=28, longitude=33),
     "400_km_limb": View(height_km=400, down=24, sun=55, aside=120, latitude=40, longitude=10),
     "800_km_glint": View(height_km=800, down=50, sun=40, aside=0, latitude=-10, longitude=-110),
     "700_km_terminator": View(height_km=700, down=28, sun=84, aside=50, latitude=20, longitude=100),
     "geostationary_disc": View(height_km=35786, down=90, sun=30, aside=50, latitude=0, longitude=-30),
-    "500_km_afternoon": View(height_km=500, down=27, sun=65, aside=-60, latitude=48, longitude=-60),
+    "500_km_afternoon": View(height_km=500, down=27, sun=65, aside=-60, latitude=32, longitude=12),
 }
 
 
@@ -79,11 +78,10 @@ def _earth() -> Iterator[Scene]:
 
 
 def _picture(earth: Scene, view: View) -> Array:
-    """Return (H, W, 1): code values from 0 to 1 of what a camera without noise sees."""
+    """Return (H, W, 3): code values from 0 to 1 of what a camera without noise sees."""
     frame = sky(_seen(earth, view), seed=0)
     assert frame is not None
-    grey: NDArray[np.float32] = frame.mean(-1, keepdims=True)
-    return np.asarray(srgb.encode(np.clip(grey.astype(float) / WHITE, 0, 1)))
+    return np.asarray(srgb.encode(np.clip(frame.astype(float) / WHITE, 0, 1)))
 
 
 def _seen(earth: Scene, view: View) -> Scene:
@@ -110,4 +108,4 @@ def _seen(earth: Scene, view: View) -> Scene:
 def _reduced(picture: Array) -> Array:
     """Return the means of as many pixels as make a cell of the sheet."""
     factor = SIZE[0] // CELL[0]
-    return np.asarray(picture.reshape(CELL[1], factor, CELL[0], factor, 1).mean((1, 3)))
+    return np.asarray(picture.reshape(CELL[1], factor, CELL[0], factor, 3).mean((1, 3)))
