@@ -118,6 +118,9 @@ class Choice(Distribution, frozen=True, kw_only=True, tag="choice"):
     weights: Annotated[
         tuple[Annotated[float, Meta(ge=0)], ...], Meta(description="How often each value is chosen, as ratios.")
     ] = ()
+    together: Annotated[
+        str, Meta(description="Another parameter with a choice of as many values; both have the values of one place.")
+    ] = ""
 
     def __post_init__(self) -> None:
         if not self.values:

@@ -81,6 +81,12 @@ class Sample:
     per_frame: bool = False
     """True if sampled for each picture, False if once."""
 
+    @property
+    def stream(self) -> str:
+        """The parameter whose random numbers it has: its own, or another's with which its values are chosen."""
+        together = self.distribution.together if isinstance(self.distribution, Choice) else ""
+        return together or self.parameter
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterValues:
@@ -117,7 +123,7 @@ def sample_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: 
 
     again: how many values before this one did not meet their constraints. Raises InputError that names the parameter.
     """
-    names = (name, sample.parameter, frame, *([str(again)] if again else []))
+    names = (name, sample.stream, frame, *([str(again)] if again else []))
     try:
         return sample.distribution.sample(stream(seed, *names))
     except InputError as error:

@@ -113,7 +113,23 @@ def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequen
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
     """Return the entries' distributions in the parameters' own units and within their limits. Raises InputError that
     names the parameter."""
-    return tuple(_sample(entry) for entry in entries)
+    samples = tuple(_sample(entry) for entry in entries)
+    for sample in samples:
+        _refuse_unlike(sample, next((each for each in samples if each.parameter == sample.stream), None))
+    return samples
+
+
+def _refuse_unlike(sample: Sample, other: Sample | None) -> None:
+    """Raise InputError unless the sample can be chosen together with the other, which its distribution names."""
+    if other is sample:
+        return
+    own, its = sample.distribution, other and other.distribution
+    if isinstance(own, Choice) and isinstance(its, Choice) and not its.together:
+        one, another = ((len(each.values), each.weights) for each in (own, its))
+        if one == another and other and sample.per_frame == other.per_frame:
+            return
+    found = f"is chosen together with {sample.stream}, which is not a choice like it"
+    raise InputError(found, where=sample.parameter, do="give both as many values, equal weights and an equal per")
 
 
 def _sample(entry: SampleEntry) -> Sample:
@@ -185,6 +201,8 @@ class _Resampling:
         """Sample the group's parameters again until all constraints are met in all pictures."""
         sampled = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in sampled if sample.per_frame] or sampled
+        moved = {sample.parameter for sample in moving}
+        moving += [each for each in self._samples.values() if each.stream in moved and each.parameter not in moved]
         for again in range(1, MAX_TRIES + 1):
             unmet = self._unmet(draws, group, wanted, sky)
             if unmet is None:

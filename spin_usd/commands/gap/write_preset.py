@@ -1,10 +1,11 @@
 """Writes the fits of many pictures as distributions: a preset with one light and camera, and an augmentation that
 draws others for each picture.
 
-The light that gives most of a picture becomes a wide Sun with a direction and an irradiance. Directions, irradiances
-and black levels are drawn apart from each other, each found value as likely as any other. A light that only grazes the
-target has a poorly determined irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle, the
-mean of the lights', and the camera's noise and sharpness are the same in all pictures.
+The light that gives most of a picture becomes a wide Sun with a direction and an irradiance, and its walls a second
+light, as wide as the sky behind the camera, which fills shadows. These are drawn together, for a light from behind the
+target is strong; black levels are drawn apart from them. A light that only grazes the target has a poorly determined
+irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle, the mean of the lights', and the
+camera's noise and sharpness are the same in all pictures.
 """
 
 import math
@@ -26,6 +27,10 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 CENTRAL = (0.1, 0.9)  # quantiles of irradiances
 DIGITS = 4
+SKY = 170  # degrees: the width of the light that fills shadows
+ROOM = math.pi / 24
+"""Irradiance of half the sky over the summed strengths of six walls, as realism.panels has them: a quarter of the mean
+wall's strength is its radiance."""
 PRESET = """#usda 1.0
 (
     defaultPrim = "World"
@@ -48,19 +53,7 @@ def Xform "World"
         kind = "group"
     )
     {{
-        def DistantLight "Sun" (
-            customData = {{ dictionary spin = {{ string intensityUnit = "W/m2" }} }}
-        )
-        {{
-            float inputs:angle = {angle}
-            color3f inputs:color = (1, 1, 1)
-            bool inputs:enableColorTemperature = 0
-            float inputs:exposure = 0
-            float inputs:intensity = {irradiance}
-            bool inputs:normalize = 1
-            float3 xformOp:rotateXYZ = (60, 0, 30)
-            uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
-        }}
+{lights}
     }}
 
     def Xform "Environment" (
@@ -70,6 +63,19 @@ def Xform "World"
     }}
 }}
 """
+LIGHT = """        def DistantLight "{name}" (
+            customData = {{ dictionary spin = {{ string intensityUnit = "W/m2" }} }}
+        )
+        {{
+            float inputs:angle = {angle}
+            color3f inputs:color = (1, 1, 1)
+            bool inputs:enableColorTemperature = 0
+            float inputs:exposure = 0
+            float inputs:intensity = {irradiance}
+            bool inputs:normalize = 1
+            float3 xformOp:rotateXYZ = {turn}
+            uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+        }}"""
 AUGMENTATION = """{comment}
 schema = "augment-1"
 seed = 0
@@ -96,8 +102,9 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
 
     sensor: the stage's · fitted: the fits of the report's pictures.
     """
-    shining = (sorted(picture.lights, key=lambda light: is_wall(light.name)) for picture in report.pictures)
-    lights = [each[0] for each in shining if each]  # the one that gives most, a wall only without any other
+    shining = [sorted(each.lights, key=lambda light: is_wall(light.name)) for each in report.pictures if each.lights]
+    lights = [each[0] for each in shining]  # the one that gives most, a wall only without any other
+    rooms = [sum(light.strength for light in each[1:] if is_wall(light.name)) * ROOM for each in shining]
     if not lights:
         raise InputError(
             "no picture has light of which a preset could be made", where=report.real, do="leave --write out"
@@ -121,17 +128,25 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
         doc=f"Light and camera of {len(report.pictures)} pictures, by spin-usd gap. Each picture has its own light and "
         "black level: the augmentation beside it draws them.",
         camera="\n".join(f"        {_typed(name)} {name} = {value}" for name, value in numbers.items()),
-        angle=_number(float(np.mean([_angle(light) for light in lights]))),  # the median of two kinds is one of them
-        irradiance=_number(float(np.median([light.strength for light in lights]))),
+        lights="\n\n".join(_lights(lights, rooms)),
     )
     drawn = AUGMENTATION.format(
         comment=f"# Light and black level of {len(report.pictures)} pictures, by spin-usd gap, over {path.name}.",
         name=re.sub("[^a-z0-9_]+", "_", path.stem.lower()),
-        samples="\n".join(_samples(lights, levels)),
+        samples="\n".join(_samples(lights, rooms, levels)),
     )
     with hidden_folder(path.parent, path.name) as hidden:
         for name, content in ((path.name, text), (f"{path.stem}.toml", drawn)):
             write_text(Folder(path.parent), name, content, work=hidden.folder)
+
+
+def _lights(lights: Sequence[GapLight], rooms: Sequence[float]) -> Iterator[str]:
+    """Yield the preset's lights, along the camera's axis and, the Sun, from above it."""
+    angle = float(np.mean([_angle(light) for light in lights]))  # the median of two kinds is one of them
+    irradiance = float(np.median([light.strength for light in lights]))
+    yield LIGHT.format(name="Sun", angle=_number(angle), irradiance=_number(irradiance), turn=(60, 0, 30))
+    if any(rooms):
+        yield LIGHT.format(name="Room", angle=SKY, irradiance=_number(float(np.mean(rooms))), turn=(90, 0, 0))
 
 
 def _angle(light: GapLight) -> float:
@@ -139,18 +154,21 @@ def _angle(light: GapLight) -> float:
     return math.degrees(2 * math.atan(light_width(light.name) / 2)) if light.distance else 0.0
 
 
-def _samples(lights: Sequence[GapLight], levels: Sequence[float]) -> Iterator[str]:
+def _samples(lights: Sequence[GapLight], rooms: Sequence[float], levels: Sequence[float]) -> Iterator[str]:
     """Yield the lines of an augmentation."""
     found = [light.strength for light in lights]
     yield _choice("sun.direction", [tuple(light.direction) for light in lights])
-    yield _choice("sun.irradiance", np.clip(found, *np.quantile(found, CENTRAL)).tolist(), "W/m2")
+    irradiances = np.clip(found, *np.quantile(found, CENTRAL)).tolist()
+    yield _choice("sun.irradiance", irradiances, "W/m2", together="sun.direction")
+    if any(rooms):
+        yield _choice("fill.factor", (np.array(rooms) / np.mean(rooms)).tolist(), together="sun.direction")
     if levels:
         yield _choice("sensor.black_level", levels, "steps")
 
 
-def _choice(name: str, values: Sequence[object], unit: str = "") -> str:
+def _choice(name: str, values: Sequence[object], unit: str = "", together: str = "") -> str:
     listed = ", ".join(f"[{', '.join(map(_number, v))}]" if isinstance(v, tuple) else _number(v) for v in values)
-    of = f', unit = "{unit}"' if unit else ""
+    of = (f', unit = "{unit}"' if unit else "") + (f', together = "{together}"' if together else "")
     return f'"{name}" = {{ distribution = "choice", values = [{listed}]{of}, per = "frame" }}'
 
 

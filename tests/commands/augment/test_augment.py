@@ -68,3 +68,31 @@ def test_earths_of_isda_differ_and_none_shades_the_target(tmp_path, spin_usd) ->
         assert len(earths) == 30 * planets[-1]
         assert all(sunlight(scene.lights, scene.bodies[0].T_cam_body).obscured == 0 for scene in scenes)
     assert sorted(planets) == [0, 1, 1]
+
+
+TOGETHER = """schema = "augment-1"
+seed = 0
+[[augmentation]]
+name = "a"
+[augmentation.sample]
+"sun.direction" = { distribution = "choice", values = [[0, 0, -1], [0.1, 0, -1], [0.2, 0, -1], [0, 0, 1]], per = "frame" }
+"sun.irradiance" = { distribution = "choice", values = [1, 2, 3], unit = "W/m2", per = "frame", together = "sun.direction" }
+[augmentation.constraints]
+sun_from_boresight_deg = 90
+"""  # noqa: E501
+
+
+def test_values_are_chosen_together_also_where_a_constraint_refuses_some(small_stage, spin_usd, tmp_path) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text(TOGETHER)
+    said = spin_usd("augment", small_stage, "--spec", spec, code=2).stderr
+    assert "sun.irradiance: is chosen together with sun.direction, which is not a choice like it" in said
+    spec.write_text(TOGETHER.replace("[1, 2, 3]", "[1, 2, 3, 4]"))
+    spin_usd("augment", small_stage, "--spec", spec)
+    reader = StageReader(small_stage, variant="a")
+    found = set()
+    for frame in reader.frames:
+        (sun,) = (light for light in reader.scene(frame).lights if light.path.endswith("Sun"))
+        found.add((round(-sun.direction_cam[0] / sun.direction_cam[2] * 10), round(sun.irradiance[0])))
+    assert len(found) > 1
+    assert found <= {(0, 1), (1, 2), (2, 3)}

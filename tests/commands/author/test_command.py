@@ -102,9 +102,7 @@ part = [{ name = "a", names = "i{picture}", pictures = 10, poses = { range = { d
         (("--poses", stages() / "examples" / "tango_speedplus_poses.json", "--frames", "0:3"), 1),
     ],
 )
-def test_sampled_pictures_have_other_earths_unless_one_is_given(
-    spin_usd, tmp_path, given, earths
-) -> None:
+def test_sampled_pictures_have_other_earths_unless_one_is_given(spin_usd, tmp_path, given, earths) -> None:
     """Pictures of a trajectory, and of a list that may be one, have the same Earth."""
     common = ("--target", "cubesat", "--camera", "speedplus", "--resolution", 64, "--environment", "earth")
     spin_usd("author", *given, *common, "--out", tmp_path / "stage")

@@ -1,6 +1,8 @@
 """The preset of fits: light of walls alone, and no light at all."""
 
+import math
 import re
+import tomllib
 
 import pytest
 from pxr import Sdf
@@ -9,6 +11,9 @@ from spin_usd.commands.gap.report import GapLight, GapPicture, GapReport
 from spin_usd.commands.gap.write_preset import write_preset
 from spin_usd.errors import InputError
 from spin_usd.scene.sensor import Sensor
+
+
+ROUNDED = 1e-3  # relative, of four digits
 
 
 def report(*lights):
@@ -47,3 +52,18 @@ def test_any_file_name_makes_an_augmentation_and_a_preset_that_are_read(tmp_path
     assert Sdf.Layer.FindOrOpen(str(path)).GetPrimAtPath("/World/Lights/Sun")
     (name,) = re.findall('name = "(.*)"', path.with_suffix(".toml").read_text())
     assert re.fullmatch("[a-z0-9_]+", name)
+
+
+def test_a_light_is_drawn_with_its_strength_and_its_room(tmp_path) -> None:
+    found = report([("Panel001", 0.6), ("Wall000", 0.4)], [("Sun001", 0.6)], [("Sun002", 0.6), ("Wall001", 0.1)])
+    write_preset(tmp_path / "bed.usda", found, Sensor(), [])
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "bed.usda"))
+    room = layer.GetPrimAtPath("/World/Lights/Room")
+    assert room.attributes["inputs:intensity"].default == pytest.approx(math.pi / 4 * (4 + 0 + 1) / 3 / 6, rel=ROUNDED)
+    drawn = tomllib.loads((tmp_path / "bed.toml").read_text())["augmentation"][0]["sample"]
+    assert drawn["fill.factor"]["values"] == pytest.approx([2.4, 0, 0.6])
+    assert {name: words.get("together") for name, words in drawn.items()} == {
+        "sun.direction": None,
+        "sun.irradiance": "sun.direction",
+        "fill.factor": "sun.direction",
+    }
