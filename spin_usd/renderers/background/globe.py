@@ -40,9 +40,8 @@ class Air:
         Source: two streams of light, W. E. Meador and W. R. Weaver, J. Atmos. Sci. 37 (1980), Eddington's method, for
         scattering without absorption and asymmetry.
         """
-        thick = np.float32(0.75 * self.depth[channel])
-        back = thick + (np.float32(0.5) - np.float32(0.75) / np.maximum(mass, MIN_MASS)) * (1 - direct)
-        return np.asarray(1 - back / (1 + thick))
+        back = (np.float32(0.5) - np.float32(0.75) / np.maximum(mass, MIN_MASS)) * (1 - direct)
+        return np.asarray((1 - back) * np.float32(1 / (1 + 0.75 * self.depth[channel])))
 
     @property
     def returned(self) -> list[np.float32]:
