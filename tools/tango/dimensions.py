@@ -91,7 +91,26 @@ MOCKUP_FIELDS = ((-0.3410, -0.0105, 1), (0.0185, 0.3520, -1))
 MOCKUP_FIELD_Y = (-0.3700, 0.3620)
 MOCKUP_COLUMNS, MOCKUP_ROWS = 4, 17
 MOCKUP_GAP, MOCKUP_CROP = 0.0024, 0.0105
-MOCKUP_FOLD_WIDTH, MOCKUP_FOLD_HEIGHT = 0.0080, 0.0015  # standard deviation across a fold of the film, and its ridge
+MOCKUP_FOLD_WIDTH, MOCKUP_FOLD_HEIGHT = 0.0080, 0.0026  # standard deviation across a fold of the film, and its ridge
 MOCKUP_FILM = 0.004  # metres by which the film stands below the deck, over its bolts
-MOCKUP_DOME, MOCKUP_DOME_CENTRE = (0.051, 0.024), (X, -0.068, 0.242)  # radius and height; the one on +x
-MOCKUP_FEET = (90, 210, 330)  # degrees around the deck's middle, from +x
+MOCKUP_DOME, MOCKUP_DOME_CENTRE = (0.051, 0.024), (X, -0.071, 0.240)  # radius and height; -x has its mirror image
+MOCKUP_DOME_SCREWS = 0.0245  # how far its four screws are from its middle, along y and along z
+MOCKUP_FEET = ((-0.205, 0.200), (0.228, 0.205), (0.006, -0.188))  # the middles of three pads below the deck
+# The plates of the radiator (x from, x to, z from, z to, height above the wall), and each mast's radii at base and tip.
+MOCKUP_RADIATOR = ((-0.075, 0.206, 0.022, 0.166, 0.032), (-0.157, -0.073, 0.022, 0.128, 0.010))
+MOCKUP_MAST = {
+    "antenna_tip_9": (0.030, 0.0225),
+    "antenna_tip_10": (0.030, 0.0225),
+    "antenna_tip_11": (0.026, 0.0210),
+}
+# Ball antennas, one on each x wall: the ball's radius, and by the side of the x axis where its box stands (y, z).
+MOCKUP_BALL = 0.0165
+MOCKUP_BALLS = {1: (-0.013, 0.287), -1: (0.096, 0.283)}
+# Small black boxes on walls and edges, low and high corner.
+MOCKUP_BOXES = (
+    ((X - 0.002, 0.128, 0.262), (0.402, 0.164, 0.311)),
+    ((-0.384, -0.067, 0.001), (0.002 - X, -0.035, 0.027)),
+    ((-0.178, PANEL_Y - 0.002, 0.280), (-0.130, 0.400, 0.318)),
+    ((-0.372, -0.389, 0.286), (-0.337, 0.002 - PANEL_Y, 0.319)),
+)
+MOCKUP_ROD = (-0.405, 0.236, -0.085, 0.225)  # beside the -x wall: x, y, and z from and to

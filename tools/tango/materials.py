@@ -8,8 +8,9 @@ values that SPIN ships for its own Tango (solar cells 0.154, gold 0.82, 0.65, 0.
 pictures of the flight model and its mock-up, and by dust and fingerprints, as far as they are seen straight on.
 
 mockup: greys by the ratios of parts in real pictures of the mock-up in SPEED+'s test bed, and by the fit of light to
-them (`spin-usd gap --fit light`): one white paint, film that mirrors, cells 25 times darker than the paint between
-them and glossier. The strength of light is fitted too, so that only ratios count.
+them (`spin-usd gap --fit light`): one white paint, film that mirrors and scatters a little, so that it is grey under
+wide light, cells 25 times darker than the paint between them and glossier. The strength of light is fitted too, so that
+only ratios count.
 """
 
 from dataclasses import replace
@@ -98,20 +99,20 @@ MOCKUP: dict[str, MaterialValues] = {
     "PanelSubstrate": _paint(PAINT, 0.5),
     "GoldMli": MaterialValues(
         colour=(0.8, 0.8, 0.8),
-        metallic=1.0,
-        roughness=0.3,
+        metallic=0.85,
+        roughness=0.22,
         normal=Picture(file="mockup_film_normal.png", metres=FILM_SIZE),
     ),
     "KaptonTape": _paint(PAINT, 0.5),
     "Silver": _paint(PAINT, 0.5),
     "BlackMli": _paint(0.03, 0.6),
     "CableJacket": _paint(PAINT, 0.5),
-    "BlackPaint": _paint(0.012, 0.8, 1.3),
+    "BlackPaint": _paint(0.03, 0.6),
     "BrushedAluminium": _paint(PAINT, 0.5),
     "WhitePaint": _paint(PAINT, 0.5),
     "Glass": _paint(0.02, 0.2),
     "BlackPlate": _paint(0.015, 0.25, 1.8),
-    "MastPaint": _paint(0.03, 0.35),
+    "MastPaint": _paint(0.04, 0.45),
 }
 
 LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE, "mockup": MOCKUP}

@@ -11,13 +11,8 @@ from tango.parts.mockup import SHAPES, covered
 from tango.parts.spacecraft import Part
 from tango.paths import MATERIALS, ROOT
 
-WORN = {
-    "Radiator": {"WhitePaint": "BlackPlate"},
-    **{f"Antenna{end}": {"BlackPaint": "MastPaint"} for end in ("MinusX", "PlusX", "MinusY")},
-}
-"""Parts that wear another material than in the other looks."""
-COVERED = ("Deck", "Harness", "SunSensors")
-"""Parts that the mock-up lacks: each face wears what the nearest wall does."""
+COVERED = ("Deck",)
+"""Parts that keep their shape, but each face wears what the nearest wall does."""
 
 
 def mockup(stage: Usd.Stage, parts: Sequence[Part]) -> None:
@@ -33,8 +28,6 @@ def mockup(stage: Usd.Stage, parts: Sequence[Part]) -> None:
             _faces(stage, part, materials)
             _leave_out(stage, part, materials)
             _wear(stage, part.name, materials)
-        for was, now in WORN.get(part.name, {}).items():
-            _bind(stage.OverridePrim(ROOT.AppendChild(part.name).AppendChild(was)), now)
     stage.Save()
 
 

@@ -390,12 +390,13 @@ def test_a_variant_that_the_preset_replaces_is_said(tmp_path: Path, given: str, 
     assert notes == [wanted] * said
 
 
+@pytest.mark.parametrize("preset", ["lightbox", "sunlamp"])
 @pytest.mark.parametrize(("target", "look"), [("tango", "mockup"), ("cubesat", "reflective")])
-def test_a_look_that_the_target_lacks_stays_its_own(tmp_path: Path, target: str, look: str) -> None:
-    """The preset lightbox is made with Tango's mock-up, and used with any craft."""
-    options = {"target": target, "preset": "lightbox", "camera": "speedplus"}
+def test_a_look_that_the_target_lacks_stays_its_own(tmp_path: Path, preset: str, target: str, look: str) -> None:
+    """The presets of the test beds select Tango's mock-up, and are used with any craft."""
+    options = {"target": target, "preset": preset, "camera": "speedplus"}
     report = author_stage(sample="range=8 count=1", out=tmp_path / "stage", **options)
     stage = Usd.Stage.Open(str(report.root))
     assert stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look").GetVariantSelection() == look
-    wanted = "the preset lightbox selects look=mockup, which the target lacks: its own stays (of matt, reflective)"
+    wanted = f"the preset {preset} selects look=mockup, which the target lacks: its own stays (of matt, reflective)"
     assert [note for note in report.notes if "look=" in note] == [wanted] * (target == "cubesat")

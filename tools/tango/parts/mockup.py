@@ -7,7 +7,7 @@ import numpy as np
 
 from tango import dimensions as d
 from tango.mockup_textures import FILM_ORIGIN, PANEL_SIZE
-from tango.parts.bus import foot
+from tango.parts.mockup_equipment import boxes, heads, mast, radiator, rods, trusses, whip
 from tango.shapes.bevel import EDGE
 from tango.shapes.shape import Array, Shape, area_vector, joined, projected
 from tango.shapes.solids import box
@@ -46,26 +46,40 @@ def panel() -> Shape:
 
 
 def dome(side: int) -> Shape:
-    """The domed antenna on an x wall, with four screws left out."""
+    """The domed antenna on an x wall, and its four screws."""
     r, h = d.MOCKUP_DOME
     angles = np.radians(np.linspace(0, 90, 7))
     profile = [(0.0, -0.002), (r, -0.002), *((r * np.cos(a), h * np.sin(a)) for a in angles[:-1]), (0.0, h)]
     x, y, z = d.MOCKUP_DOME_CENTRE
-    whole = turned(profile, 28, "WhitePaint").moved((side * x, y, z), frame((float(side), 0.0, 0.0)))
-    return replace(whole, st=projected(whole.points, whole.faces, _facing(whole)))
+    out, far = (float(side), 0.0, 0.0), d.MOCKUP_DOME_SCREWS
+    screw = turned([(0, 0.0), (0.0045, 0.0), (0.0045, h * 0.92), (0, h * 0.92)], 10, "BlackPaint")
+    places = [(side * x, y + s * far, z + t * far) for s in (-1, 1) for t in (-1, 1)]
+    whole = turned(profile, 28, "WhitePaint").moved((side * x, y, z), frame(out))
+    whole = replace(whole, st=projected(whole.points, whole.faces, _facing(whole)))
+    return joined([whole, *(screw.moved(place, frame(out)) for place in places)])
 
 
 def feet() -> Shape:
-    """Three black feet below, without the craft's ring."""
-    whole = joined(shape for angle in d.MOCKUP_FEET for shape in foot(np.radians(angle)))
-    return replace(whole, materials=("BlackPaint",) * len(whole.faces))
+    """Three black pads below and a block at the +y edge, without the craft's ring."""
+    pads = (box((x - 0.032, y - 0.030, -0.014), (x + 0.032, y + 0.030, 0.002), "BlackPaint") for x, y in d.MOCKUP_FEET)
+    return joined([*pads, box((-0.022, 0.262, -0.030), (0.022, 0.301, 0.002), "BlackPaint")])
 
 
 SHAPES: dict[str, Callable[[], Shape]] = {
     "Body": body,
+    "Brackets": trusses,
+    "Radiator": radiator,
     "SolarPanel": panel,
+    "AntennaMinusX": lambda: mast("antenna_tip_9"),
+    "AntennaPlusX": lambda: mast("antenna_tip_10"),
+    "AntennaMinusY": lambda: mast("antenna_tip_11"),
     "PatchPlusX": lambda: dome(1),
     "PatchMinusX": lambda: dome(-1),
+    "WhipPlusX": lambda: whip(1),
+    "WhipMinusX": lambda: whip(-1),
+    "Harness": rods,
+    "OpticalHeads": heads,
+    "SunSensors": boxes,
     "SeparationRing": feet,
 }
 

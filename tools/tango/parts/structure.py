@@ -66,25 +66,31 @@ def antenna_plate() -> Iterator[Shape]:
     yield from (plate((x, -0.376, 0.285), (x + 0.008, d.Y_BACK + 0.004, 0.300)) for x in (0.258, 0.340))
 
 
-def on_x_wall(bars: Segments, sx: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
+def on_x_wall(bars: Segments, sx: int, width: float = d.STRUT_WIDTH, *, bolts: bool = True) -> Iterator[Shape]:
     """Bars given by their ends (y, z), lying on the wall at x = sx X."""
     x = sx * (d.X - 0.002)
-    yield from _bars([((x, y0, z0), (x, y1, z1)) for (y0, z0), (y1, z1) in bars], (float(sx), 0.0, 0.0), width)
+    ends = [((x, y0, z0), (x, y1, z1)) for (y0, z0), (y1, z1) in bars]
+    yield from _bars(ends, (float(sx), 0.0, 0.0), width, bolts=bolts)
 
 
-def on_y_wall(bars: Segments, wall: float, sy: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
+def on_y_wall(
+    bars: Segments, wall: float, sy: int, width: float = d.STRUT_WIDTH, *, bolts: bool = True
+) -> Iterator[Shape]:
     """Bars given by their ends (x, z), lying on the wall at this y, which looks along sy."""
     y = wall - sy * 0.002
-    yield from _bars([((x0, y, z0), (x1, y, z1)) for (x0, z0), (x1, z1) in bars], (0.0, float(sy), 0.0), width)
+    ends = [((x0, y, z0), (x1, y, z1)) for (x0, z0), (x1, z1) in bars]
+    yield from _bars(ends, (0.0, float(sy), 0.0), width, bolts=bolts)
 
 
-def _bars(bars: Sequence[tuple[Place, Place]], outwards: Place, width: float) -> Iterator[Shape]:
-    """Bars along a wall, each a little thicker than the last, and a bolt wherever bars end.
+def _bars(bars: Sequence[tuple[Place, Place]], outwards: Place, width: float, *, bolts: bool) -> Iterator[Shape]:
+    """Bars along a wall, each a little thicker than the last, and perhaps a bolt wherever bars end.
 
     Bars that cross may not end in one plane, where it would be chance which of two coincident faces a ray meets.
     """
     for (start, end), more in zip(bars, count(0.0, 0.0002), strict=False):
         yield strut(start, end, outwards, width + more, d.STRUT_THICKNESS + more, PAINT)
+    if not bolts:
+        return
     ends = dict.fromkeys(end for bar in bars for end in bar)
     top = d.STRUT_THICKNESS + 0.0002 * (len(bars) - 1)
     places = np.array(list(ends)) + top * np.array(outwards)
