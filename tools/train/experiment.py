@@ -45,8 +45,8 @@ BEDS = ("lightbox", "sunlamp")
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """name · folder: of its file · training: options of the baseline · seeds · sets, by name: `author` and `render`
-    options of each · tests: names of those that rows are tried on · rows, by name: `set`, and `frames`, `appearances`
-    and options of the baseline of their own."""
+    options of each · tests: names of those that rows are tried on · rows, by name: `set`, one or a list, and
+    `frames`, `appearances` and options of the baseline of their own."""
 
     name: str
     folder: Path
@@ -60,6 +60,10 @@ class Experiment:
         """Return those options of `author` for the set that are files beside the experiment's."""
         author = self.sets[name]["author"].items()
         return {each: file for each, value in author if (file := self.folder / str(value)).is_file()}
+
+    def sources(self, row: str) -> list[str]:
+        """Return the sets that the row learns from."""
+        return _listed(self.rows[row].get("set"))
 
     def asked(self, name: str) -> list[Any]:
         """Return all that the set is made of: its options, and what its files hold."""
@@ -82,8 +86,8 @@ def read_experiment(path: Path) -> Experiment:
         )
     except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
         raise SystemExit(f"{path} is no experiment: {error}") from None
-    wanted = {*read.tests, *(row.get("set") for row in read.rows.values())}
-    if unknown := sorted(str(name) for name in wanted - set(read.sets)):
+    wanted = {*read.tests, *(name for row in read.rows for name in read.sources(row))}
+    if unknown := sorted(wanted - set(read.sets)):
         raise SystemExit(f"{path} has no set {', '.join(unknown)}; choose among {', '.join(read.sets)}")
     return read
 
@@ -120,21 +124,23 @@ class Work:
     def row(self, name: str, seed: int) -> dict[str, Any]:
         """Make the row with that seed, and return what is kept of it."""
         row, folder = self.experiment.rows[name], self.folder / self.of_row(name, seed)
-        source = self.dataset(row["set"])
+        sources = [self.dataset(each) for each in self.experiment.sources(name)]
         folder.mkdir(parents=True, exist_ok=True)
         truths = {test: self.dataset(test) for test in self.experiment.tests}
         if self.speedplus:
             truths |= {bed: self.speedplus / bed / "test.json" for bed in BEDS}
             keypoints = folder / "keypoints.json"
-            keypoints.write_text(json.dumps(spin_usd.Dataset(source).keypoints.points.tolist()))
+            keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
         beds = ["--keypoints", str(folder / "keypoints.json")] if self.speedplus else []
-        command = [str(BASELINE), str(source), *self.seen(name), *self.learning(name, seed, folder, truths), *beds]
+        command = [str(BASELINE), *map(str, sources), *self.seen(name)]
+        command += [*self.learning(name, seed, folder, truths), *beds]
         if not (folder / "training.json").is_file():  # else it was learned, here or on another machine
             with (folder / "log.txt").open("a") as log:
                 if subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode:
                     raise SystemExit(f"{name} of seed {seed} ended with an error; {folder / 'log.txt'} says which")
         result = json.loads((folder / "training.json").read_text())
-        every = len(spin_usd.Dataset(source))
+        every = sum(len(spin_usd.Dataset(each)) for each in sources)
+        cpu_s = sum(self.cpu_s(each) for each in self.experiment.sources(name))
         return {
             "key": self.key(name),
             "row": name,
@@ -144,13 +150,13 @@ class Work:
             "training": result["training"],
             "loss": sum(result["losses"][-LAST:]) / len(result["losses"][-LAST:]),
             "train_cpu_s": result["cpu_s"],
-            "render_cpu_s": self.cpu_s(row["set"]) * result["pictures"] / every,
-            "stages": {each: _stage_hash(self.dataset(each)) for each in (row["set"], *self.experiment.tests)},
+            "render_cpu_s": cpu_s * result["pictures"] / every,
+            "stages": {each: _stage_hash(self.dataset(each)) for each in self.made(name)},
             "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
             "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
             "machine": machine(),
             "device": result["device"],
-            "commit": (self.place(row["set"]) / "rendered").read_text() or None,
+            "commit": (self.place(self.experiment.sources(name)[0]) / "rendered").read_text() or None,
             "finished": result["finished"],
         }
 
@@ -172,11 +178,11 @@ class Work:
         """Write into the folder packs of all that those rows need, and the commands that learn from them."""
         tests = {test: Path("tests") / f"{test}.npz" for test in self.experiment.tests}
         rows = {name: self.of_row(name, seed).parent / "pack.npz" for name, seed in left}
-        seen: dict[Path, tuple[str, list[str]]] = {file: (test, []) for test, file in tests.items()}
-        seen |= {file: (self.experiment.rows[name]["set"], self.seen(name)) for name, file in rows.items()}
+        seen: dict[Path, tuple[list[str], list[str]]] = {file: ([test], []) for test, file in tests.items()}
+        seen |= {file: (self.experiment.sources(name), self.seen(name)) for name, file in rows.items()}
         for file, (of, options) in seen.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
-            subprocess.run([str(PACK), str(self.dataset(of)), str(folder / file), *options], check=True)
+            subprocess.run([str(PACK), *map(str, map(self.dataset, of)), str(folder / file), *options], check=True)
         lines = [
             shlex.join([*COMMAND_THERE, str(rows[name]), *self.learning(name, seed, self.of_row(name, seed), tests)])
             for name, seed in left
@@ -186,8 +192,16 @@ class Work:
     def key(self, name: str) -> str:
         """Return the digest of all that the experiment's file asks of the row but the seed."""
         experiment, row = self.experiment, self.experiment.rows[name]
-        sets = {each: experiment.asked(each) for each in (row["set"], *experiment.tests)}
+        sets = {each: experiment.asked(each) for each in self.made(name)}
         return _digest([experiment.training, row, sets, BEDS if self.speedplus else ()])
+
+    def made(self, name: str) -> list[str]:
+        """Return the sets that the row needs: those that it learns from, and the tests."""
+        return [*self.experiment.sources(name), *self.experiment.tests]
+
+
+def _listed(names: Any) -> list[str]:
+    return [str(each) for each in names] if isinstance(names, list) else [str(names)]
 
 
 def _digest(value: object) -> str:
@@ -264,7 +278,7 @@ def main() -> None:
     left = {at: file for at, file in files.items() if not _is_finished(file, work.key(at[0]))}
     print(f"{len(files) - len(left)} of {len(files)} are finished", flush=True)
     begun = time.monotonic()
-    for name in dict.fromkeys([*(experiment.rows[row]["set"] for row, _ in left), *(experiment.tests if left else ())]):
+    for name in dict.fromkeys(name for row, _ in left for name in work.made(row)):
         print(f"rendering: set {name}", flush=True)
         work.dataset(name)
     print(f"all sets are rendered, {time.monotonic() - begun:.0f} s", flush=True)

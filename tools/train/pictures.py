@@ -107,6 +107,14 @@ def read_set(
     return _of_speedplus(path, frames, keypoints)
 
 
+def read_sets(paths: Sequence[Path], **options: Any) -> PictureSet:
+    """Read sets of one target as one set. options: of `read_set`, for each of them."""
+    sets = [read_set(path, **options) for path in paths]
+    if any(not np.array_equal(each.points, sets[0].points) for each in sets):
+        raise SystemExit(f"{', '.join(map(str, paths))} have different keypoints; give sets of one target")
+    return PictureSet(pictures=[picture for each in sets for picture in each.pictures], points=sets[0].points)
+
+
 def _of_dataset(dataset: spin_usd.Dataset, frames: str | None, appearances: int | None) -> PictureSet:
     variants, every = dataset.variants, sorted({frame for frame, _ in dataset.names})
     count = len(variants) if appearances is None else appearances
