@@ -28,8 +28,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import spin_usd
+from spin_usd.basics.progress import no_progress
+from spin_usd.commands.score.matching import matched
+from spin_usd.commands.score.predictions import read_predictions
+from spin_usd.commands.score.truth import read_truth
 from spin_usd.processes.processors import machine
+from spin_usd.scoring.pose_errors import PoseErrors, scores
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
@@ -40,6 +47,8 @@ PACK = ROOT / "tools" / "train" / "pack"
 SEEN = ("frames", "appearances")  # a row's options that say what it sees of its set
 LAST = 100  # steps whose mean loss a row keeps
 BEDS = ("lightbox", "sunlamp")
+CAMERA = "camera.json"
+RESAMPLED, INTERVAL = 10_000, (0.025, 0.975)  # bootstrap samples; the quantiles of a 95 % interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +105,7 @@ class Work:
     """What an experiment makes in a folder: sets/NAME with stage and dataset, rows/NAME/SEED with the network."""
 
     def __init__(self, experiment: Experiment, folder: Path, speedplus: Path | None) -> None:
-        self.experiment, self.folder, self.speedplus = experiment, folder, speedplus
+        self.experiment, self.folder, self.beds = experiment, folder, beds_of(speedplus) if speedplus else {}
         self._locks = {name: threading.Lock() for name in experiment.sets}
 
     def place(self, name: str) -> Path:
@@ -127,11 +136,10 @@ class Work:
         sources = [self.dataset(each) for each in self.experiment.sources(name)]
         folder.mkdir(parents=True, exist_ok=True)
         truths = {test: self.dataset(test) for test in self.experiment.tests}
-        if self.speedplus:
-            truths |= {bed: self.speedplus / bed / "test.json" for bed in BEDS}
-            keypoints = folder / "keypoints.json"
-            keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
-        beds = ["--keypoints", str(folder / "keypoints.json")] if self.speedplus else []
+        truths |= self.beds
+        keypoints = folder / "keypoints.json"
+        keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
+        beds = ["--keypoints", str(keypoints)] if self.beds else []
         command = [str(BASELINE), *map(str, sources), *self.seen(name)]
         command += [*self.learning(name, seed, folder, truths), *beds]
         if not (folder / "training.json").is_file():  # else it was learned, here or on another machine
@@ -193,11 +201,24 @@ class Work:
         """Return the digest of all that the experiment's file asks of the row but the seed."""
         experiment, row = self.experiment, self.experiment.rows[name]
         sets = {each: experiment.asked(each) for each in self.made(name)}
-        return _digest([experiment.training, row, sets, BEDS if self.speedplus else ()])
+        beds = {bed: sha256(file.read_bytes()).hexdigest() for bed, file in self.beds.items()}
+        return _digest([experiment.training, row, sets, beds or ()])
 
     def made(self, name: str) -> list[str]:
         """Return the sets that the row needs: those that it learns from, and the tests."""
         return [*self.experiment.sources(name), *self.experiment.tests]
+
+
+def beds_of(folder: Path) -> dict[str, Path]:
+    """Return the pose lists of real pictures in the folder, by name: the beds of SPEED+, or the only list, beside its
+    pictures. Ends the program if there is none."""
+    if found := {bed: file for bed in BEDS if (file := folder / bed / "test.json").is_file()}:
+        return found
+    lists = [file for file in folder.glob("*.json") if file.name != CAMERA]
+    if len(lists) != 1:
+        wanted = " nor ".join(f"{bed}/test.json" for bed in BEDS)
+        raise SystemExit(f"{folder} has neither {wanted}; instead of one pose list, *.json, it has {len(lists)}")
+    return {lists[0].stem: lists[0]}
 
 
 def _listed(names: Any) -> list[str]:
@@ -252,7 +273,20 @@ def _score(predictions: Path, truth: Path) -> dict[str, Any]:
     command = (*COMMAND, "score", str(predictions), "--truth", str(truth), "--json", "--quiet")
     done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
     found: dict[str, Any] = json.loads(done.stdout)["all"]
-    return found
+    return found | {"interval_95": _intervals(predictions, truth)}
+
+
+def _intervals(predictions: Path, truth: Path) -> dict[str, list[float]]:
+    """Return bootstrap intervals over the pictures, 95 %, of the SPEED+ score and of the median error of attitude."""
+    of = read_truth(truth, variants=(), target=None, progress=no_progress)
+    found = matched(read_predictions(predictions), of, partial=False)
+    errors = PoseErrors.of(q=found.q, t=found.t, true_q=of.q[found.places], true_t=of.t[found.places])
+    again = np.random.default_rng(0).integers(len(found.q), size=(RESAMPLED, len(found.q)))
+    drawn = {
+        "speedplus": scores(errors, "speedplus")[again].mean(1),
+        "attitude_deg_median": np.median(np.degrees(errors.attitude)[again], axis=1),
+    }
+    return {name: np.quantile(values, INTERVAL).tolist() for name, values in drawn.items()}
 
 
 def main() -> None:
@@ -263,7 +297,11 @@ def main() -> None:
     parser.add_argument("--rows", metavar="NAME,...", help="some of the rows")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="networks that learn at a time")
     parser.add_argument("--packs", type=Path, help="render, and write there what another machine needs to learn")
-    parser.add_argument("--speedplus", type=Path, help="folder of SPEED+: try rows on its lightbox and sunlamp too")
+    parser.add_argument(
+        "--speedplus",
+        type=Path,
+        help="also score rows on the real pictures of SPEED+, or of a folder with one pose list",
+    )
     given = parser.parse_args()
     if given.packs and given.speedplus:
         parser.error("--packs holds sets of the experiment alone, not those of --speedplus")
