@@ -36,7 +36,7 @@ author = { sample = "range=3..5 inside=1 count=2", seed = 1, target = "tango", c
 render = { renderer = "raycast", labels = "none" }
 
 [row.all]
-set = "own"
+set = ["own", "other"]
 """
 MEASURED = ("render_cpu_s", "train_cpu_s", "machine", "finished")
 

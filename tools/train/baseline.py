@@ -24,7 +24,7 @@ import torch
 
 from train.fit import Fit, Training, fit, predicted
 from train.heatmaps import pose_of, taught
-from train.pictures import PictureSet, kept, read_set
+from train.pictures import PictureSet, kept, read_set, read_sets
 
 HEADINGS = ("filename", "qw", "qx", "qy", "qz", "x", "y", "z")
 RESULT = "training.json"
@@ -33,7 +33,7 @@ PUBLISHED = {"size": 256, "layers": 50, "width": 64, "decoder": 256, "batch": 48
 
 def options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("train", type=Path, help="a dataset's folder, a pack, or DOMAIN/NAME.json of SPEED+")
+    parser.add_argument("train", type=Path, nargs="+", help="datasets' folders, packs, or DOMAIN/NAME.json of SPEED+")
     parser.add_argument("--out", type=Path, required=True, help="folder of the checkpoint and what is predicted")
     parser.add_argument("--test", action="append", default=[], metavar="NAME=PICTURES", help="again for each set")
     parser.add_argument("--frames", metavar="A:B:STEP", help="some of the frames")
@@ -64,7 +64,7 @@ def main() -> None:
     training = training_of(given)
     torch.set_num_threads(given.threads)
     pictures = kept(
-        read_set(given.train, frames=given.frames, appearances=given.appearances, keypoints=given.keypoints)
+        read_sets(given.train, frames=given.frames, appearances=given.appearances, keypoints=given.keypoints)
     )
     print(f"training on {len(pictures.pictures)} pictures", flush=True)
     how = {"device": given.device, "loaders": given.loaders, "save_every_s": given.save_every}

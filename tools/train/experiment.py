@@ -28,8 +28,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import spin_usd
+from spin_usd.basics.progress import no_progress
+from spin_usd.commands.score.matching import matched
+from spin_usd.commands.score.predictions import read_predictions
+from spin_usd.commands.score.truth import read_truth
 from spin_usd.processes.processors import machine
+from spin_usd.scoring.pose_errors import PoseErrors, scores
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
@@ -40,13 +47,15 @@ PACK = ROOT / "tools" / "train" / "pack"
 SEEN = ("frames", "appearances")  # a row's options that say what it sees of its set
 LAST = 100  # steps whose mean loss a row keeps
 BEDS = ("lightbox", "sunlamp")
+CAMERA = "camera.json"
+RESAMPLED, INTERVAL = 10_000, (0.025, 0.975)  # bootstrap samples; the quantiles of a 95 % interval
 
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """name · folder: of its file · training: options of the baseline · seeds · sets, by name: `author` and `render`
-    options of each · tests: names of those that rows are tried on · rows, by name: `set`, and `frames`, `appearances`
-    and options of the baseline of their own."""
+    options of each · tests: names of those that rows are tried on · rows, by name: `set`, one or a list, and
+    `frames`, `appearances` and options of the baseline of their own."""
 
     name: str
     folder: Path
@@ -60,6 +69,10 @@ class Experiment:
         """Return those options of `author` for the set that are files beside the experiment's."""
         author = self.sets[name]["author"].items()
         return {each: file for each, value in author if (file := self.folder / str(value)).is_file()}
+
+    def sources(self, row: str) -> list[str]:
+        """Return the sets that the row learns from."""
+        return _listed(self.rows[row].get("set"))
 
     def asked(self, name: str) -> list[Any]:
         """Return all that the set is made of: its options, and what its files hold."""
@@ -82,8 +95,8 @@ def read_experiment(path: Path) -> Experiment:
         )
     except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
         raise SystemExit(f"{path} is no experiment: {error}") from None
-    wanted = {*read.tests, *(row.get("set") for row in read.rows.values())}
-    if unknown := sorted(str(name) for name in wanted - set(read.sets)):
+    wanted = {*read.tests, *(name for row in read.rows for name in read.sources(row))}
+    if unknown := sorted(wanted - set(read.sets)):
         raise SystemExit(f"{path} has no set {', '.join(unknown)}; choose among {', '.join(read.sets)}")
     return read
 
@@ -92,7 +105,7 @@ class Work:
     """What an experiment makes in a folder: sets/NAME with stage and dataset, rows/NAME/SEED with the network."""
 
     def __init__(self, experiment: Experiment, folder: Path, speedplus: Path | None) -> None:
-        self.experiment, self.folder, self.speedplus = experiment, folder, speedplus
+        self.experiment, self.folder, self.beds = experiment, folder, beds_of(speedplus) if speedplus else {}
         self._locks = {name: threading.Lock() for name in experiment.sets}
 
     def place(self, name: str) -> Path:
@@ -120,21 +133,22 @@ class Work:
     def row(self, name: str, seed: int) -> dict[str, Any]:
         """Make the row with that seed, and return what is kept of it."""
         row, folder = self.experiment.rows[name], self.folder / self.of_row(name, seed)
-        source = self.dataset(row["set"])
+        sources = [self.dataset(each) for each in self.experiment.sources(name)]
         folder.mkdir(parents=True, exist_ok=True)
         truths = {test: self.dataset(test) for test in self.experiment.tests}
-        if self.speedplus:
-            truths |= {bed: self.speedplus / bed / "test.json" for bed in BEDS}
-            keypoints = folder / "keypoints.json"
-            keypoints.write_text(json.dumps(spin_usd.Dataset(source).keypoints.points.tolist()))
-        beds = ["--keypoints", str(folder / "keypoints.json")] if self.speedplus else []
-        command = [str(BASELINE), str(source), *self.seen(name), *self.learning(name, seed, folder, truths), *beds]
+        truths |= self.beds
+        keypoints = folder / "keypoints.json"
+        keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
+        beds = ["--keypoints", str(keypoints)] if self.beds else []
+        command = [str(BASELINE), *map(str, sources), *self.seen(name)]
+        command += [*self.learning(name, seed, folder, truths), *beds]
         if not (folder / "training.json").is_file():  # else it was learned, here or on another machine
             with (folder / "log.txt").open("a") as log:
                 if subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode:
                     raise SystemExit(f"{name} of seed {seed} ended with an error; {folder / 'log.txt'} says which")
         result = json.loads((folder / "training.json").read_text())
-        every = len(spin_usd.Dataset(source))
+        every = sum(len(spin_usd.Dataset(each)) for each in sources)
+        cpu_s = sum(self.cpu_s(each) for each in self.experiment.sources(name))
         return {
             "key": self.key(name),
             "row": name,
@@ -144,13 +158,13 @@ class Work:
             "training": result["training"],
             "loss": sum(result["losses"][-LAST:]) / len(result["losses"][-LAST:]),
             "train_cpu_s": result["cpu_s"],
-            "render_cpu_s": self.cpu_s(row["set"]) * result["pictures"] / every,
-            "stages": {each: _stage_hash(self.dataset(each)) for each in (row["set"], *self.experiment.tests)},
+            "render_cpu_s": cpu_s * result["pictures"] / every,
+            "stages": {each: _stage_hash(self.dataset(each)) for each in self.made(name)},
             "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
             "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
             "machine": machine(),
             "device": result["device"],
-            "commit": (self.place(row["set"]) / "rendered").read_text() or None,
+            "commit": (self.place(self.experiment.sources(name)[0]) / "rendered").read_text() or None,
             "finished": result["finished"],
         }
 
@@ -172,11 +186,11 @@ class Work:
         """Write into the folder packs of all that those rows need, and the commands that learn from them."""
         tests = {test: Path("tests") / f"{test}.npz" for test in self.experiment.tests}
         rows = {name: self.of_row(name, seed).parent / "pack.npz" for name, seed in left}
-        seen: dict[Path, tuple[str, list[str]]] = {file: (test, []) for test, file in tests.items()}
-        seen |= {file: (self.experiment.rows[name]["set"], self.seen(name)) for name, file in rows.items()}
+        seen: dict[Path, tuple[list[str], list[str]]] = {file: ([test], []) for test, file in tests.items()}
+        seen |= {file: (self.experiment.sources(name), self.seen(name)) for name, file in rows.items()}
         for file, (of, options) in seen.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
-            subprocess.run([str(PACK), str(self.dataset(of)), str(folder / file), *options], check=True)
+            subprocess.run([str(PACK), *map(str, map(self.dataset, of)), str(folder / file), *options], check=True)
         lines = [
             shlex.join([*COMMAND_THERE, str(rows[name]), *self.learning(name, seed, self.of_row(name, seed), tests)])
             for name, seed in left
@@ -186,8 +200,29 @@ class Work:
     def key(self, name: str) -> str:
         """Return the digest of all that the experiment's file asks of the row but the seed."""
         experiment, row = self.experiment, self.experiment.rows[name]
-        sets = {each: experiment.asked(each) for each in (row["set"], *experiment.tests)}
-        return _digest([experiment.training, row, sets, BEDS if self.speedplus else ()])
+        sets = {each: experiment.asked(each) for each in self.made(name)}
+        beds = {bed: sha256(file.read_bytes()).hexdigest() for bed, file in self.beds.items()}
+        return _digest([experiment.training, row, sets, beds or ()])
+
+    def made(self, name: str) -> list[str]:
+        """Return the sets that the row needs: those that it learns from, and the tests."""
+        return [*self.experiment.sources(name), *self.experiment.tests]
+
+
+def beds_of(folder: Path) -> dict[str, Path]:
+    """Return the pose lists of real pictures in the folder, by name: the beds of SPEED+, or the only list, beside its
+    pictures. Ends the program if there is none."""
+    if found := {bed: file for bed in BEDS if (file := folder / bed / "test.json").is_file()}:
+        return found
+    lists = [file for file in folder.glob("*.json") if file.name != CAMERA]
+    if len(lists) != 1:
+        wanted = " nor ".join(f"{bed}/test.json" for bed in BEDS)
+        raise SystemExit(f"{folder} has neither {wanted}; instead of one pose list, *.json, it has {len(lists)}")
+    return {lists[0].stem: lists[0]}
+
+
+def _listed(names: Any) -> list[str]:
+    return [str(each) for each in names] if isinstance(names, list) else [str(names)]
 
 
 def _digest(value: object) -> str:
@@ -238,7 +273,20 @@ def _score(predictions: Path, truth: Path) -> dict[str, Any]:
     command = (*COMMAND, "score", str(predictions), "--truth", str(truth), "--json", "--quiet")
     done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
     found: dict[str, Any] = json.loads(done.stdout)["all"]
-    return found
+    return found | {"interval_95": _intervals(predictions, truth)}
+
+
+def _intervals(predictions: Path, truth: Path) -> dict[str, list[float]]:
+    """Return bootstrap intervals over the pictures, 95 %, of the SPEED+ score and of the median error of attitude."""
+    of = read_truth(truth, variants=(), target=None, progress=no_progress)
+    found = matched(read_predictions(predictions), of, partial=False)
+    errors = PoseErrors.of(q=found.q, t=found.t, true_q=of.q[found.places], true_t=of.t[found.places])
+    again = np.random.default_rng(0).integers(len(found.q), size=(RESAMPLED, len(found.q)))
+    drawn = {
+        "speedplus": scores(errors, "speedplus")[again].mean(1),
+        "attitude_deg_median": np.median(np.degrees(errors.attitude)[again], axis=1),
+    }
+    return {name: np.quantile(values, INTERVAL).tolist() for name, values in drawn.items()}
 
 
 def main() -> None:
@@ -249,7 +297,11 @@ def main() -> None:
     parser.add_argument("--rows", metavar="NAME,...", help="some of the rows")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="networks that learn at a time")
     parser.add_argument("--packs", type=Path, help="render, and write there what another machine needs to learn")
-    parser.add_argument("--speedplus", type=Path, help="folder of SPEED+: try rows on its lightbox and sunlamp too")
+    parser.add_argument(
+        "--speedplus",
+        type=Path,
+        help="also score rows on the real pictures of SPEED+, or of a folder with one pose list",
+    )
     given = parser.parse_args()
     if given.packs and given.speedplus:
         parser.error("--packs holds sets of the experiment alone, not those of --speedplus")
@@ -264,7 +316,7 @@ def main() -> None:
     left = {at: file for at, file in files.items() if not _is_finished(file, work.key(at[0]))}
     print(f"{len(files) - len(left)} of {len(files)} are finished", flush=True)
     begun = time.monotonic()
-    for name in dict.fromkeys([*(experiment.rows[row]["set"] for row, _ in left), *(experiment.tests if left else ())]):
+    for name in dict.fromkeys(name for row, _ in left for name in work.made(row)):
         print(f"rendering: set {name}", flush=True)
         work.dataset(name)
     print(f"all sets are rendered, {time.monotonic() - begun:.0f} s", flush=True)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
 from train.heatmaps import SHIFT, ZOOM
-from train.pictures import PACK, PictureSet, PosedPicture, crop_of, keypoint_pixels, read_set
+from train.pictures import PACK, PictureSet, PosedPicture, crop_of, keypoint_pixels, read_sets
 
 
 def write_pack(path: Path, pictures: PictureSet) -> None:
@@ -46,13 +46,13 @@ def _seen(picture: PosedPicture, points: Float) -> NDArray[np.uint8]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("pictures", type=Path, help="a dataset's folder, or DOMAIN/NAME.json in the layout of SPEED+")
+    parser.add_argument("pictures", type=Path, nargs="+", help="folders of datasets, or DOMAIN/NAME.json of SPEED+")
     parser.add_argument("pack", type=Path, metavar=f"FILE{PACK}")
     parser.add_argument("--frames", metavar="A:B:STEP", help="some of the frames")
     parser.add_argument("--appearances", type=int, metavar="N", help="variants of each frame; all if not given")
     parser.add_argument("--keypoints", type=Path, metavar="FILE", help="JSON list of points, of a set that has none")
     given = parser.parse_args()
-    of = read_set(given.pictures, frames=given.frames, appearances=given.appearances, keypoints=given.keypoints)
+    of = read_sets(given.pictures, frames=given.frames, appearances=given.appearances, keypoints=given.keypoints)
     write_pack(given.pack, of)
     print(f"{given.pack}: {len(of.pictures)} pictures")
 

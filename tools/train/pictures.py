@@ -22,6 +22,7 @@ from spin_usd.geometry.rotation import matrices_from_quaternions
 
 MARGIN = 1.3  # of the keypoints' box: the target's own outline goes beyond them
 LUMA = (0.299, 0.587, 0.114)  # of R, G and B, as ITU-R BT.601 has them
+CAMERA = Path(__file__).parent / "camera.json"  # of SPEED+, for pictures without a camera file
 PACK = ".npz"  # ends the name of what `tools/train/pack` writes
 
 
@@ -94,8 +95,9 @@ def crop_of(pixels: Float) -> Crop:
 def read_set(
     path: Path, *, frames: str | None = None, appearances: int | None = None, keypoints: Path | None = None
 ) -> PictureSet:
-    """Read a dataset of spin_usd, a pack, or a list of poses in the layout of SPEED+ (DOMAIN/NAME.json beside
-    DOMAIN/images and below camera.json); of the last `keypoints` are a JSON list of points.
+    """Read a dataset of spin_usd, a pack, or a list of poses as SPEED+ has it. The pictures of a list are in `images`
+    beside it, or beside it; camera.json is beside it or in the folder above, else the camera is SPEED+'s; `keypoints`
+    are a JSON list of points.
 
     frames: some of the frames, A:B:STEP · appearances: of a dataset's variants as many for each frame, of frame i those
     from i on, in turn, so that each number of appearances shows as much of every variant.
@@ -105,6 +107,14 @@ def read_set(
     if path.suffix == PACK:
         return _of_pack(path, frames)
     return _of_speedplus(path, frames, keypoints)
+
+
+def read_sets(paths: Sequence[Path], **options: Any) -> PictureSet:
+    """Read sets of one target as one set. options: of `read_set`, for each of them."""
+    sets = [read_set(path, **options) for path in paths]
+    if any(not np.array_equal(each.points, sets[0].points) for each in sets):
+        raise SystemExit(f"{', '.join(map(str, paths))} have different keypoints; give sets of one target")
+    return PictureSet(pictures=[picture for each in sets for picture in each.pictures], points=sets[0].points)
 
 
 def _of_dataset(dataset: spin_usd.Dataset, frames: str | None, appearances: int | None) -> PictureSet:
@@ -142,13 +152,16 @@ def _dataset_image(dataset: spin_usd.Dataset, frame: str, variant: str) -> NDArr
 def _of_speedplus(path: Path, frames: str | None, keypoints: Path | None) -> PictureSet:
     if keypoints is None:
         raise SystemExit(f"{path} has no keypoints of its target: give --keypoints, a JSON list of points in metres")
-    poses, camera = read_pose_list(path), read_camera_file(path.parent.parent / "camera.json").camera
+    places = (path.parent / CAMERA.name, path.parent.parent / CAMERA.name)
+    camera = read_camera_file(next(filter(Path.is_file, places), CAMERA)).camera
+    folder = images if (images := path.parent / "images").is_dir() else path.parent
+    poses = read_pose_list(path)
     rotations = matrices_from_quaternions(poses.q_cam_body)
     pictures = []
     for place in _chosen(frames, len(poses.names)):
         T_cam_body = np.eye(4)
         T_cam_body[:3, :3], T_cam_body[:3, 3] = rotations[place], poses.t_cam_body[place]
-        file = path.parent / "images" / poses.files[place]
+        file = folder / poses.files[place]
         pictures.append(
             PosedPicture(
                 name=poses.names[place], camera=camera, T_cam_body=T_cam_body, image=partial(_image_file, file)
