@@ -121,12 +121,16 @@ def test_a_scene_has_the_published_settings(authored: dict[str, Path], name: str
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "look"), [("lightbox", DistantLight, "reflective"), ("sunlamp", DiskLight, "reflective")]
+    ("name", "kinds", "look"),
+    [("lightbox", [DistantLight, DistantLight], "reflective"), ("sunlamp", [DiskLight], "reflective")],
 )
-def test_a_test_bed_has_its_own_lamp_and_no_glow(authored: dict[str, Path], name: str, kind: type, look: str) -> None:
+def test_a_test_bed_has_its_own_lights_and_no_glow(
+    authored: dict[str, Path], name: str, kinds: list[type], look: str
+) -> None:
+    """Lightbox has a lamp and its room's light."""
     reader = StageReader(authored[name])
     scene = reader.scene(reader.frames[0])
-    assert [type(light) for light in scene.lights] == [kind]
+    assert [type(light) for light in scene.lights] == kinds
     assert scene.optics.bloom_intensity == 0
     assert look_of(authored[name]) == look
 
