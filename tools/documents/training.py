@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from spin_usd.accuracy.tables import in_markdown, number, within
 
 SCORE = "speedplus"
+BED = "lightbox"  # the test of real pictures
 MEANING = {
     "plain": "one colour a material, no shadows, an ideal detector; the Sun moves",
     "c": "of a rich camera: blur, glare, noise, limits of the exposure",
@@ -29,6 +30,10 @@ MEANING = {
     "rich_1": "rich; light, materials and background differ from pose to pose",
     "rich_3": "the same, three appearances of each pose",
     "rich_10": "the same, ten appearances of each pose",
+    "rich_1_750": "`rich_1` for fewer steps",
+    "rich_1_1500": "`rich_1` for fewer steps",
+    "lightbox": "the preset and the augmentation `lightbox`, look `mockup`",
+    "mixed": "every other picture of `rich_1` and of `lightbox`",
     "grey": "one matt grey for all; camera and environment are rich, the Sun moves, in all rows",
     "colors": "the flat, matt colours that it was modelled in",
     "auto": "materials of the library, as `--materials auto` recognises them",
@@ -50,11 +55,21 @@ class Row:
 
     def score(self, test: str) -> tuple[float, float]:
         """Return the mean score on a test over the seeds, and its standard error; that is NaN of one seed."""
-        return _mean([run["scores"][test]["scores"][SCORE] for run in self.runs])
+        return _mean([_score(run, test) for run in self.runs])
 
     def degrees(self, test: str) -> tuple[float, float]:
         """Return the same of the median error of the attitude, degrees."""
-        return _mean([run["scores"][test]["attitude_deg"]["median"] for run in self.runs])
+        return _mean([_degrees(run, test) for run in self.runs])
+
+
+def _score(run: Mapping[str, Any], test: str) -> float:
+    found: float = run["scores"][test]["scores"][SCORE]
+    return found
+
+
+def _degrees(run: Mapping[str, Any], test: str) -> float:
+    found: float = run["scores"][test]["attitude_deg"]["median"]
+    return found
 
 
 def _mean(values: Sequence[float]) -> tuple[float, float]:
@@ -100,17 +115,56 @@ def looks(folder: Path) -> str:
     return _table(rows_of(folder, "looks"))
 
 
-def _table(rows: Sequence[Row]) -> str:
-    tests = list(rows[0].runs[0]["scores"])
-    places = {name: place for place, name in enumerate(MEANING)}
+def real(folder: Path) -> str:
+    """Return scores on real pictures with intervals over them, each run for itself, beside those on synthetic sets."""
+    rows = _ordered(rows_of(folder, "real"))
+    runs = [run for row in rows for run in row.runs]
+    tests = [test for test in runs[0]["scores"] if test != BED]
     cells = [
         [
-            f"`{row.name}`" + (f": {MEANING[row.name]}" if row.name in MEANING else ""),
+            _named(run["row"]),
+            *(str(run["training"][name]) for name in ("seed", "steps")),
+            number(run["loss"]),
+            _interval(run, _score(run, BED), SCORE),
+            _interval(run, _degrees(run, BED), "attitude_deg_median") + "°",
+            *(f"{number(_score(run, test))} · {number(_degrees(run, test))}°" for test in tests),
+        ]
+        for run in runs
+    ]
+    training, counts = runs[0]["training"], sorted({run["pictures"] for run in runs})
+    note = (
+        f"SPEED+ score · median error of the attitude; of the {runs[0]['scores'][BED]['pictures']} real pictures with "
+        f"95 % intervals, by bootstrap over the pictures. {' or '.join(map(str, counts))} pictures to learn from, in "
+        f"crops of {training['size']} pixels, {training['batch']} a step. {_state(rows)}"
+    )
+    headings = ("learned from", "seed", "steps", "loss", "real: score", "real: attitude", *tests)
+    return f"{prose(note)}\n\n{in_markdown(headings, cells)}"
+
+
+def _interval(run: Mapping[str, Any], value: float, name: str) -> str:
+    low, high = run["scores"][BED]["interval_95"][name]
+    return f"{number(value)} ({number(low)} to {number(high)})"
+
+
+def _ordered(rows: Sequence[Row]) -> list[Row]:
+    places = {name: place for place, name in enumerate(MEANING)}
+    return sorted(rows, key=lambda row: places.get(row.name, 0))
+
+
+def _named(row: str) -> str:
+    return f"`{row}`" + (f": {MEANING[row]}" if row in MEANING else "")
+
+
+def _table(rows: Sequence[Row]) -> str:
+    tests = list(rows[0].runs[0]["scores"])
+    cells = [
+        [
+            _named(row.name),
             str(row.runs[0]["pictures"]),
             number(row.cpu_s("render")),
             *(f"{_within(row.score(test))} · {_within(row.degrees(test))}°" for test in tests),
         ]
-        for row in sorted(rows, key=lambda row: places.get(row.name, 0))
+        for row in _ordered(rows)
     ]
     seeds = {len(row.runs) for row in rows}
     training = rows[0].runs[0]["training"]
