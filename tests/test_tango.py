@@ -42,7 +42,7 @@ CLASSES = {"main_body", "solar_panel", "omni_antenna", "payload", "adapter_ring"
 
 # The published points, widened by the antennas' radii (x, y) and by the separation hooks below the deck.
 ENVELOPE = np.array([(-0.565, -0.585, -0.0205), (0.565, 0.520, 0.3215)])
-ROD = -0.085  # how far the mock-up's rod reaches below its deck
+MOCKUP_LOW = {"Harness": -0.085, "SeparationRing": -0.03}  # how far the mock-up's rod and a block reach below its deck
 ROUNDING = 1e-5  # the layers' decimals: ten micrometres
 NORMAL_ROUNDING = 1e-3  # normals are written with three decimals
 MIN_FACING = 0.05  # cosine between a corner's normal and its face: bevels turn from one flat face to the next one
@@ -299,10 +299,12 @@ def test_the_reflective_look_says_only_what_differs_from_the_library() -> None:
 
 def test_the_spacecraft_fills_its_envelope_and_no_more(stage: Usd.Stage) -> None:
     points = np.concatenate([points_of(mesh) for mesh in meshes(stage)])
-    low = ENVELOPE[0]
-    if stage.GetDefaultPrim().GetVariantSet("look").GetVariantSelection() == "mockup":
-        low = np.array([*low[:2], ROD])
-    assert (points >= np.float32(low)).all()
+    look = stage.GetDefaultPrim().GetVariantSet("look").GetVariantSelection()
+    for mesh in meshes(stage):
+        low = ENVELOPE[0].copy()
+        if look == "mockup":
+            low[2] = MOCKUP_LOW.get(mesh.GetPath().name, low[2])
+        assert (points_of(mesh) >= np.float32(low)).all(), mesh.GetPath()
     panel = points_of(UsdGeom.Mesh(stage.GetPrimAtPath(f"/Tango/{TOP}")))
     assert panel[:, 2].max() == np.float32(ENVELOPE[1, 2])
     assert (points[:, :2] <= ENVELOPE[1, :2]).all()

@@ -119,7 +119,7 @@ class Choice(Distribution, frozen=True, kw_only=True, tag="choice"):
         tuple[Annotated[float, Meta(ge=0)], ...], Meta(description="How often each value is chosen, as ratios.")
     ] = ()
     together: Annotated[
-        str, Meta(description="Another parameter with a choice of as many values; both have the values of one place.")
+        str, Meta(description="Another choice of as many values: each picture has the same position in both lists.")
     ] = ""
 
     def __post_init__(self) -> None:

@@ -111,7 +111,7 @@ def sample_all(
     each = {}
     for sample in samples:
         if sample.per_frame:
-            names = (shared or {}).get(sample.parameter, frames)
+            names = (shared or {}).get(sample.stream, frames)
             values = {own: sample_one(sample, seed=seed, name=name, frame=own) for own in dict.fromkeys(names)}
             each[sample.parameter] = [values[own] for own in names]
     return ParameterValues(constant=one, per_frame=each)

@@ -22,6 +22,7 @@ from spin_usd.stage.augment.lights import SUNS
 from spin_usd.stage.augment.materials import material_names
 from spin_usd.stage.augment.parameter import Parameter
 from spin_usd.stage.augment.parameters import FIELDS, MATERIAL, parameter_named
+from spin_usd.stage.augment.planet import PLANET
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
 from spin_usd.stage.augment.sun_and_planet import read_sky
 from spin_usd.stage.usd.values import Range
@@ -113,23 +114,39 @@ def _of_each_material(base: BaseStage, entries: Sequence[SampleEntry]) -> Sequen
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
     """Return the entries' distributions in the parameters' own units and within their limits. Raises InputError that
     names the parameter."""
-    samples = tuple(_sample(entry) for entry in entries)
-    for sample in samples:
-        _refuse_unlike(sample, next((each for each in samples if each.parameter == sample.stream), None))
-    return samples
+    samples = {entry.parameter: _sample(entry) for entry in entries}
+    for sample in samples.values():
+        if wrong := _wrong_link(sample, samples.get(sample.stream)):
+            found = f"cannot be chosen together with {sample.stream}: {wrong}"
+            raise InputError(found, where=sample.parameter, do="correct together, or leave it out")
+    return tuple(samples.values())
 
 
-def _refuse_unlike(sample: Sample, other: Sample | None) -> None:
-    """Raise InputError unless the sample can be chosen together with the other, which its distribution names."""
-    if other is sample:
-        return
-    own, its = sample.distribution, other and other.distribution
-    if isinstance(own, Choice) and isinstance(its, Choice) and not its.together:
-        one, another = ((len(each.values), each.weights) for each in (own, its))
-        if one == another and other and sample.per_frame == other.per_frame:
-            return
-    found = f"is chosen together with {sample.stream}, which is not a choice like it"
-    raise InputError(found, where=sample.parameter, do="give both as many values, equal weights and an equal per")
+def _wrong_link(sample: Sample, leader: Sample | None) -> str:
+    """Return why the sample cannot have the values of the same place as its `leader`, whose name its distribution
+    gives; empty if it can, or names none."""
+    own = sample.distribution
+    if not (isinstance(own, Choice) and own.together):
+        return ""
+    if leader is None or leader is sample:
+        return "that is the parameter itself" if leader else "it is not sampled here"
+    its = leader.distribution
+    if not isinstance(its, Choice) or its.together:
+        return f"it follows {its.together}; name that" if isinstance(its, Choice) else "it is not a choice"
+    if len(own.values) != len(its.values):
+        return f"there are {len(own.values)} values, and {len(its.values)} of it"
+    if own.weights != its.weights or sample.per_frame != leader.per_frame:
+        return "their weights differ" if own.weights != its.weights else "one is sampled once, the other per picture"
+    kinds = _resampled_with(sample.parameter), _resampled_with(leader.parameter)
+    apart = kinds[0] != kinds[1] and (all(kinds) or PLANET in kinds)
+    return "they are sampled again apart, to meet constraints" if apart else ""
+
+
+def _resampled_with(parameter: str) -> str:
+    """Return the name of the group in which the parameter is sampled again; empty if no constraint bears on it."""
+    if parameter.startswith(PLANET):
+        return PLANET
+    return parameter if parameter in SUNS else GROUPS[0][0] if parameter in GROUPS[0] else ""
 
 
 def _sample(entry: SampleEntry) -> Sample:
@@ -201,8 +218,8 @@ class _Resampling:
         """Sample the group's parameters again until all constraints are met in all pictures."""
         sampled = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in sampled if sample.per_frame] or sampled
-        moved = {sample.parameter for sample in moving}
-        moving += [each for each in self._samples.values() if each.stream in moved and each.parameter not in moved]
+        streams = {sample.stream for sample in moving}  # what is chosen together stays together
+        moving += [each for each in self._samples.values() if each.stream in streams and each not in moving]
         for again in range(1, MAX_TRIES + 1):
             unmet = self._unmet(draws, group, wanted, sky)
             if unmet is None:
@@ -251,7 +268,7 @@ class _Resampling:
             if not sample.per_frame:
                 constant[sample.parameter] = sample_one(sample, seed=self._seed, name=self._name, again=again)
                 continue
-            names, column = self._pictures.sampled_for(sample.parameter), per_frame[sample.parameter]
+            names, column = self._pictures.sampled_for(sample.stream), per_frame[sample.parameter]
             values = {
                 own: sample_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
                 for own in dict.fromkeys(names[int(i)] for i in wrong)

@@ -33,6 +33,7 @@ MEANING = {
     "rich_1_750": "`rich_1` for fewer steps",
     "rich_1_1500": "`rich_1` for fewer steps",
     "lightbox": "the preset and the augmentation `lightbox`, look `mockup`",
+    "lightbox_long": "the same, made anew since, for more steps",
     "mixed": "every other picture of `rich_1` and of `lightbox`",
     "grey": "one matt grey for all; camera and environment are rich, the Sun moves, in all rows",
     "colors": "the flat, matt colours that it was modelled in",
@@ -115,9 +116,9 @@ def looks(folder: Path) -> str:
     return _table(rows_of(folder, "looks"))
 
 
-def real(folder: Path) -> str:
+def real(folder: Path, experiment: str = "real") -> str:
     """Return scores on real pictures with intervals over them, each run for itself, beside those on synthetic sets."""
-    rows = _ordered(rows_of(folder, "real"))
+    rows = _ordered(rows_of(folder, experiment))
     runs = [run for row in rows for run in row.runs]
     tests = [test for test in runs[0]["scores"] if test != BED]
     cells = [

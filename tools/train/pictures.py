@@ -95,9 +95,9 @@ def crop_of(pixels: Float) -> Crop:
 def read_set(
     path: Path, *, frames: str | None = None, appearances: int | None = None, keypoints: Path | None = None
 ) -> PictureSet:
-    """Read a dataset of spin_usd, a pack, or a list of poses as SPEED+ has it. The pictures of a list are in `images`
-    beside it, or beside it; camera.json is beside it or in the folder above, else the camera is SPEED+'s; `keypoints`
-    are a JSON list of points.
+    """Read a dataset of spin_usd, a pack, or a list of poses as SPEED+ has it. A list's pictures are in the folder
+    `images` beside it, else in its own folder; camera.json is beside it or in the folder above, else the camera is
+    SPEED+'s; `keypoints` are a JSON list of points.
 
     frames: some of the frames, A:B:STEP · appearances: of a dataset's variants as many for each frame, of frame i those
     from i on, in turn, so that each number of appearances shows as much of every variant.

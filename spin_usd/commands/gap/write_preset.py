@@ -1,11 +1,11 @@
 """Writes the fits of many pictures as distributions: a preset with one light and camera, and an augmentation that
 draws others for each picture.
 
-The light that gives most of a picture becomes a wide Sun with a direction and an irradiance, and its walls a second
-light, as wide as the sky behind the camera, which fills shadows. These are drawn together, for a light from behind the
-target is strong; black levels are drawn apart from them. A light that only grazes the target has a poorly determined
-irradiance, so irradiances are clipped to the CENTRAL quantiles. The Sun's angle, the mean of the lights', and the
-camera's noise and sharpness are the same in all pictures.
+The light that gives most of a picture becomes a wide Sun with a direction and an irradiance. The picture's walls become
+a second light, as wide as the sky behind the camera, which fills shadows. A picture's direction, irradiance and wall
+light are drawn together, since a light that grazes the target is fitted stronger; black levels are drawn apart. A light
+that only grazes the target has a poorly determined irradiance, so irradiances are clipped to the CENTRAL quantiles. The
+Sun's angle, the mean of the lights', and the camera's noise and sharpness are the same in all pictures.
 """
 
 import math
@@ -27,6 +27,7 @@ from spin_usd.store.hidden_folder import hidden_folder
 
 CENTRAL = (0.1, 0.9)  # quantiles of irradiances
 DIGITS = 4
+BRIGHTER = 2.0  # than the room, at least: specifications take the strongest distant light for the Sun
 SKY = 170  # degrees: the width of the light that fills shadows
 ROOM = math.pi / 24
 """Irradiance of half the sky over the summed strengths of six walls, as realism.panels has them: a quarter of the mean
@@ -143,7 +144,7 @@ def write_preset(path: Path, report: GapReport, sensor: Sensor, fitted: Sequence
 def _lights(lights: Sequence[GapLight], rooms: Sequence[float]) -> Iterator[str]:
     """Yield the preset's lights, along the camera's axis and, the Sun, from above it."""
     angle = float(np.mean([_angle(light) for light in lights]))  # the median of two kinds is one of them
-    irradiance = float(np.median([light.strength for light in lights]))
+    irradiance = max(float(np.median([light.strength for light in lights])), BRIGHTER * float(np.mean(rooms)))
     yield LIGHT.format(name="Sun", angle=_number(angle), irradiance=_number(irradiance), turn=(60, 0, 30))
     if any(rooms):
         yield LIGHT.format(name="Room", angle=SKY, irradiance=_number(float(np.mean(rooms))), turn=(90, 0, 0))

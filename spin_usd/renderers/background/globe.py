@@ -49,9 +49,10 @@ class Air:
         return [np.float32(0.75 * depth / (1 + 0.75 * depth)) for depth in self.depth]
 
     @property
-    def rescattered(self) -> list[np.float32]:
+    def multiple_scattering(self) -> list[np.float32]:
         """The light that leaves the air upward, R, G, B, over the part of it that was scattered once: 1 + 2t / (1 + t)
-        at optical depth t. Fitted to traced photons: within 3 % for t up to 0.5 and the Sun 9 to 90 degrees high."""
+        at optical depth t. Fitted to traced photons: within 6 % of the flux, and 15 % of the radiance straight up,
+        for t up to 0.5 and the Sun 9 to 90 degrees high."""
         return [np.float32((1 + 3 * depth) / (1 + depth)) for depth in self.depth]
 
     def mass(self, cosine: Float32) -> Float32:

@@ -55,7 +55,7 @@ def mean_radiance(points: Points) -> list[Float32]:
     for sun in points.suns:
         lit, glossy = sun.lit(sun.cosine) * covered, water * clear * covered
         for c in RGB:
-            radiance[c] += echoed(albedo[c], points.globe, c) * lit * sun.ground[c] + sun.glint[c] * glossy
+            radiance[c] += with_light_from_air(albedo[c], points.globe, c) * lit * sun.ground[c] + sun.glint[c] * glossy
     if planet.night:
         _add_night(radiance, night_map(planet.night).at(places), clear, _night_light(points))
     return radiance
@@ -90,11 +90,11 @@ def _add_sun(radiance: list[Float32], nodes: NodeGrid, number: int, surface: Pla
     light = nodes.enlarged([lit * channel for channel in sun.ground])
     if not surface:
         for c, channel in enumerate(_uniform(globe.planet)):
-            radiance[c] += echoed(channel, globe, c) * light[c]
+            radiance[c] += with_light_from_air(channel, globe, c) * light[c]
         return
     sunlit = surface.sunlit(number)
     for c, albedo in enumerate(surface.albedo(number, sunlit, nodes.enlarged(sun.skylight) if globe.air else None)):
-        radiance[c] += echoed(albedo, globe, c) * light[c]
+        radiance[c] += with_light_from_air(albedo, globe, c) * light[c]
     if sun.glint[0].any() and surface.water.any():
         glossy = surface.glossy(sunlit)
         for c, glint in enumerate(nodes.enlarged([covered * channel for channel in sun.glint])):
@@ -107,8 +107,8 @@ def _uniform(planet: Planet) -> list[Float32]:
     return [np.array(channel, np.float32) for channel in planet.albedo]
 
 
-def echoed(albedo: Float32, globe: Globe, channel: int) -> Float32:
-    """Return the albedo, times by how much more light a wide ground of it gets that the air sends back to it."""
+def with_light_from_air(albedo: Float32, globe: Globe, channel: int) -> Float32:
+    """Return the albedo of wide ground, with the light that air sends back to it and it reflects again."""
     if not globe.air:
         return albedo
     return np.asarray(albedo / (1 - np.minimum(albedo, 1) * globe.air.returned[channel]))

@@ -25,7 +25,7 @@ class SunAtPoints:
     cosine: Float32
     """Cosine of the Sun's zenith angle."""
     ground: list[Float32]
-    """Light of white ground that faces the Sun, without what it and the air send to and fro."""
+    """Light of white ground that faces the Sun, without light reflected between ground and air."""
     skylight: list[Float32]
     """The share of `ground` that arrived scattered."""
     air: list[Float32]
@@ -92,7 +92,7 @@ def _in_air(bare: SunAtPoints, air: Air, meeting: Meeting, through: list[Float32
         ground=[bare.ground[c] * down[c] * air.passed(mass, through[c], c) for c in RGB],
         skylight=[1 - clear[c] / down[c] for c in RGB],
         air=[
-            bare.ground[c] * np.float32(np.pi) * air.rescattered[c] * scattered * (1 - through[c] * clear[c])
+            bare.ground[c] * np.float32(np.pi) * air.multiple_scattering[c] * scattered * (1 - through[c] * clear[c])
             for c in RGB
         ],
         glint=[bare.glint[c] * clear[c] for c in RGB],

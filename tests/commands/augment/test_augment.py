@@ -4,6 +4,7 @@ import json
 import shutil
 
 import numpy as np
+import pytest
 
 from spin_usd.scene.derived.sunlight import sunlight
 from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
@@ -76,23 +77,44 @@ seed = 0
 name = "a"
 [augmentation.sample]
 "sun.direction" = { distribution = "choice", values = [[0, 0, -1], [0.1, 0, -1], [0.2, 0, -1], [0, 0, 1]], per = "frame" }
-"sun.irradiance" = { distribution = "choice", values = [1, 2, 3], unit = "W/m2", per = "frame", together = "sun.direction" }
+"sun.irradiance" = { distribution = "choice", values = [1, 2, 3, 4], unit = "W/m2", per = "frame", together = "sun.direction" }
 [augmentation.constraints]
 sun_from_boresight_deg = 90
 """  # noqa: E501
 
 
-def test_values_are_chosen_together_also_where_a_constraint_refuses_some(small_stage, spin_usd, tmp_path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("[1, 2, 3, 4]", "[1, 2, 3]", "there are 3 values, and 4 of it"),
+        ('together = "sun.direction"', 'together = "sun.directon"', "it is not sampled here"),
+        ('together = "sun.direction"', 'together = "sun.irradiance"', "that is the parameter itself"),
+        ('per = "frame", together', "together", "one is sampled once, the other per picture"),
+        ("together =", "weights = [1, 1, 1, 2], together =", "their weights differ"),
+        ("[[0, 0, -1]", "[[0, 0, -1], [0, 0, -1]", "there are 4 values, and 5 of it"),
+    ],
+)
+def test_values_that_cannot_be_chosen_together_are_refused(small_stage, spin_usd, tmp_path, old, new, reason) -> None:
     spec = tmp_path / "spec.toml"
-    spec.write_text(TOGETHER)
-    said = spin_usd("augment", small_stage, "--spec", spec, code=2).stderr
-    assert "sun.irradiance: is chosen together with sun.direction, which is not a choice like it" in said
-    spec.write_text(TOGETHER.replace("[1, 2, 3]", "[1, 2, 3, 4]"))
-    spin_usd("augment", small_stage, "--spec", spec)
-    reader = StageReader(small_stage, variant="a")
+    spec.write_text(TOGETHER.replace(old, new))
+    said = spin_usd("augment", small_stage, "--spec", spec, "--out", small_stage.parent / "never.usda", code=2).stderr
+    assert "sun.irradiance: cannot be chosen together with sun." in said
+    assert reason in said
+
+
+@pytest.mark.parametrize("follower", ["sun.irradiance", "sun.direction"])
+def test_values_are_chosen_together_also_where_a_constraint_refuses_some(small_stage, spin_usd, tmp_path, follower):
+    """The constraint bears on the direction, whichever of both follows the other."""
+    spec, text = tmp_path / "spec.toml", TOGETHER
+    if follower == "sun.direction":
+        text = text.replace(', together = "sun.direction"', "")
+        text = text.replace('"frame" }', '"frame", together = "sun.irradiance" }', 1)
+    spec.write_text(text)
+    spin_usd("augment", small_stage, "--spec", spec, "--out", small_stage.parent / f"{follower}.usda")
+    reader = StageReader(small_stage.parent / f"{follower}.usda", variant="a")
     found = set()
     for frame in reader.frames:
         (sun,) = (light for light in reader.scene(frame).lights if light.path.endswith("Sun"))
         found.add((round(-sun.direction_cam[0] / sun.direction_cam[2] * 10), round(sun.irradiance[0])))
     assert len(found) > 1
-    assert found <= {(0, 1), (1, 2), (2, 3)}
+    assert {(abs(across), strength) for across, strength in found} <= {(0, 1), (1, 2), (2, 3)}

@@ -12,7 +12,6 @@ from spin_usd.commands.gap.write_preset import write_preset
 from spin_usd.errors import InputError
 from spin_usd.scene.sensor import Sensor
 
-
 ROUNDED = 1e-3  # relative, of four digits
 
 
@@ -67,3 +66,11 @@ def test_a_light_is_drawn_with_its_strength_and_its_room(tmp_path) -> None:
         "sun.irradiance": "sun.direction",
         "fill.factor": "sun.direction",
     }
+
+
+def test_the_sun_is_brighter_than_the_room_whatever_the_fits(tmp_path) -> None:
+    walls = [(f"Wall00{number}", 6.0) for number in range(6)]
+    write_preset(tmp_path / "bed.usda", report([("Sun001", 0.2)], [("Sun002", 0.3), *walls]), Sensor(), [])
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "bed.usda"))
+    sun, room = (layer.GetAttributeAtPath(f"/World/Lights/{each}.inputs:intensity").default for each in ("Sun", "Room"))
+    assert sun > room > 0

@@ -5,7 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spin_usd.renderers.background.globe import Globe, Rays
+from spin_usd.renderers.background.planet_points import Points
+from spin_usd.renderers.background.planet_surface import PlanetSurface
 from spin_usd.renderers.background.sky import sky
+from spin_usd.scene.environment import Planet
+from spin_usd.scene.light import DistantLight
 from tests.authorities.photons import reflectance_seen_from_above
 from tests.cases import earths
 
@@ -14,6 +19,7 @@ SUNS = (20.0, 70.0)  # degrees from the zenith
 OFF = 0.014
 """Of reflectance: two streams, and one factor for all directions, are off by 0.0133 at most here. Light scattered once,
 and lost otherwise, was off by 0.16 over clouds in blue."""
+CURVED = 5e-3  # relative: of air masses on the ball, as `test_air_masses_are_chapmans` has it
 WHITE = 0.02  # relative, for R and B of a cloud
 
 
@@ -39,3 +45,37 @@ def test_ground_is_as_bright_as_photons_make_it(albedo, sun_deg) -> None:
 def test_clouds_are_white() -> None:
     red, _, blue = seen_from_above(0.75, 45.0)
     assert blue == pytest.approx(red, rel=WHITE)
+
+
+def test_a_shadow_is_bluer_than_ground_in_the_sun() -> None:
+    points = Points.of(*low_sun())
+    flat = np.ones((3, 4), np.float32)
+    ground = PlanetSurface(
+        ground=[flat] * 3, water=0 * flat, noise=0 * flat, ranges=0 * flat, rises=[None], clouds=None, veil=None
+    )
+    skylight = [np.float32(share.mean()) * flat for share in points.suns[0].skylight]
+    (red, _, blue), (lit_red, _, lit_blue) = (ground.albedo(0, sunlit * flat, skylight) for sunlit in (0.25, 1.0))
+    assert (lit_red == 1).all()
+    assert (lit_blue == 1).all()
+    assert (blue > 1.1 * red).all()
+
+
+def test_a_glint_passes_the_air_twice_in_a_straight_line() -> None:
+    globe, suns, rays = low_sun()
+    sun, bare = (Points.of(each, suns, rays).suns[0] for each in (globe, replace(globe, planet=airless(globe.planet))))
+    (toward,), (cosine,) = globe.meet(rays).toward, sun.cosine
+    for channel, depth in enumerate(DEPTHS):
+        through = np.exp(-depth * (1 / toward + 1 / cosine))
+        assert sun.glint[channel][0] == pytest.approx(through * bare.glint[channel][0], rel=CURVED)
+
+
+def low_sun() -> tuple[Globe, tuple[DistantLight, ...], Rays]:
+    """The ground straight below, and a Sun that it mirrors 30 degrees from the zenith."""
+    scene = earths.seen_from((0, 0, earths.RADIUS + 7e5), clouds=None, haze=DEPTHS)
+    (planet,) = scene.environment.planets
+    sun = replace(earths.SUN, direction_cam=(0.5, 0.0, np.sqrt(0.75)))
+    return Globe(planet=planet, eye=np.zeros(3)), (sun,), Rays.through(earths.CAMERA, np.zeros((2, 1)))
+
+
+def airless(planet: Planet) -> Planet:
+    return replace(planet, haze=(0.0, 0.0, 0.0))
