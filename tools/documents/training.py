@@ -33,6 +33,7 @@ MEANING = {
     "rich_1_750": "`rich_1` for fewer steps",
     "rich_1_1500": "`rich_1` for fewer steps",
     "lightbox": "the preset and the augmentation `lightbox`, look `mockup`",
+    "lightbox_earth": "the same likeness, with an Earth behind half of the pictures",
     "lightbox_long": "the same, made anew since, for more steps",
     "mixed": "every other picture of `rich_1` and of `lightbox`",
     "grey": "one matt grey for all; camera and environment are rich, the Sun moves, in all rows",

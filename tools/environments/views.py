@@ -1,7 +1,7 @@
 """Pictures of the bundled Earth as it is seen from six heights."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -64,6 +64,17 @@ def write_views(folder: Path) -> None:
     with _earth() as earth:
         for name, view in VIEWS.items():
             write_image(folder / f"{name}.png", _picture(earth, view), quality=100)
+
+
+def write_plates(folder: Path, views: Mapping[View, float], size: tuple[int, int]) -> None:
+    """Write each view, grey, as bright as given, as a PNG of that size: encoded twice, so that a linear camera records
+    it encoded."""
+    factor = SIZE[0] // size[0]
+    with _earth() as earth:
+        for number, (view, bright) in enumerate(views.items()):
+            grey = _picture(earth, view).reshape(size[1], factor, size[0], factor, 3).mean((1, 3, 4))[..., None]
+            grey = srgb.encode(srgb.decode(grey) * bright)
+            write_image(folder / f"earth_{number:03d}.png", srgb.encode(grey), quality=100)
 
 
 @contextmanager
