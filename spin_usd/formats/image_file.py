@@ -8,6 +8,7 @@ it writes into memory, and we to the disk), and end the process over a JPEG (Pil
 import math
 import struct
 from collections.abc import Mapping
+from contextlib import suppress
 from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,8 @@ JPEG_QUALITY = 95
 
 oiio.attribute("threads", 1)  # a worker has one processor
 oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 starts none
+END_OF_JPEG = b"\xff\xd9"
+JPEG_PADDING = 4096  # bytes that some cameras write after the end of a JPEG
 PNG_HEAD = EXR_HEAD = 8  # bytes
 PNG_FRAME = 12  # bytes of a chunk beside its data: length, type and checksum
 EXR_ROWS = 16  # of a chunk that is compressed by ZIP
@@ -140,6 +143,13 @@ def decoded_image(file: BufferedReader, path: Path, rows: range | None = None) -
     return _in_name_order(pixels.reshape(-1, spec.width, spec.nchannels), list(spec.channelnames))
 
 
+def image_size(path: Path) -> tuple[int, int] | None:
+    """Return width and height by the head of an image file; None if it has none."""
+    with suppress(SpinError), open_file(path, MAX_ARRAY) as file, decoding(path), PillowImage.open(file) as image:
+        return image.size
+    return None
+
+
 def resampled(image: Image, box: tuple[float, float, float, float], size: tuple[int, int]) -> Image:
     """Return the `box` x0, y0, x1, y1 of the one channel `image` (H, W) float32 in the `size` (width, height).
 
@@ -172,6 +182,11 @@ def _check_kind(suffix: str, pixels: Image, channels: tuple[str, ...]) -> None:
 
 def _error(source: Any) -> str:
     return (source.geterror() if source is not None else oiio.geterror()) or "no reason given"
+
+
+def jpeg_is_whole(data: bytes) -> bool:
+    """Return whether the JPEG ends as it must; decoders fill what is missing with grey."""
+    return END_OF_JPEG in data[-JPEG_PADDING:]
 
 
 def png_is_whole(data: bytes) -> bool:

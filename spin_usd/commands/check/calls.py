@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from spin_usd.audit.picture_measures import DrawPicture, MeasurePictures, ModelFile, PictureMeasures
 from spin_usd.processes.call import Call
 from spin_usd.records.record import StageProvenance
 from spin_usd.scene.derived.views import Views
@@ -70,3 +71,6 @@ CHECK_STAGE = Call(f"{_IN_CHILD}.stage:stage_findings", CheckStage, StageAnswer)
 CHECK_PICTURE = Call(f"{_IN_CHILD}.picture:picture_findings", CheckPicture, PictureAnswer)
 CHECK_EVENTS = Call(f"{_IN_CHILD}.events:event_findings", CheckEvents, list[Finding])
 CROSS_PICTURE = Call(f"{_IN_CHILD}.cross:cross_findings", CheckPicture, CrossAnswer)
+MEASURE_PICTURES = Call(f"{_IN_CHILD}.set_pictures:set_picture_measures", MeasurePictures, list[PictureMeasures])
+MODEL_POINTS = Call(f"{_IN_CHILD}.set_pictures:model_points", ModelFile, list[list[float]])
+DRAW_PICTURE = Call(f"{_IN_CHILD}.drawn_picture:drawn_picture", DrawPicture, str)

@@ -12,9 +12,11 @@ from spin_usd.scene.finding import ERROR, Finding
 class CheckReport(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="check-report-1"):
     """Output of spin-usd check --json. The exit code is 1 if a finding is an error, 0 otherwise."""
 
-    kind: Literal["stage", "dataset"]
+    kind: Literal["stage", "dataset", "set"]
     findings: list[Finding]
     views: Annotated[Views | None, Meta(description="Of a stage's own pictures, where they can be read.")] = None
+    layout: Annotated[str | None, Meta(description="Layout of a data set of others.")] = None
+    reasons: Annotated[list[str] | None, Meta(description="Why it is read in that layout, and what it lacks.")] = None
     compared: Annotated[
         Count | None,
         Meta(description="Pictures whose labels were compared with Cycles' labels; only with --cross."),

@@ -255,4 +255,57 @@ DATASET = {
 }
 """Rules on datasets."""
 
-RULES = {**STAGE, **DATASET}
+_LABELS = "Correct the labels, or leave these pictures out."
+FOREIGN = {
+    "files": Rule(meaning="Lists and files do not belong together.", remedy="Download the set again."),
+    "camera": Rule(meaning="A camera cannot be used.", remedy="Correct it, or give `--camera`."),
+    "camera-matrix": Rule(meaning="K does not fit the pictures.", remedy="Check which size of pictures K is of."),
+    "pose-numbers": Rule(meaning="A pose has no usable numbers.", remedy=_LABELS),
+    "quaternion-norm": Rule(meaning="A quaternion is not of length 1.", remedy="Normalise it."),
+    "rotation-matrix": Rule(meaning="A matrix is not a rotation, or is left-handed.", remedy=_LABELS),
+    "behind-camera": Rule(meaning="The target lies behind the camera.", remedy=_LABELS),
+    "pose-reading": Rule(
+        meaning="Poses agree with labels in the image only in another reading than the layout's.",
+        remedy="`--repair-to FOLDER`.",
+    ),
+    "pose-image": Rule(
+        meaning="A target is not where its pose puts it, by the body that all other pictures show.", remedy=_LABELS
+    ),
+    "keypoint-pose": Rule(meaning="Keypoints are not where the pose puts them.", remedy=_LABELS),
+    "distance": Rule(meaning="A distance contradicts the target's size in the image.", remedy=_LABELS),
+    "unit": Rule(meaning="Positions are in another unit than the layout's.", remedy="`--repair-to FOLDER`."),
+    "depth-unit": Rule(meaning="Depth and positions are in different units.", remedy="Correct the scale of depth."),
+    "depth-pose": Rule(meaning="Depth contradicts the pose.", remedy=_LABELS),
+    "depth-ray": Rule(meaning="Depth is along rays instead of the axis.", remedy="Convert it, or state it."),
+    "depth-mask": Rule(meaning="Depth and mask cover different pixels.", remedy=_LABELS),
+    "mask-model": Rule(meaning="A mask is not the projection of the model.", remedy="Check pose, model and unit."),
+    "mask-edge": Rule(meaning="Edges of masks lie beside the model's.", remedy="Check model, lens and half pixels."),
+    "mask-empty": Rule(meaning="A mask is empty where there is a box.", remedy=_LABELS),
+    "mask-pixels": Rule(meaning="A mask has another number of pixels than listed.", remedy=_LABELS),
+    "mask-grey": Rule(meaning="A mask has values between black and white.", remedy="Threshold it."),
+    "half-pixel": Rule(meaning="Labels are half a pixel off.", remedy="Check where the first pixel's centre is."),
+    "mirrored": Rule(meaning="Labels or images are mirrored.", remedy="Mirror the labels, or the images."),
+    "box-empty": Rule(meaning="A box has no area.", remedy=_LABELS),
+    "box-outside": Rule(meaning="A box reaches out of the frame.", remedy=_LABELS),
+    "box-mask": Rule(meaning="A box is not where the target's pixels are.", remedy=_LABELS),
+    "box-order": Rule(meaning="The numbers of boxes are in another order.", remedy="Read them in the order named."),
+    "visible-share": Rule(meaning="A visible share does not match its pixels.", remedy=_LABELS),
+    "keypoint-flags": Rule(meaning="A keypoint's visibility is none of 0, 1 and 2.", remedy=_LABELS),
+    "keypoint-outside": Rule(meaning="A visible keypoint lies outside the frame.", remedy=_LABELS),
+    "image-missing": Rule(meaning="A listed image is not there.", remedy="Check names; download the set again."),
+    "image-name": Rule(meaning="An image has another name or place than listed.", remedy="`--repair-to FOLDER`."),
+    "image-size": Rule(meaning="An image has another size than its camera or list.", remedy="Scale K."),
+    "label-size": Rule(meaning="A mask or depth has another size than its image.", remedy=_LABELS),
+    "unlabelled": Rule(meaning="Images are in no list.", remedy="Label them, or remove them."),
+    "listed-twice": Rule(meaning="An image is listed more than once.", remedy="Keep one entry."),
+    "duplicate": Rule(meaning="Two images are the same, or look the same under different poses.", remedy=_LABELS),
+    "split-overlap": Rule(meaning="Splits share images or poses.", remedy="Keep them in one split."),
+    "class-unknown": Rule(meaning="A class is not in the list of classes.", remedy=_LABELS),
+    "class-spelling": Rule(meaning="Classes differ in spelling alone.", remedy="Use one of them."),
+    "equal-channels": Rule(meaning="All channels of an image are equal.", remedy="None if intended."),
+    "encoded-twice": Rule(meaning="An image went through the sRGB curve twice.", remedy="Encode it once."),
+    "time-order": Rule(meaning="Times are not in order.", remedy="Sort by time."),
+}
+"""Rules on data sets of others; "unreadable" is among the rules on stages."""
+
+RULES = {**STAGE, **DATASET, **FOREIGN}

@@ -10,9 +10,12 @@ from msgspec import structs
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.calls import CROSS_PICTURE, CheckPicture
 from spin_usd.commands.check.dataset import dataset_findings
+from spin_usd.commands.check.foreign_repair import repaired_copy
+from spin_usd.commands.check.foreign_set import checked_set
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.commands.check.repair import repair
 from spin_usd.commands.check.report import CheckReport
+from spin_usd.commands.check.set_page import write_set_page
 from spin_usd.commands.check.stage import stage_answer, stage_task
 from spin_usd.errors import InputError, SpinError
 from spin_usd.options import takes
@@ -43,6 +46,8 @@ def check(options: CheckOptions) -> CheckReport:
         raise InputError("cross_pictures is given without cross", do="give cross too")
     if options.cross:
         refuse_cross(path, options.cross_pictures)
+    if is_foreign(path):
+        return check_foreign(path, options)
     if options.repair:
         report: CheckReport = repair(path, progress=progress, note=options.note)
     else:
@@ -64,6 +69,29 @@ def check_folder(path: Path, *, progress: Progress) -> CheckReport:
         raise InputError("does not exist", where=path, do="check the path")
     do = "give a stage's root layer, the folder of its dataset.usda, or a dataset's folder"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
+
+
+def is_foreign(path: Path) -> bool:
+    """Return whether `path` is a folder of neither a stage nor a dataset."""
+    return path.is_dir() and not Store(root=path).is_dataset() and not os.path.isfile(root_layer(path))
+
+
+def check_foreign(path: Path, options: CheckOptions) -> CheckReport:
+    """Check the data set of somebody else in the folder `path`. Raises InputError for one in no known layout, and for
+    --repair, which is for our own."""
+    if options.repair:
+        raise InputError("is no dataset of spin-usd, which --repair needs", where=path, do="give --repair-to FOLDER")
+    checked = checked_set(path, options)
+    findings = [each.finding(str(path)) for each in checked.findings]
+    for note in checked.notes:
+        options.note(note)
+    repaired = None
+    if options.repair_to is not None:
+        repaired = repaired_copy(path, options.repair_to, checked.layout.fields, checked.findings, options.progress)
+    if options.report is not None:
+        write_set_page(path, options.report, checked)
+    notes = list(checked.notes)
+    return CheckReport(kind="set", findings=findings, layout=checked.layout.name, reasons=notes, repaired=repaired)
 
 
 def check_stage(root: Path, *, progress: Progress) -> CheckReport:

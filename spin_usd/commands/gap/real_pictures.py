@@ -17,11 +17,9 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.scene.sensor import LUMINANCE
 
 NAMED = 3
-PADDING = 4096  # bytes that some cameras write after the end of a JPEG
 JPEG = (".jpg", ".jpeg")
 NO_PICTURES = re.compile(r"depth|masks?(_visib)?|models?(_eval)?|normals?|segmentation|\..*", re.IGNORECASE)
 """Folders whose images are of no camera: labels, textures, thumbnails."""
-END_OF_JPEG = b"\xff\xd9"
 GREY_STEPS = 2.0  # of 8 bits: channels that differ by less are a grey picture's
 
 
@@ -102,13 +100,13 @@ def read_grey(file: Path, size: tuple[int, int]) -> tuple[NDArray[np.float32], i
     A picture of a whole multiple of the size is averaged. Raises InputError for any other size, and for a file that
     cannot be read.
     """
-    from spin_usd.formats.image_file import read_image  # not above: OpenImageIO is slow to load
+    from spin_usd.formats.image_file import jpeg_is_whole, read_image  # not above: OpenImageIO is slow to load
 
     image, names = read_image(file)
     notes = []
     top = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0}.get(image.dtype, 1.0)
     grey = np.asarray(image, np.float32) * np.float32(FULL / top)
-    if file.suffix.lower() in JPEG and END_OF_JPEG not in file.read_bytes()[-PADDING:]:
+    if file.suffix.lower() in JPEG and not jpeg_is_whole(file.read_bytes()):
         notes.append("is cut off: part of it is missing")
     if "A" in names:
         notes.append("has transparency, which is ignored")

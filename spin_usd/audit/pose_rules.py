@@ -1,0 +1,251 @@
+"""Rules on a set's poses beside its labels in the image: reading of rotations, distances, keypoints, depth, model."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.audit.posed_targets import AuditedSet, PosedTargets
+from spin_usd.audit.readings import FEWEST, Fit, Reading, by_boxes, by_keypoints, readings, turned_enough
+from spin_usd.audit.set_finding import Repair, SetFinding, worst_first
+from spin_usd.basics.arrays import Float
+from spin_usd.scene.finding import WARNING
+
+BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
+GOOD = 0.75  # overlap (IoU) of a reading that agrees
+WINS = 0.75  # share of the pictures in which it must agree better
+CLEARLY = 5.0  # ratio of errors of keypoints
+PIXELS = 2.0  # error of keypoints, above which labels are not merely rounded
+OUTLIER = 0.62  # overlap (IoU) with the body that the other pictures leave; 0.7 is the least of right ones
+APART = 4.0  # pixels between the sides of two boxes that are not merely of rounded pixels
+SHIFT = (0.35, 0.65)  # pixels, of a half
+POWERS = (1e-3, 1e-2, 0.1, 0.3048, 10.0, 100.0, 1e3)
+UNITS = {1e-3: "metres read as if they were millimetres", 10.0: "decimetres", 100.0: "centimetres", 1e3: "millimetres"}
+OFF = 2.5  # ratio beyond which a distance is wrong rather than the craft seen from its narrow side
+SIZES_M = (0.03, 200.0)  # of craft
+CORRECT = "correct the pose, or leave these pictures out"
+
+
+def pose_findings(audited: AuditedSet, models: Mapping[str, Float]) -> Iterator[SetFinding]:
+    """Yield the faults of poses. `models`: points (M, 3) of the targets' models, metres, by id; "" for all others."""
+    for key, targets in audited.posed.items():
+        model = models.get(key, models.get(""))
+        reading, found = _reading(targets, model)
+        yield from found
+        if not found:
+            yield from _outliers(targets, reading, model)
+            yield from _distances(targets, model)
+        yield from _silhouettes(targets)
+
+
+def _reading(targets: PosedTargets, model: Float | None) -> tuple[Reading, list[SetFinding]]:
+    """Return the reading of poses that agrees best, and a finding if it is not the layout's own."""
+    own = Reading()
+    if len(targets) < FEWEST or not turned_enough(targets):
+        return own, []
+    best, why = _by_keypoints(targets) or _by_boxes(targets, model) or (own, "")
+    if best == own:
+        return own, []
+    rule = "mirrored" if best.mirrored and best == Reading(mirrored=best.mirrored) else "pose-reading"
+    remedy = "spin-usd check SET --repair-to FOLDER writes a copy that is read rightly"
+    repair = None if best.mirrored else Repair(reading=best)
+    if repair is None:
+        remedy = "mirror the labels, or the images"
+    return best, [
+        SetFinding(
+            rule=rule,
+            message=f"poses agree with labels if they are read as {best.name} ({why})",
+            remedy=remedy,
+            pictures=targets.names,
+            of=len(targets),
+            repair=repair,
+        )
+    ]
+
+
+def _by_keypoints(targets: PosedTargets) -> tuple[Reading, str] | None:
+    """Return the reading in which keypoints agree; None where there are too few to say."""
+    own = by_keypoints(targets, Reading())
+    if own is None:
+        return None
+    if -own.score < PIXELS:
+        return own.reading, ""
+    fits = [fit for reading in readings(targets) if (fit := by_keypoints(targets, reading))]
+    best = max(fits, key=lambda fit: fit.score)
+    if best.score * CLEARLY > own.score:
+        return best.reading, f"keypoints are {-best.score:.2g} px off, and {-own.score:.3g} px as the layout has it"
+    return None
+
+
+def _by_boxes(targets: PosedTargets, model: Float | None) -> tuple[Reading, str] | None:
+    own = by_boxes(targets, Reading(), model)
+    others = [by_boxes(targets, reading, model) for reading in readings(targets)]
+    best = max(others, key=lambda fit: fit.score)
+    both = np.isfinite(own.each) & np.isfinite(best.each)
+    if not both.any() or best.score < GOOD or best.score < own.score + BETTER:
+        return None
+    if np.mean(best.each[both] > own.each[both]) < WINS:
+        return None
+    return best.reading, f"boxes overlap by {best.score:.2f}, and by {own.score:.2f} as the layout has it"
+
+
+def _outliers(targets: PosedTargets, reading: Reading, model: Float | None) -> Iterator[SetFinding]:
+    """Yield single pictures whose labels are not where their poses put the body."""
+    points = by_keypoints(targets, reading)
+    if points is not None and points.residuals is not None:
+        yield from _keypoints(targets, points, points.residuals)
+    boxes = by_boxes(targets, reading, model)
+    if boxes.score < GOOD or boxes.ratio is None or boxes.apart is None:
+        return
+    far = np.abs(np.log(np.maximum(boxes.ratio, 1e-9))) > np.log(OFF)
+    far &= (boxes.each < OUTLIER) & (~targets.from_image | (boxes.ratio > 1))  # part of the craft may be dark
+    if far.any():
+        ratio = float(np.median(boxes.ratio[far]))
+        message = f"a distance is {_times(ratio)} what the size in the image gives, by the other pictures"
+        yield _finding("distance", message, CORRECT, targets, np.flatnonzero(far), np.abs(np.log(boxes.ratio)))
+    least = np.where(targets.from_image, 1e-9, OUTLIER)
+    off = np.flatnonzero((boxes.each < least) & (boxes.apart > APART) & ~far)
+    if len(off):
+        message = "the target is not where its pose puts it"
+        yield _finding("pose-image", message, CORRECT, targets, off, 1 - boxes.each)
+
+
+def _keypoints(targets: PosedTargets, fit: Fit, residuals: Float) -> Iterator[SetFinding]:
+    usual = max(-fit.score, 0.1)
+    off = np.flatnonzero(fit.each > max(PIXELS, 10 * usual))
+    if len(off) and usual < PIXELS:
+        yield _finding("keypoint-pose", "keypoints are not where the pose puts them", CORRECT, targets, off, fit.each)
+    shift = np.nanmedian(residuals.reshape(-1, 2), axis=0)
+    if np.isfinite(shift).all() and ((SHIFT[0] < np.abs(shift)) & (np.abs(shift) < SHIFT[1])).all() and usual < 1:
+        message = f"keypoints are ({shift[0]:+.2f}, {shift[1]:+.2f}) px from where poses put them: half a pixel"
+        remedy = "check where K, or the labels, count the first pixel's centre: at (0, 0) or at (0.5, 0.5)"
+        yield _finding("half-pixel", message, remedy, targets, np.arange(len(targets)), fit.each, WARNING)
+
+
+def _distances(targets: PosedTargets, model: Float | None) -> Iterator[SetFinding]:
+    """Yield a unit of positions that makes the target too large or small, or contradicts depth."""
+    boxes, z = targets.normalised(targets.boxes), targets.t[:, 2]
+    whole = np.isfinite(boxes).all(1) & (z > 0)
+    size = np.full(len(targets), np.nan)
+    size[whole] = np.linalg.norm(boxes[whole, 2:] - boxes[whole, :2], axis=1) * z[whole]
+    usual = float(np.nanmedian(size)) if whole.any() else np.nan
+    expected = None if model is None else 0.75 * float(np.linalg.norm(np.ptp(model, axis=0)))
+    if whole.sum() >= FEWEST and (expected or not SIZES_M[0] < usual < SIZES_M[1]):
+        ratio = usual / expected if expected else usual
+        if not 1 / OFF < ratio < OFF and (expected or not SIZES_M[0] < usual < SIZES_M[1]):
+            factor = _power(1 / ratio) if expected else (1e-3 if usual > SIZES_M[1] else 1e3)
+            beside = f"its model is {expected / 0.75:.3g} m across" if expected else "no craft is so large or small"
+            message = f"distances make the target {usual:.3g} m across, and {beside}"
+            yield _unit(message, targets, factor)
+            return
+    yield from _depth(targets)
+
+
+def _unit(message: str, targets: PosedTargets, factor: float) -> SetFinding:
+    """Return the finding that all positions need a factor."""
+    remedy = f"multiply positions by {factor:g}: spin-usd check SET --repair-to FOLDER writes such a copy"
+    repair = Repair(length=factor)
+    return SetFinding(
+        rule="unit", message=message, remedy=remedy, pictures=targets.names, of=len(targets), repair=repair
+    )
+
+
+def _power(ratio: float) -> float:
+    """Return the usual factor between units nearest to the ratio."""
+    return min(POWERS, key=lambda each: abs(np.log(each / ratio)))
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.3g} times" if ratio > 1 else f"1/{1 / ratio:.3g} of"
+
+
+def _depth(targets: PosedTargets) -> Iterator[SetFinding]:
+    """Yield depth that contradicts distances: in unit, in single pictures, or along rays instead of the axis."""
+    depth = np.array([np.nan if m is None or m.depth is None else m.depth for *_, m in targets.rows], np.float64)
+    z = targets.t[:, 2]
+    there = np.isfinite(depth) & (z > 0)
+    if not there.any():
+        return
+    ratio = np.full(len(targets), np.nan)
+    ratio[there] = depth[there] / z[there]
+    usual = float(np.nanmedian(ratio))
+    if not 1 / OFF < usual < OFF:
+        message = f"depth is {_times(usual)} the distance in the poses: a unit differs by {_power(usual):g}"
+        remedy = "check the unit of depth, its scale, and the unit of positions"
+        yield _finding("depth-unit", message, remedy, targets, np.flatnonzero(there), ratio)
+        return
+    off = np.flatnonzero(there & ~((ratio > usual / OFF) & (ratio < usual * OFF)))
+    if len(off):
+        message = "depth contradicts the distance in the pose"
+        yield _finding("depth-pose", message, CORRECT, targets, off, np.abs(np.log(ratio / usual)))
+    yield from _along_rays(targets, depth, there)
+
+
+def _along_rays(targets: PosedTargets, depth: Float, there: NDArray[np.bool_]) -> Iterator[SetFinding]:
+    """Yield depth that grows with the angle from the axis as the length of rays does.
+
+    Depth less z of the pose, over z (sec - 1) at the mask's centre, has the slope 0 for depth along the axis, and 1 for
+    lengths of rays.
+    """
+    secant = np.full(len(targets), np.nan)
+    for place, (_, camera, _, measured) in enumerate(targets.rows):
+        if there[place] and measured is not None and measured.centre is not None:
+            x, y = camera.pinhole.normalised(np.array(measured.centre))
+            secant[place] = np.sqrt(1 + x * x + y * y)
+    used = np.isfinite(secant)
+    if used.sum() < 2 * FEWEST:
+        return
+    z = targets.t[used, 2]
+    x, y = z * (secant[used] - 1), depth[used] - z
+    table = np.column_stack([x, np.ones(len(x)), z])
+    solution, _, rank, _ = np.linalg.lstsq(table, y, rcond=None)
+    if rank < 3:
+        return
+    error = np.sqrt(np.sum((y - table @ solution) ** 2) / (len(x) - 3) * np.linalg.inv(table.T @ table)[0, 0])
+    if solution[0] - 3 * error > 0.3 and solution[0] + 3 * error > 1:
+        message = f"depth is the length of rays, not along the camera's axis (slope {solution[0]:.2f} +- {error:.2f})"
+        remedy = "divide it by the length of each pixel's ray (x, y, 1), or state it"
+        yield _finding("depth-ray", message, remedy, targets, np.flatnonzero(used), secant)
+
+
+def _silhouettes(targets: PosedTargets) -> Iterator[SetFinding]:
+    """Yield masks that differ from the projected model."""
+    seen = [(place, row[3].silhouette) for place, row in enumerate(targets.rows) if row[3] and row[3].silhouette]
+    if not seen:
+        return
+    places = np.array([place for place, _ in seen])
+    iou, edge = (np.array([getattr(each, name) for _, each in seen]) for name in ("iou", "edge"))
+    worse = np.zeros(len(targets))
+    worse[places] = 1 - iou
+    off = places[iou < SILHOUETTE]
+    if len(off):
+        message = f"a mask overlaps the projected model by less than {SILHOUETTE} (median of all {np.median(iou):.3f})"
+        yield _finding("mask-model", message, "check pose, model and its unit", targets, off, worse)
+    if len(seen) >= FEWEST and abs(float(np.median(edge))) > EDGE and not len(off) > len(seen) / 2:
+        message = f"the edges of masks are {np.median(edge):+.2g} px from those of the model (median)"
+        yield _finding("mask-edge", message, "check model, lens and half pixels", targets, places, worse, WARNING)
+    shift = np.median([each.shift for _, each in seen], axis=0)
+    if len(seen) >= FEWEST and ((SHIFT[0] < np.abs(shift)) & (np.abs(shift) < SHIFT[1])).all():
+        message = f"masks are ({shift[0]:+.2f}, {shift[1]:+.2f}) px from the projected model: half a pixel"
+        remedy = "check where K counts the first pixel's centre: at (0, 0) or at (0.5, 0.5)"
+        yield _finding("half-pixel", message, remedy, targets, places, worse, WARNING)
+
+
+SILHOUETTE = 0.8  # overlap (IoU) of mask and projection
+EDGE = 1.5  # pixels
+
+
+def _finding(
+    rule: str,
+    message: str,
+    remedy: str,
+    targets: PosedTargets,
+    places: NDArray[np.intp],
+    worse: Float,
+    severity: str = "error",
+) -> SetFinding:
+    names = targets.names
+    pictures = worst_first((names[place], float(np.nan_to_num(worse[place]))) for place in places)
+    return SetFinding(
+        rule=rule, message=message, remedy=remedy, pictures=pictures, of=len(set(names)), severity=severity
+    )

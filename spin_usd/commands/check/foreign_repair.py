@@ -1,0 +1,145 @@
+"""A copy of a data set of somebody else in which what is known to be wrong with its lists is mended."""
+
+import csv
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.audit.readings import Reading
+from spin_usd.audit.set_finding import Repair, SetFinding
+from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress
+from spin_usd.errors import InputError, OutputError
+from spin_usd.exchange.sets.set_folder import SetFolder, number, numbers
+from spin_usd.exchange.sets.set_format import PoseFields
+from spin_usd.files.size_limits import MAX_POSE_LIST
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.geometry.rotation import matrix_from_quaternion
+
+TABLE = "repaired.csv"
+
+
+def repaired_copy(
+    root: Path, out: Path, fields: PoseFields | None, findings: Sequence[SetFinding], progress: Progress
+) -> list[str]:
+    """Copy the set in `root` to the new folder `out`, and return what was mended, a sentence for each list.
+
+    Every changed entry is in repaired.csv. Raises InputError if `out` exists or lies in the set, or if nothing can be
+    mended for sure; OutputError if it cannot be written.
+    """
+    repairs = [each.repair for each in findings if each.repair is not None]
+    if fields is None or not repairs:
+        raise InputError("has no fault that can be mended for sure", where=root, do="follow the findings by hand")
+    if out.exists() or out.resolve().is_relative_to(root.resolve()):
+        raise InputError("exists, or lies inside the set", where=out, do="give a new folder")
+    folder = SetFolder(root)
+    lists = {match.group() for match in folder.matching(fields.files)}
+    try:
+        out.mkdir(parents=True)
+        for done, name in enumerate(sorted(folder.files)):
+            progress("copying: file", done, len(folder.files))
+            (out / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(root / name, out / name)
+        mending = _Mending(fields=fields, repairs=repairs, changes=[])
+        told = [each for name in sorted(lists) for each in mending.file(out / name, name)]
+        with open(out / TABLE, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([("list", "entry", "key", "before", "after"), *mending.changes])
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=out, do="free some space") from None
+    return told
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Mending:
+    """The changes to lists."""
+
+    fields: PoseFields
+    repairs: Sequence[Repair]
+    changes: list[tuple[str, str, str, str, str]]
+
+    def file(self, path: Path, name: str) -> Iterator[str]:
+        """Mend the list at `path`, and yield a sentence if it changed."""
+        before = len(self.changes)
+        if path.suffix == ".csv":
+            self._table(path, name)
+        else:
+            document = read_json_file(path, MAX_POSE_LIST)
+            for place, entry in self._entries(document):
+                self._entry(entry, name, place)
+            path.write_text(json.dumps(document), encoding="utf-8")
+        if count := len(self.changes) - before:
+            yield f"{name}: {count} values; {TABLE} lists them"
+
+    def _entries(self, document: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield the objects with poses of a JSON document, and their places."""
+        if isinstance(document, dict) and "poses" not in document:
+            for key, bodies in document.items():
+                yield from ((f"image {key}", body) for body in bodies if isinstance(body, dict))
+        else:
+            entries = document["poses"] if isinstance(document, dict) else document
+            yield from ((f"entry {place}", each) for place, each in enumerate(entries) if isinstance(each, dict))
+
+    def _entry(self, entry: dict[str, Any], name: str, place: str) -> None:
+        rotation, position = (
+            next((key for key in keys if key in entry), "") for keys in (self.fields.rotation, self.fields.position)
+        )
+        if rotation and position:
+            q, t = numbers(entry[rotation], len(entry[rotation])), numbers(entry[position], 3)
+            for key, values in zip((rotation, position), self._pose(q, t), strict=True):
+                self._set(entry, key, values.tolist(), name, place)
+        said = entry.get(self.fields.name)
+        if isinstance(said, str) and (right := self._named(said)):
+            self._set(entry, self.fields.name, right, name, place)
+
+    def _table(self, path: Path, name: str) -> None:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            rows, columns = list(reader), list(reader.fieldnames or ())
+        keys = (*self.fields.rotation, *self.fields.position)
+        for place, row in enumerate(rows):
+            if all(key in row for key in keys):
+                said = np.array([number(row[key]) for key in keys])
+                for key, value in zip(keys, np.concatenate(self._pose(said[:4], said[4:])), strict=True):
+                    self._set(row, key, repr(float(value)), name, f"line {place + 2}")
+            if (said_name := row.get(self.fields.name)) and (right := self._named(said_name)):
+                self._set(row, self.fields.name, right, name, f"line {place + 2}")
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, columns)
+            writer.writeheader()
+            writer.writerows(rows)
+
+    def _named(self, said: str) -> str:
+        found = next((each.names[said] for each in self.repairs if said in each.names), "")
+        return found.rpartition("/")[2] if found and "/" not in said else found
+
+    def _set(self, entry: dict[str, Any], key: str, value: Any, name: str, place: str) -> None:
+        if value != entry[key] and not (isinstance(value, str) and number(value) == number(entry[key])):
+            self.changes.append((name, place, key, json.dumps(entry[key]), json.dumps(value)))
+            entry[key] = value
+
+    def _pose(self, rotation: Float, position: Float) -> tuple[Float, Float]:
+        """Return the numbers of a pose with all repairs."""
+        for repair in self.repairs:
+            if repair.reading is not None:
+                rotation, position = self._reread(repair.reading, rotation, position)
+            position = position * repair.length
+        return rotation, position
+
+    def _reread(self, reading: Reading, rotation: Float, position: Float) -> tuple[Float, Float]:
+        """Return a pose that was written as the reading has it as the layout has it."""
+        if len(rotation) == 9:
+            found = rotation.reshape(3, 3).T.ravel() if reading.inverse else rotation
+            R = found.reshape(3, 3)
+        else:
+            last = self.fields.scalar_last
+            found = np.roll(rotation, (-1 if last else 1) * reading.other_order)
+            if reading.inverse:
+                found = found * ([-1, -1, -1, 1] if last else [1, -1, -1, -1])
+            first = np.roll(found, 1) if last else found
+            R = matrix_from_quaternion(first / np.linalg.norm(first))
+        return found, -R @ position if reading.of_camera else position
