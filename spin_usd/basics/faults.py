@@ -37,7 +37,7 @@ PARSERS: Mapping[str, str] = {
 
 FETCH_AGAIN = "check that the file is whole, and export or copy it again if not"
 
-LOGGERS = ("trimesh", "PIL")
+LOGGERS = ("trimesh", "PIL", "xsdata")
 """Loggers of libraries; their messages only go to handlers that the program's user has set up."""
 
 for _name in LOGGERS:

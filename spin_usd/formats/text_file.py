@@ -1,6 +1,7 @@
 """Text files of others, in whatever encoding their exporters chose."""
 
 import codecs
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import isfinite
@@ -36,6 +37,12 @@ def is_finite(text: str) -> bool:
         return isfinite(float(text))
     except ValueError:
         return False
+
+
+def line_of(text: str, pattern: str, path: Path) -> str:
+    """Return the path, with the line of the only match of the pattern in its text, if there is just one."""
+    starts = [match.start() for match in re.finditer(pattern, text)]
+    return f"{path}, line {text.count(chr(10), 0, starts[0]) + 1}" if len(starts) == 1 else str(path)
 
 
 def delimiter_of(head: str) -> str:
