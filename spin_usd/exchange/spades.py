@@ -113,13 +113,10 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
     with open_file(path, MAX_SHARD) as file, decoding(path):
         hdf5 = open_hdf5(file)
         if LABELS not in hdf5:
-            if any(each in hdf5 for each in EVENTS):
-                do = "give one of its synthetic half: its real half has no poses"
-                raise InputError(f"has no {LABELS}, as files of SPADES have", where=path, do=do)
-            if any(each in hdf5 for each in RECORDINGS):
+            if any(each in hdf5 for each in RECORDINGS) and not any(each in hdf5 for each in EVENTS):
                 raise recording(path)
-            do = f"give a file of SPADES, which has {LABELS}, or a list in another format (docs/how-to/poses.md)"
-            raise InputError("is an HDF5 file without poses that are read", where=path, do=do)
+            do = "give one of its synthetic half: its real half has no poses"
+            raise InputError(f"has no {LABELS}, as files of SPADES have", where=path, do=do)
         labels = own_dataset(hdf5, LABELS)[()]
         kinds = {name: labels.dtype[name].kind for name in labels.dtype.names or ()}
         if labels.ndim != 1 or any(kinds.get(name, "") not in {*"iuf"} for name in NUMBERS) or "filename" not in kinds:

@@ -15,7 +15,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.basics.faults import FETCH_AGAIN, decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.formats.text_file import is_finite, line_of, lines_in, read_any_text
+from spin_usd.formats.text_file import is_finite, line_at, lines_in, read_any_text
 from spin_usd.formats.xml_elements import XmlElement, xml_elements
 
 KM = 1e3
@@ -201,11 +201,11 @@ def _misplaced(said: str, kind: str, text: str, elements: Sequence[XmlElement], 
     """Return the error, in our words, for a message that ccsds-ndm refused in the words `said`."""
     version = re.search(rf'CCSDS_{kind}_VERS(?:"\s+version)?[^\S\n]*=[^\S\n]*"?([^\n"]*)', text)
     found = f"cannot be read as a CCSDS {kind} of version {version[1] if version else 'unknown'}"
-    where, lines = str(path), list[int]()
+    lines: list[int] = []
     if value := re.search(r"'(.*)' is not a valid", said):
         pattern = rf"(\w*(?:_DIR|_TYPE|_SYSTEM|FRAME\w*))\s*[=>][^\S\n]*{re.escape(value[1])}[^\S\n]*(?:\n|<)"
         if key := re.search(pattern, text):
-            found, where = f"has the {key[1]} {value[1]!r}, which CCSDS does not define", line_of(text, pattern, path)
+            found, lines = f"has the {key[1]} {value[1]!r}, which CCSDS does not define", [line_at(text, key.start())]
     elif extra := re.search(r"Unknown property (\w+):(\w+)", said):
         found = f"has {extra[2]} twice, or where CCSDS does not define it"
         of = extra[1].lower()  # such as oemMetadata
@@ -216,4 +216,4 @@ def _misplaced(said: str, kind: str, text: str, elements: Sequence[XmlElement], 
         found = f"does not state {name}"
         around = {each.around for each in elements if each.name == name}
         lines = [each.line for each in elements if each.name in around and name not in each.children]
-    return InputError(found, where=f"{path}, line {lines[0]}" if lines else where, do=FETCH_AGAIN)
+    return InputError(found, where=f"{path}, line {lines[0]}" if lines else path, do=FETCH_AGAIN)

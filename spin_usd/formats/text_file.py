@@ -1,7 +1,6 @@
 """Text files of others, in whatever encoding their exporters chose."""
 
 import codecs
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import isfinite
@@ -39,10 +38,9 @@ def is_finite(text: str) -> bool:
         return False
 
 
-def line_of(text: str, pattern: str, path: Path) -> str:
-    """Return the path, with the line of the only match of the pattern in its text, if there is just one."""
-    starts = [match.start() for match in re.finditer(pattern, text)]
-    return f"{path}, line {text.count(chr(10), 0, starts[0]) + 1}" if len(starts) == 1 else str(path)
+def line_at(text: str, place: int) -> int:
+    """Return the line of a place in the text, from 1."""
+    return text.count("\n", 0, place) + 1
 
 
 def delimiter_of(head: str) -> str:

@@ -16,7 +16,7 @@ from spin_usd.basics.utc import parsed_utc
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import is_finite, line_of, read_any_text
+from spin_usd.formats.text_file import is_finite, line_at, read_any_text
 from spin_usd.formats.xml_elements import xml_elements
 from spin_usd.orbits.epochs import calendar
 
@@ -31,7 +31,7 @@ MEANT = {"CENTER_NAME": "EARTH", "REF_FRAME": "TEME", "TIME_SYSTEM": "UTC", "MEA
 """Values that an OMM of SGP4 has, or leaves out."""
 COUNTS = ("EPHEMERIS_TYPE", "ELEMENT_SET_NO", "REV_AT_EPOCH", "NORAD_CAT_ID")
 NUMBERS = (
-    *COUNTS, "MEAN_MOTION", "ECCENTRICITY", "INCLINATION", "RA_OF_ASC_NODE", "ARG_OF_PERICENTER", "MEAN_ANOMALY",
+    "MEAN_MOTION", "ECCENTRICITY", "INCLINATION", "RA_OF_ASC_NODE", "ARG_OF_PERICENTER", "MEAN_ANOMALY",
     "BSTAR", "MEAN_MOTION_DOT", "MEAN_MOTION_DDOT",
 )  # fmt: skip
 KVN_LINE = re.compile(r"(?m)^\s*(\w+)\s*=[^\S\n]*(.*?)[^\S\n]*(?:\[.*)?$")
@@ -128,23 +128,12 @@ def _rows_of_xml(text: str, path: Path) -> list[dict[str, str]]:
     return rows
 
 
-def _refuse_text(fields: Mapping[str, str], text: str, path: Path) -> None:
-    """Raise InputError for a field that is not the number it should be."""
-    for key in NUMBERS:
-        value = fields.get(key, "0")
-        if not is_finite(value) or (key in COUNTS and not value.lstrip("-").isdecimal()):
-            where = line_of(text, rf"\b{key}\b.*{re.escape(value)}", path)
-            found = f"has the {key} {value[:40]!r}, expected a {'whole ' * (key in COUNTS)}number"
-            raise InputError(found, where=where, do="mend it, or fetch the message again")
-
-
-def _epoch(said: str, text: str, path: Path) -> str:
-    """Return the epoch as sgp4 takes it. Raises InputError."""
-    try:
-        return parsed_utc(calendar(said)).strftime("%Y-%m-%dT%H:%M:%S.%f")
-    except ValueError:
-        found = f"has the EPOCH {said[:40]!r}, expected UTC such as 2024-05-01T12:00:00"
-        raise InputError(found, where=line_of(text, rf"\bEPOCH\b.*{re.escape(said)}", path), do="mend it") from None
+def _not(key: str, expected: str, fields: Mapping[str, str], text: str, path: Path) -> InputError:
+    """Return the error for a field that is not what is expected of it."""
+    place = re.search(rf"\b{key}\b.*{re.escape(fields[key])}", text)
+    where = f"{path}, line {line_at(text, place.start())}" if place else path
+    found = f"has the {key} {fields[key][:40]!r}, expected {expected}"
+    return InputError(found, where=where, do="mend it, or fetch the message again")
 
 
 def _of_message(fields: Mapping[str, str], text: str, path: Path) -> Any:
@@ -154,12 +143,16 @@ def _of_message(fields: Mapping[str, str], text: str, path: Path) -> Any:
     if wrong := next((key for key in MEANT if fields.get(key, MEANT[key]).removeprefix("SGP/") != MEANT[key]), None):
         do = f"give an OMM with {wrong} {MEANT[wrong]}"
         raise InputError(f"has {wrong} {fields[wrong][:40]!r}, not {MEANT[wrong]}", where=path, do=do)
-    _refuse_text(fields, text, path)
+    for key in (each for each in (*COUNTS, *NUMBERS) if each in fields):
+        if not is_finite(fields[key]) or (key in COUNTS and not fields[key].lstrip("-").isdecimal()):
+            raise _not(key, f"a {'whole ' * (key in COUNTS)}number", fields, text, path)
     craft = Satrec()
     try:
-        epoch = _epoch(fields["EPOCH"], text, path)
+        epoch = parsed_utc(calendar(fields["EPOCH"])).strftime("%Y-%m-%dT%H:%M:%S.%f")
         number = str(int(fields["NORAD_CAT_ID"]) % 100_000)  # SGP4 does not use it, and its field ends at 339,999
         omm.initialize(craft, {**LEFT_OUT, **fields, "EPOCH": epoch, "NORAD_CAT_ID": number})
     except KeyError as error:
         raise InputError(f"has no {error.args[0]}", where=path, do="give an OMM for SGP4") from None
+    except ValueError:  # of the epoch, as the numbers are checked
+        raise _not("EPOCH", "UTC such as 2024-05-01T12:00:00", fields, text, path) from None
     return craft
