@@ -114,7 +114,8 @@ def test_a_damaged_xml_is_told_in_our_words(tmp_path: Path, change, says: str) -
     oem(tmp_path)
     file = tmp_path / "craft.xml"
     NdmIo().to_file(NdmIo().from_path(tmp_path / "craft.oem"), NDMFileFormats.XML, file)
-    file.write_text(file.read_text().replace(*change, 1))
+    old, new = change
+    file.write_text(file.read_text().replace(old, new, 1))
     with pytest.raises(InputError, match=rf"craft\.xml.*{says}") as refused:
         Oem(file="craft.xml").states(context(tmp_path, 0.0))
     assert not re.search("damaged|__|[Pp]roperty|argument", refused.value.found)
