@@ -2,6 +2,7 @@
 
     SpinError                     exit code 2
         InputError                ValueError: a file or an argument
+            NotFramedError        no sampled pose has the target in the picture as required
         GeometryError             ValueError: a rotation, a camera, a mesh
         FrameError                TypeError: transforms whose frames do not touch
         StageError                ValueError: a USD stage
@@ -42,6 +43,10 @@ class SpinError(Exception):
 
 class InputError(SpinError, ValueError):
     """A file or an argument given by the user cannot be accepted."""
+
+
+class NotFramedError(InputError):
+    """No sampled pose has the target in the picture as required."""
 
 
 class GeometryError(SpinError, ValueError):

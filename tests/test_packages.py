@@ -89,13 +89,20 @@ def test_predictions_are_scored_without_them_too(rendered) -> None:
 def test_a_command_says_which_package_is_missing(module, package, small_stage) -> None:
     done = run(sys.executable, "-c", COMMAND_LINE, module, "plan", small_stage)
     assert done.returncode == 2
-    said = f"{package} is not installed; {to_install(package)}"
+    said = f"{package} is not installed; {to_install(package)} (the extra spin_usd[render])"
     assert done.stderr.splitlines()[-1] == f"spin-usd: {said}"
 
 
 def test_a_function_that_cannot_be_loaded_says_which_package_is_missing() -> None:
     code = f"{BLOCK}import spin_usd\ntry: spin_usd.plan\nexcept spin_usd.SpinError as e: print(e)"
     assert "psutil is not installed" in run(sys.executable, "-c", code, "psutil").stdout
+
+
+@pytest.mark.parametrize("blocked", ["psutil", "scipy", ",".join(RENDER)])
+def test_a_fresh_dataset_names_the_extra_that_it_needs(blocked, tmp_path) -> None:
+    code = "import spin_usd\ntry: spin_usd.FreshDataset(sys.argv[1], 'x')\nexcept spin_usd.SpinError as e: print(e)"
+    done = run(sys.executable, "-c", BLOCK + code, blocked, tmp_path)
+    assert re.search(r" not installed; run .*pip install .*\(the extra spin_usd\[render\]\)$", done.stdout), done
 
 
 def test_a_function_that_needs_a_missing_package_later_says_which(monkeypatch) -> None:

@@ -30,7 +30,12 @@ class Extra:
         if missing := [package for package in self.missing if package != but]:
             be = "is" if len(missing) == 1 else "are"
             found = f"{self.use} needs {' and '.join(missing)}, which {be} not installed"
-            raise MissingPackageError(found, where=where, do=to_install(*missing))
+            raise MissingPackageError(found, where=where, do=self.to_install(*missing))
+
+    def to_install(self, *packages: str) -> str:
+        """Return the remedy if these packages of it are not installed, with its name."""
+        name = next((name for name, extra in EXTRAS.items() if extra is self), "")
+        return f"{to_install(*packages)} (the extra spin_usd[{name}])"
 
 
 EXTRAS: Mapping[str, Extra] = {

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from spin_usd.basics.extras import EXTRAS, to_install
+from spin_usd.basics.extras import EXTRAS
 from spin_usd.errors import InputError, MissingPackageError, OutputError, SpinError
 
 PARSERS: Mapping[str, str] = {
@@ -37,7 +37,7 @@ PARSERS: Mapping[str, str] = {
 
 FETCH_AGAIN = "check that the file is whole, and export or copy it again if not"
 
-LOGGERS = ("trimesh", "PIL")
+LOGGERS = ("trimesh", "PIL", "xsdata")
 """Loggers of libraries; their messages only go to handlers that the program's user has set up."""
 
 for _name in LOGGERS:
@@ -76,7 +76,8 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
         module = (fault.name or "").partition(".")[0]
         for extra in EXTRAS.values():
             if package := extra.packages.get(module):
-                return MissingPackageError(f"{package} is not installed", do=to_install(*(extra.missing or [package])))
+                do = extra.to_install(*(extra.missing or [package]))
+                return MissingPackageError(f"{package} is not installed", do=do)
     if isinstance(fault, ModuleNotFoundError) and fault.name in OF_UNIX:
         do = "read datasets and score predictions here, and do all else on Linux"
         return MissingPackageError(f"this system has no {fault.name}", do=do)

@@ -4,6 +4,7 @@ faery writes them, except Prophesee's RAW: in faery's EVT 3.0 (0.7.1) times afte
 16.8 s cannot be read back. Source: Prophesee's specification of EVT 3.0, and how its OpenEB reads that.
 """
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.faults import reading
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.exchange.layout.limits import needs_extra
@@ -30,6 +31,17 @@ EVT3_SIDE = 2**11  # pixels that 11 bits can number
 ADDRESS_Y, ADDRESS_X, TIME_LOW, TIME_HIGH = 0x0000, 0x2000, 0x6000, 0x8000
 """Words of EVT 3.0: the upper four bits give the meaning of the other twelve."""
 BRIGHTER = 1 << 11
+
+RECORDING = re.compile(r"#!AER-DAT|Event Stream|(?:%[^\n]*\n)*?%[^\n]*\b(?:evt \d|events?\b|height \d)", re.IGNORECASE)
+"""Beginning of a recording in AEDAT, ES, or Prophesee's RAW or DAT."""
+RECORDINGS = ("events", "CD")
+"""Groups of recordings in HDF5, as DSEC and Metavision have them."""
+
+
+def recording(path: Path) -> InputError:
+    """Return the error for a recording of events in the place of a pose list."""
+    do = "give the poses of its camera in a list of their own; docs/how-to/poses.md lists the formats"
+    return InputError("is a recording of events, which has no poses that are read", where=path, do=do)
 
 
 def write_evt3(packets: Iterable[Events], path: Path, size: Size) -> None:

@@ -13,6 +13,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.basics.utc import utc_text
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.exchange.events import RECORDING, recording
 from spin_usd.exchange.pose_format import PoseEntry, PoseFormat
 from spin_usd.exchange.table import POSE_FORMATS, POSE_HEAD, recognised, refuse_of_other_option
 from spin_usd.geometry.rotation import QUATERNION_NORM_ROUNDED, QUATERNION_NORM_TOLERANCE
@@ -199,6 +200,8 @@ def _format_of(path: Path) -> PoseFormat:
     InputError for text or data that is of none."""
     found, head = recognised(path, POSE_FORMATS, POSE_HEAD)
     if found is POSE_FORMATS[-1] and path.suffix.lower() != ".json" and head.lstrip()[:1] not in ("", "[", "{"):
+        if RECORDING.match(head):
+            raise recording(path)
         refuse_of_other_option(path, found)
         do = "docs/how-to/poses.md lists the formats; a table needs names over its columns"
         raise InputError("is in no known format of poses", where=path, do=do)

@@ -14,7 +14,7 @@ import numpy as np
 
 from spin_usd.basics.faults import decoding
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.exchange.events import streams_of
+from spin_usd.exchange.events import RECORDINGS, recording, streams_of
 from spin_usd.exchange.layout.export_format import ExportFormat, Layout, MadeFile, Output
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image
@@ -113,6 +113,8 @@ def read_poses(path: Path) -> Iterator[PoseEntry]:
     with open_file(path, MAX_SHARD) as file, decoding(path):
         hdf5 = open_hdf5(file)
         if LABELS not in hdf5:
+            if any(each in hdf5 for each in RECORDINGS) and not any(each in hdf5 for each in EVENTS):
+                raise recording(path)
             do = "give one of its synthetic half: its real half has no poses"
             raise InputError(f"has no {LABELS}, as files of SPADES have", where=path, do=do)
         labels = own_dataset(hdf5, LABELS)[()]

@@ -4,6 +4,7 @@ Source: CCSDS 502.0-B (orbit data messages) and 504.0-B (attitude data messages)
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.basics.faults import decoding
+from spin_usd.basics.faults import FETCH_AGAIN, decoding
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.formats.text_file import is_finite, lines_in, read_any_text
+from spin_usd.formats.text_file import is_finite, line_at, lines_in, read_any_text
+from spin_usd.formats.xml_elements import XmlElement, xml_elements
 
 KM = 1e3
 AS_READ = (
@@ -29,10 +31,13 @@ OF_AEM_2 = (
 """Lines that version 2 of an AEM implies and version 1 requires."""
 OF_AEM_1 = re.compile(r"(?m)^(?:ATTITUDE_DIR\s*=\s*B2A|QUATERNION_TYPE\s*=\s*FIRST)")
 """Lines that contradict those."""
-ATTITUDES = re.compile(r"(?i)ATTITUDE_TYPE\s*[=>]\s*(?!QUATERNION\s*(?:<|$))([A-Z][A-Z_/ ]*[A-Z])", re.MULTILINE)
+ATTITUDES = re.compile(r"(?i)ATTITUDE_TYPE\s*[=>][^\S\n]*(?!QUATERNION\s*(?:<|$))([A-Z][A-Z_/ ]*[A-Z])", re.MULTILINE)
 """A type of attitude that is not read."""
+NUMBERS = {"OEM": (6, 9), "AEM": (4,)}
+"""Counts of numbers after an epoch; an OEM may have accelerations."""
 SPACECRAFT = "SC_"  # how the names of a craft's own axes begin
 LARGEST = 1e15  # metres, beyond any orbit
+BLOCKS = {"header", "body", "segment", "metadata", "data", "quaternion"}  # of XML; all else is in capitals
 VERSION = re.compile(r"CCSDS_([A-Z]{3})_VERS")
 STATE = re.compile(r"\d{4}-\d[^=\s]*(?:\s+[^=\s]+)+$")
 """A line of KVN with an epoch and its numbers."""
@@ -69,7 +74,7 @@ def read_oem(path: Path, craft: str | None = None) -> list[EphemerisSegment]:
         if (centre := _stated(about, "center_name", path).upper()) != "EARTH":
             raise InputError(f"is about {centre}", where=path, do="give an orbit about the Earth")
         states = segment.data.state_vector
-        rows = [[getattr(x, "value", x) for x in (s.x, s.y, s.z, s.x_dot, s.y_dot, s.z_dot)] for s in states]
+        rows = [[_number(x) for x in (s.x, s.y, s.z, s.x_dot, s.y_dot, s.z_dot)] for s in states]
         with np.errstate(over="ignore"):  # refused by its size
             metres = np.array(rows, np.float64).reshape(-1, 6) * KM
         segments.append(_segment(_stated(about, "ref_frame", path), about, [s.epoch for s in states], metres, path))
@@ -82,8 +87,17 @@ def read_aem(path: Path, craft: str | None = None) -> list[EphemerisSegment]:
     return [_attitudes(segment, path) for segment in _segments(path, "AEM", craft)]
 
 
+def _number(value: Any) -> float:
+    """Return a number, with or without a unit; NaN for what is not one."""
+    try:
+        return float(getattr(value, "value", value))
+    except (TypeError, ValueError):
+        return np.nan
+
+
 def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
     about = segment.metadata
+    _stated(about, "attitude_type", path)
     given = segment.data.attitude_state
     states = [each.quaternion_state for each in given if getattr(each, "quaternion_state", None)]
     if len(states) < len(given):
@@ -97,7 +111,7 @@ def _attitudes(segment: Any, path: Path) -> EphemerisSegment:
         raise InputError(found, where=path, do="name both frames as CCSDS does")
     # A message's quaternion takes coordinates in its first frame to the second: its active rotation goes back.
     sign = 1 if own[1] else -1
-    rows = np.array([[q.qc, q.q1, q.q2, q.q3] for q in (state.quaternion for state in states)], np.float64)
+    rows = np.array([[_number(x) for x in (q.qc, q.q1, q.q2, q.q3)] for q in (state.quaternion for state in states)])
     rows = rows.reshape(-1, 4) * [1, sign, sign, sign]
     return _segment(frames[not own[1]], about, [state.epoch for state in states], rows, path)
 
@@ -116,7 +130,7 @@ def _segment(frame: str, about: Any, times: list[str], rows: Float, path: Path) 
 def _stated(about: Any, name: str, path: Path) -> str:
     """Return a value of the metadata. Raises InputError."""
     value = getattr(about, name)
-    if value is None:
+    if value in (None, ""):
         raise InputError(f"does not state {name.upper()}", where=path, do="add it")
     return str(getattr(value, "value", value))
 
@@ -129,16 +143,19 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
     _check_kind(text, kind, path)
     if other := ATTITUDES.search(text):  # ccsds-ndm does not know all
         raise InputError(f"has attitudes of the type {other[1]}", where=path, do="give quaternions")
+    _check_numbers(text, kind, path)
     of_second = re.search(r"CCSDS_AEM_VERS\s*=\s*2\.", text)
     if of_second and (line := OF_AEM_1.search(text)):
         found = f"is of version 2, and has {line[0]}, which only version 1 means"
         raise InputError(found, where=path, do="write the version that its lines are of")
     for pattern, instead in (*AS_READ, *(OF_AEM_2 if of_second else ())):
         text = re.sub(pattern, instead, text)
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError("defines entities, which no message needs", where=path, do="remove its DOCTYPE")
-    with decoding(path):
-        message = NdmIo().from_string(text)
+    elements = xml_elements(text, path) if text.lstrip().startswith("<") else []
+    try:
+        with decoding(path):
+            message = NdmIo().from_string(text)
+    except InputError as error:
+        raise _misplaced(error.found, kind, text, elements, path) from None
     if type(message).__name__.upper() != kind:
         found = f"holds more than one CCSDS {kind}"
         raise InputError(found, where=path, do="give one message, as KVN or XML")
@@ -153,7 +170,7 @@ def _segments(path: Path, kind: str, craft: str | None) -> list[Any]:
 
 
 def _check_kind(text: str, kind: str, path: Path) -> None:
-    """Raise InputError for other messages, and for a state in a line of KVN that is not finite numbers."""
+    """Raise InputError for other messages."""
     if not (version := VERSION.search(text)):
         others = (name for name, begins in OTHERS.items() if re.match(begins, text.lstrip()))
         raise InputError(
@@ -162,11 +179,41 @@ def _check_kind(text: str, kind: str, path: Path) -> None:
     if version[1] != kind:
         do = INSTEAD.get(version[1], f"give an {kind}, as KVN or XML")
         raise InputError(f"is a CCSDS {version[1]}, not an {kind}", where=path, do=do)
+    first = text.strip().partition("\n")[0]
+    if not first.startswith(("<", "CCSDS_")):
+        found = f"begins with {first[:40]!r}, not with CCSDS_{kind}_VERS"
+        raise InputError(found, where=path, do="remove what is before it")
+
+
+def _check_numbers(text: str, kind: str, path: Path) -> None:
+    """Raise InputError for a state in a line of KVN that is not the right count of finite numbers."""
     for number, line in enumerate(lines_in(text, path), 1):
         words = line.split() if STATE.match(line.strip()) else []
         if bad := next((word for word in words[1:] if not is_finite(word)), None):
             found = f"contains {bad!r}, which is not a finite number"
             raise InputError(found, where=f"{path}, line {number}", do="mend the line")
-        if words and kind == "OEM" and len(words) not in (7, 10):
-            found = f"has {len(words) - 1} numbers after its epoch, expected six"
+        if words and len(words) - 1 not in NUMBERS[kind]:
+            found = f"has {len(words) - 1} numbers after its epoch, expected {NUMBERS[kind][0]}"
             raise InputError(found, where=f"{path}, line {number}", do="mend the line")
+
+
+def _misplaced(said: str, kind: str, text: str, elements: Sequence[XmlElement], path: Path) -> InputError:
+    """Return the error, in our words, for a message that ccsds-ndm refused in the words `said`."""
+    version = re.search(rf'CCSDS_{kind}_VERS(?:"\s+version)?[^\S\n]*=[^\S\n]*"?([^\n"]*)', text)
+    found = f"cannot be read as a CCSDS {kind} of version {version[1] if version else 'unknown'}"
+    lines: list[int] = []
+    if value := re.search(r"'(.*)' is not a valid", said):
+        pattern = rf"(\w*(?:_DIR|_TYPE|_SYSTEM|FRAME\w*))\s*[=>][^\S\n]*{re.escape(value[1])}[^\S\n]*(?:\n|<)"
+        if key := re.search(pattern, text):
+            found, lines = f"has the {key[1]} {value[1]!r}, which CCSDS does not define", [line_at(text, key.start())]
+    elif extra := re.search(r"Unknown property (\w+):(\w+)", said):
+        found = f"has {extra[2]} twice, or where CCSDS does not define it"
+        of = extra[1].lower()  # such as oemMetadata
+        named = [each for each in elements if each.name == extra[2] and each.around.lower() in of]
+        lines = [each.line for each in named if each.again] or [each.line for each in named]
+    elif lacking := re.search(r"missing \d+ required .*?: '(\w+)'", said):
+        name = lacking[1] if lacking[1] in BLOCKS else lacking[1].upper()
+        found = f"does not state {name}"
+        around = {each.around for each in elements if each.name == name}
+        lines = [each.line for each in elements if each.name in around and name not in each.children]
+    return InputError(found, where=f"{path}, line {lines[0]}" if lines else path, do=FETCH_AGAIN)

@@ -38,6 +38,11 @@ def is_finite(text: str) -> bool:
         return False
 
 
+def line_at(text: str, place: int) -> int:
+    """Return the line of a place in the text, from 1."""
+    return text.count("\n", 0, place) + 1
+
+
 def delimiter_of(head: str) -> str:
     """Return the separator of a table whose first line is `head`: the most frequent of comma, semicolon and tab."""
     return max(",;\t", key=head.count)

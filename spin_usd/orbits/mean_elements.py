@@ -16,7 +16,8 @@ from spin_usd.basics.utc import parsed_utc
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.text_file import read_any_text
+from spin_usd.formats.text_file import is_finite, line_at, read_any_text
+from spin_usd.formats.xml_elements import xml_elements
 from spin_usd.orbits.epochs import calendar
 
 TLE_LINE = re.compile(r"[12] [ 0-9A-Z][ \d]{4}[U0-9A-Z ]? ")
@@ -28,6 +29,14 @@ LEFT_OUT = {
 """Fields of an OMM that SGP4 does not need, and their values where they are missing."""
 MEANT = {"CENTER_NAME": "EARTH", "REF_FRAME": "TEME", "TIME_SYSTEM": "UTC", "MEAN_ELEMENT_THEORY": "SGP4"}
 """Values that an OMM of SGP4 has, or leaves out."""
+COUNTS = ("EPHEMERIS_TYPE", "ELEMENT_SET_NO", "REV_AT_EPOCH", "NORAD_CAT_ID")
+NUMBERS = (
+    "MEAN_MOTION", "ECCENTRICITY", "INCLINATION", "RA_OF_ASC_NODE", "ARG_OF_PERICENTER", "MEAN_ANOMALY",
+    "BSTAR", "MEAN_MOTION_DOT", "MEAN_MOTION_DDOT",
+)  # fmt: skip
+KVN_LINE = re.compile(r"(?m)^\s*(\w+)\s*=[^\S\n]*(.*?)[^\S\n]*(?:\[.*)?$")
+WHOLE = re.compile(r"^(-?\d+)\.0+$")
+"""A whole number as some JSON writers give it."""
 SHOWN = 5  # craft in a message
 Named = tuple[tuple[str, ...], Callable[[], Any]]
 """Name and number of a craft, and what makes its sgp4.Satrec."""
@@ -92,28 +101,51 @@ def _messages(text: str, path: Path) -> Iterator[Named]:
     if text.lstrip()[:1] in "[{":
         document = read_json_file(path, MAX_DOCUMENT)
         rows = document if isinstance(document, list) else [document]
-    elif "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError("defines entities, which no message needs", where=path, do="remove its DOCTYPE")
     elif text.lstrip().startswith("<"):
-        with decoding(path):
-            rows = list(omm.parse_xml(io.StringIO(text)))
+        rows = _rows_of_xml(text, path)
     elif "=" in text:
-        rows = [dict(re.findall(r"(?m)^\s*(\w+)\s*=\s*(.*?)\s*(?:\[.*)?$", each)) for each in text.split("CCSDS_OMM_")]
+        rows = [
+            dict(re.findall(r"(?m)^\s*(\w+)\s*=[^\S\n]*(.*?)\s*(?:\[.*)?$", each)) for each in text.split("CCSDS_OMM_")
+        ]
     else:
         rows = list(omm.parse_csv(io.StringIO(text)))
     for row in rows:
         if isinstance(row, dict) and "MEAN_MOTION" in row:
-            fields = {str(key): str(value).strip() for key, value in row.items() if value is not None}
-            yield (fields.get("OBJECT_NAME", ""), fields.get("NORAD_CAT_ID", "")), partial(_of_message, fields, path)
+            given = {str(key): str(value).strip() for key, value in row.items() if value is not None}
+            fields = {key: WHOLE.sub(r"\1", value) for key, value in given.items() if value}
+            make = partial(_of_message, fields, text, path)
+            yield (fields.get("OBJECT_NAME", ""), fields.get("NORAD_CAT_ID", "")), make
 
 
-def _of_message(fields: Mapping[str, str], path: Path) -> Any:
+def _rows_of_xml(text: str, path: Path) -> list[dict[str, str]]:
+    """Return the fields of each segment of an XML message. Raises InputError."""
+    rows: list[dict[str, str]] = []
+    for element in xml_elements(text, path):
+        if element.name == "segment":
+            rows.append({})
+        if rows and not element.children:
+            rows[-1][element.name] = element.text
+    return rows
+
+
+def _not(key: str, expected: str, fields: Mapping[str, str], text: str, path: Path) -> InputError:
+    """Return the error for a field that is not what is expected of it."""
+    place = re.search(rf"\b{key}\b.*{re.escape(fields[key])}", text)
+    where = f"{path}, line {line_at(text, place.start())}" if place else path
+    found = f"has the {key} {fields[key][:40]!r}, expected {expected}"
+    return InputError(found, where=where, do="mend it, or fetch the message again")
+
+
+def _of_message(fields: Mapping[str, str], text: str, path: Path) -> Any:
     from sgp4 import omm
     from sgp4.api import Satrec
 
     if wrong := next((key for key in MEANT if fields.get(key, MEANT[key]).removeprefix("SGP/") != MEANT[key]), None):
         do = f"give an OMM with {wrong} {MEANT[wrong]}"
         raise InputError(f"has {wrong} {fields[wrong][:40]!r}, not {MEANT[wrong]}", where=path, do=do)
+    for key in (each for each in (*COUNTS, *NUMBERS) if each in fields):
+        if not is_finite(fields[key]) or (key in COUNTS and not fields[key].lstrip("-").isdecimal()):
+            raise _not(key, f"a {'whole ' * (key in COUNTS)}number", fields, text, path)
     craft = Satrec()
     try:
         epoch = parsed_utc(calendar(fields["EPOCH"])).strftime("%Y-%m-%dT%H:%M:%S.%f")
@@ -121,4 +153,6 @@ def _of_message(fields: Mapping[str, str], path: Path) -> Any:
         omm.initialize(craft, {**LEFT_OUT, **fields, "EPOCH": epoch, "NORAD_CAT_ID": number})
     except KeyError as error:
         raise InputError(f"has no {error.args[0]}", where=path, do="give an OMM for SGP4") from None
+    except ValueError:  # of the epoch, as the numbers are checked
+        raise _not("EPOCH", "UTC such as 2024-05-01T12:00:00", fields, text, path) from None
     return craft

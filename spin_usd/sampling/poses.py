@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, NotFramedError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framed_shares, framings
 from spin_usd.geometry.rotation import matrix_from_quaternion
@@ -162,7 +162,8 @@ class PoseLaw:
             "give it a larger range or distance" if len(others.radii) else "put it farther away or nearer to the middle"
         )
         found = f"none of {MAX_POSES * sum(PLACES)} poses {' and '.join(asked)}"
-        do = f"{do}, change 'inside', or check the unit of the model" if self.inside else do
+        if self.inside:
+            raise NotFramedError(found, do=f"{do}, change 'inside', or check the unit of the model")
         raise InputError(found, do=do)
 
     def _first_inside(self, camera: Camera, hull: Float, rotation: Float, places: Float) -> Float | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, NotFramedError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.sampling.distribution import Distribution
@@ -74,7 +74,7 @@ class TrajectoryLaw:
             away = np.linalg.norm(t, axis=1)
             if self.range[0] <= away.min() and away.max() <= self.range[1] and self._is_inside(camera, hull, q, t):
                 return q, t
-        raise InputError(
+        raise (NotFramedError if self.inside else InputError)(
             f"none of {MAX_SEQUENCES} sequences keeps the target in range and in the picture",
             do="widen the range, or bring start and end nearer to the middle of the picture",
         )

@@ -110,7 +110,7 @@ def sample_poses(
         try:
             found.append(pose(picture))
         except InputError as error:
-            raise InputError(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
+            raise type(error)(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
     q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
     names = tuple(picture.name for picture in chosen)
     return PoseList(names=names, q_cam_body=q, t_cam_body=t, times=_times(chosen), source=source)

@@ -3,11 +3,13 @@
 import shutil
 
 import faery
+import h5py
 import numpy as np
 import pytest
 
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.exchange.events import EVENT_FORMATS, write_evt3
+from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.reading.dataset import Dataset
 from tests.cases.events import HEIGHT, START_US, WIDTH, make_events, write_events
 from tests.exchange.conftest import contents, write_export
@@ -51,6 +53,22 @@ def with_events(two_variants, tmp_path_factory):
     for number, variant in enumerate(("nominal", "noisy_1")):
         write_events(folder / "events" / f"{variant}.h5", make_events(5000, seed=number), variant=variant)
     return folder
+
+
+@pytest.mark.parametrize("to", [to for to in FORMATS if to != "events_csv"])
+def test_a_recording_is_no_pose_list(with_events, tmp_path, to) -> None:
+    write_export(with_events, to, tmp_path / "out")
+    with pytest.raises(InputError, match=r"is a recording of events, .* give the poses of its camera"):
+        read_pose_list(next(tmp_path.glob("out/nominal.*")))
+
+
+@pytest.mark.parametrize("name", ["events/t", "CD/events"])
+def test_a_recording_in_hdf5_is_none_of_spades(tmp_path, name) -> None:
+    with h5py.File(tmp_path / "one.h5", "w") as file:
+        file[name] = np.arange(3)
+    with pytest.raises(InputError, match="is a recording of events") as refused:
+        read_pose_list(tmp_path / "one.h5")
+    assert "SPADES" not in str(refused.value)
 
 
 @pytest.mark.parametrize("to", FORMATS)

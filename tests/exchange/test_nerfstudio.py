@@ -53,9 +53,17 @@ def test_masks_and_depth_are_the_labels(nerfstudio, rendered) -> None:
 
 @pytest.mark.parametrize("to", ["nerfstudio", "colmap"])
 def test_grey_images_have_three_equal_channels_on_request(rendered, tmp_path, to) -> None:
-    write_export(rendered, to, tmp_path / "out", options={"rgb": "yes"})
+    assert write_export(rendered, to, tmp_path / "out", options={"rgb": "yes"}).notes == ()
     for file, picture in zip(sorted((tmp_path / "out" / "images").iterdir()), Dataset(rendered), strict=True):
         np.testing.assert_array_equal(read_image(file)[0], np.repeat(picture.image[..., None], 3, -1))
+
+
+@pytest.mark.parametrize("to", ["nerfstudio", "colmap"])
+def test_grey_images_are_told_to_trainers_of_splats(rendered, tmp_path, to) -> None:
+    (note,) = write_export(rendered, to, tmp_path / "out").notes
+    assert "3 images in grey" in note
+    assert "--option rgb=yes" in note
+    assert write_export(rendered, "coco", tmp_path / "coco").notes == ()
 
 
 def test_points_are_the_surfaces_that_pictures_show(nerfstudio, rendered) -> None:

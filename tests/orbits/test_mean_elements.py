@@ -84,14 +84,42 @@ def test_one_craft_of_several_is_chosen(tmp_path) -> None:
         (kvn(OF_ISS | {"REF_FRAME": "EME2000"}), "has REF_FRAME 'EME2000', not TEME"),
         (kvn(OF_ISS | {"MEAN_ELEMENT_THEORY": "DSST"}), "has MEAN_ELEMENT_THEORY 'DSST', not SGP4"),
         (csv({key: value for key, value in OF_ISS.items() if key != "BSTAR"}), "has no BSTAR"),
-        (kvn(OF_ISS | {"INCLINATION": "steep"}), "is damaged"),
-        (kvn(OF_ISS | {"EPOCH": "noon"}), "is damaged"),
-        (kvn(OF_ISS | {"MEAN_MOTION": "nan"}), "has no orbit at these epochs"),
+        (kvn(OF_ISS | {"INCLINATION": "steep"}), "has the INCLINATION 'steep'"),
+        (kvn(OF_ISS | {"EPOCH": "noon"}), "has the EPOCH 'noon'"),
+        (kvn(OF_ISS | {"MEAN_MOTION": "200"}), "has no orbit at these epochs"),
         ("<!DOCTYPE a>" + xml(OF_ISS), "defines entities"),
         (f"{FIRST}\n{FIRST}\n{SECOND}\n", "does not contain one TLE"),
         (f"{FIRST}\n{SECOND}\n{FIRST}\n{SECOND}\n", r"contains 2 sets of elements \(25544\)"),
     ],
 )
 def test_other_elements_are_refused(tmp_path, text, found) -> None:
-    with pytest.raises(InputError, match=rf"craft\.txt: {found}"):
+    with pytest.raises(InputError, match=rf"craft\.txt(, line \d+)?: {found}"):
         states(tmp_path, text)
+
+
+@pytest.mark.parametrize("write", [kvn, xml, csv, json.dumps])
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("MEAN_MOTION", "zz", "has the MEAN_MOTION 'zz', expected a number; mend"),
+        ("EPHEMERIS_TYPE", "0.5", "has the EPHEMERIS_TYPE '0.5', expected a whole number; mend"),
+        ("EPOCH", "yesterday", "has the EPOCH 'yesterday', expected UTC such as"),
+    ],
+)
+def test_a_field_that_is_wrong_is_named(tmp_path, write, key, value, says) -> None:
+    with pytest.raises(InputError, match=says) as refused:
+        states(tmp_path, write({"EPHEMERIS_TYPE": "0"} | OF_ISS | {key: value}))
+    assert "damaged" not in str(refused.value)
+
+
+def test_the_line_of_a_field_is_told(tmp_path) -> None:
+    with pytest.raises(InputError, match=r"craft\.txt, line 6: has the MEAN_MOTION 'zz'"):
+        states(tmp_path, kvn(OF_ISS | {"MEAN_MOTION": "zz"}))
+    with pytest.raises(InputError, match=r"craft\.txt, line 1: is not XML from there on: a tag is cut"):
+        states(tmp_path, xml(OF_ISS)[:-5])
+
+
+def test_whole_numbers_that_a_json_writer_gives_as_floats_are_read(tmp_path) -> None:
+    floats = OF_ISS | {"EPHEMERIS_TYPE": 0.0, "ELEMENT_SET_NO": 999.0, "NORAD_CAT_ID": 25544.0}
+    known = states(tmp_path, json.dumps(OF_ISS))
+    assert np.array_equal(states(tmp_path, json.dumps(floats), craft="25544"), known)

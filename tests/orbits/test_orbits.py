@@ -1,5 +1,6 @@
 """Orbits in files, as other programs have them."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +100,27 @@ def test_an_oem_in_xml_is_the_same(tmp_path: Path) -> None:
     assert np.array_equal(Oem(file="craft.xml").states(asked), written.states(asked))
 
 
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("<X>", "<Q>"), "line 21: is not XML from there on: a tag is cut, or lacks its partner; mend it"),
+        (("<X>", "<ORIGINATOR>US</ORIGINATOR><X>"), "line 21: has ORIGINATOR twice, or where CCSDS does not define it"),
+        (("<CREATION_DATE>2024-05-01T00:00:00</CREATION_DATE>", ""), ": does not state CREATION_DATE"),
+        (("</EPOCH>", "</EPOCH><EPOCH>2024-05-01T00:00:00</EPOCH>"), "line 20: has EPOCH twice"),
+        (("<X>", "<X>x"), ": has the state of .*, which is not complete"),
+    ],
+)
+def test_a_damaged_xml_is_told_in_our_words(tmp_path: Path, change, says: str) -> None:
+    oem(tmp_path)
+    file = tmp_path / "craft.xml"
+    NdmIo().to_file(NdmIo().from_path(tmp_path / "craft.oem"), NDMFileFormats.XML, file)
+    old, new = change
+    file.write_text(file.read_text().replace(old, new, 1))
+    with pytest.raises(InputError, match=rf"craft\.xml.*{says}") as refused:
+        Oem(file="craft.xml").states(context(tmp_path, 0.0))
+    assert not re.search("damaged|__|[Pp]roperty|argument", refused.value.found)
+
+
 def test_a_tle_is_where_another_library_has_it(tmp_path: Path, timescale) -> None:
     asked = context(tmp_path, *np.arange(0.0, 6000.0, 500.0))
     found = tle(tmp_path).states(asked)
@@ -158,9 +180,11 @@ def test_what_is_propagated_begins_where_it_says(tmp_path: Path) -> None:
         (("CCSDS_OEM_VERS = 2.0", "CCSDS_WHAT = 2.0"), "is not a CCSDS message; convert it"),
         (("2024-05-01T12:01:37", "2024-05-01T25:01:37"), "contains '2024-05-01T25:01:37.0*', which is not a time"),
         (("REF_FRAME = EME2000\n", ""), "does not state REF_FRAME; add it"),
-        (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 0 0 0 -7\n"), "line 13: has 5 numbers .*, expected six"),
+        (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 0 0 0 -7\n"), "line 13: has 5 numbers .*, expected 6"),
         (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7e999 0 0 0 7 0\n"), "line 13: contains '7e999', which is"),
         (("META_STOP\n", "META_STOP\n2024-05-01T11:00:00 7000 x 0 0 7 0\n"), "line 13: contains 'x', which is"),
+        (("CCSDS_OEM_VERS = 2.0", "CCSDS_OEM_VERS = 9.0"), "cannot be read as a CCSDS OEM of version 9.0; check"),
+        (("CCSDS_OEM_VERS", "Dear all\nCCSDS_OEM_VERS"), "begins with 'Dear all', not with CCSDS_OEM_VERS; remove"),
         (("_OEM_", "_OCM_"), "is a CCSDS OCM, not an OEM; give an OEM"),
         (("_OEM_", "_OPM_"), "is a CCSDS OPM, not an OEM; give its state as an orbit of kind state"),
         (("CCSDS_OEM_VERS", "#cP2024  5  1 12"), "is an SP3 orbit; convert it to an OEM"),

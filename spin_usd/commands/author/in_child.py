@@ -12,10 +12,11 @@ from spin_usd.commands.author.looks import give_materials
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.options import AuthorOptions, listed
 from spin_usd.commands.author.other_bodies import write_others
-from spin_usd.commands.author.plausible_target import refuse_size
+from spin_usd.commands.author.plausible_target import not_framed, refuse_size
 from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.commands.author.sources import open_sources
 from spin_usd.commands.author.written_target import colour_notes, read_written_target
+from spin_usd.errors import NotFramedError
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
@@ -85,7 +86,10 @@ def _place_target(making: Authoring) -> None:
     if making.pictures.light is not None and not making.options.any_size:
         # poses are sampled for it, and would never have all of it in the picture
         refuse_size(box_corners(making.target), making.unit)
-    poses = making.poses = making.pictures.poses(making.sources.lens, making.target)
+    try:
+        poses = making.poses = making.pictures.poses(making.sources.lens, making.target)
+    except NotFramedError as error:
+        raise not_framed(error, box_corners(making.target), making.unit) from None
     if poses.lists:
         making.notes.append(f"{poses.source}: read {poses.lists}")
     making.notes += poses.notes

@@ -11,7 +11,7 @@ from spin_usd.commands.author.options import AUTO
 from spin_usd.errors import InputError
 from spin_usd.files.new_file import write_whole
 from spin_usd.formats.table_file import MATERIALS
-from spin_usd.scene.derived.recognised_material import Vocabulary, is_grey, recognised
+from spin_usd.scene.derived.recognised_material import PAINT, UNKNOWN, Vocabulary, is_grey, recognised
 from spin_usd.scene.name_rule import KEEP, WILD, Color, MaterialRule, Rules
 from spin_usd.stage.author.looks import Finish, surfaces_of, takes_looks, write_looks
 from spin_usd.stage.author.material_library import vocabulary
@@ -46,6 +46,7 @@ def give_materials(making: Authoring) -> None:
     finished = {each: _finish(rule) for each, rule in chosen.items() if rule.material != KEEP}
     if asked:
         making.notes += _notes(finished, len(surfaces) - len(finished), auto=auto)
+        making.notes += _unknown([surface.title for surface, rule in chosen.items() if rule.note == UNKNOWN])
     if finished:
         kept = [each for each in surfaces if each not in finished]
         making.target = write_looks(making.target, finished, kept, rich_alone=not asked)
@@ -117,10 +118,21 @@ def _notes(finished: Mapping[ModelSurface, Finish], kept: int, *, auto: bool) ->
     for surface, finish in finished.items():
         by_material.setdefault(finish.material, []).append(surface.title)
     for material, titles in by_material.items():
-        names = list(dict.fromkeys(titles))
-        more = f" and {pluralise(len(names) - SHOWN, 'more name')}" if len(names) > SHOWN else ""
-        yield f"{material}: {pluralise(len(titles), 'surface')} of {', '.join(names[:SHOWN])}{more}"
+        yield f"{material}: {_listed(titles)}"
     if kept:
         yield f"{pluralise(kept, 'surface')} with the model's own materials"
     if auto:
         yield f"these materials are guesses: correct {TABLE} in the stage's folder, and give that as --materials"
+
+
+def _unknown(titles: Sequence[str]) -> Iterator[str]:
+    """Yield a note on the surfaces of these titles, whose material nothing tells."""
+    if titles:
+        told = "neither names nor colours tell the material"
+        yield f"{PAINT} for want of knowledge: {told} of {_listed(titles)}; write keep in {TABLE} for the model's own"
+
+
+def _listed(titles: Sequence[str]) -> str:
+    names = list(dict.fromkeys(titles))
+    more = f" and {pluralise(len(names) - SHOWN, 'more name')}" if len(names) > SHOWN else ""
+    return f"{pluralise(len(titles), 'surface')} of {', '.join(names[:SHOWN])}{more}"

@@ -1,12 +1,13 @@
 """Refuses a target whose unit is wrong: a size that no spacecraft has, a camera inside it, keypoints far away."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, NotFramedError
 from spin_usd.formats.mesh.mesh_file import MESHES
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
@@ -73,12 +74,24 @@ def _implausible(
         return bool(2 * (framing == Framing.WHOLE).sum() > len(poses))
 
     size = np.ptp(corners, axis=0)
+    meant = _meant(size, unit, fits) or "check the units of the model and of the poses, which are in metres;"
+    return InputError(f"{unit.said}the target is {size_text(size)}{among}", where=unit.file, do=f"{meant} {INSISTS}")
+
+
+def _meant(size: Float, unit: ModelUnit, fits: Callable[[float], bool]) -> str:
+    """Return a question that names the likely units, "" if there are none."""
     likely = likely_units(size, unit.per_metre, fits)
-    do = f"check the units of the model and of the poses, which are in metres; {INSISTS}"
-    if likely:
-        shown = [f"{unit.words(each)} ({size_text(size * unit.per_metre / each)})" for each in likely]
-        do = f"did you mean {' or '.join(shown)}? {INSISTS}"
-    return InputError(f"{unit.said}the target is {size_text(size)}{among}", where=unit.file, do=do)
+    shown = [f"{unit.words(each)} ({size_text(size * unit.per_metre / each)})" for each in likely]
+    return f"did you mean {' or '.join(shown)}?" if shown else ""
+
+
+def not_framed(error: NotFramedError, corners: Float, unit: ModelUnit) -> InputError:
+    """Return the error, with the size and the likely units of a target that no craft is as large as; its corners are
+    `corners` (N, 3), metres."""
+    size = np.ptp(corners, axis=0)
+    if is_plausible(size) or not (meant := _meant(size, unit, lambda _: True)):
+        return error
+    return InputError(f"{error.found}; {unit.said}the target is {size_text(size)}", where=error.where, do=meant)
 
 
 def notes_on_far_keypoints(keypoints: Keypoints | None, corners: Float) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.errors import InputError
 from spin_usd.options import run_with
-from spin_usd.terminal.lines import NAME, Line, Painted, print_out
+from spin_usd.terminal.lines import NAME, Line, Painted, print_out, show_notes
 from spin_usd.terminal.parameters import Json
 from spin_usd.terminal.progress import shown
 
@@ -38,6 +38,7 @@ def export(
 
     with child_ahead(EXPORT, writes=options.written), shown(context.obj["quiet"]) as progress:
         report = run_with(spin_usd.export, options.telling(progress))
+    show_notes(report.notes)
     print_out(json.dumps(asdict(report)) if as_json else _sentence(report, copied=options.copy))
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import to_builtins
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.export.options import ExportOptions
 from spin_usd.commands.export.pictures import LIST, all_indexes, made_by_children, made_here
@@ -27,8 +28,9 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.exchange.cameras.camera_format import CENTRE, CORNER
 from spin_usd.exchange.layout.export_format import MadeFile
 from spin_usd.exchange.layout.exported_dataset import Entry
+from spin_usd.exchange.layout.images import RGB
 from spin_usd.exchange.layout.index_file import write_text_file
-from spin_usd.exchange.layout.rectified_picture import as_rectified
+from spin_usd.exchange.layout.rectified_picture import NO, YES, as_rectified
 from spin_usd.files.folder import Folder
 from spin_usd.geometry.camera import Camera
 from spin_usd.reading.contact_sheet import draw_contact_sheet, spread
@@ -95,7 +97,16 @@ def export_dataset(request: ExportOptions, *, progress: Progress) -> ExportRepor
         made_endings=counts.made,
         kept=counts.kept,
         seconds=time.monotonic() - began,
+        notes=_notes(plan),
     )
+
+
+def _notes(plan: ExportPlan) -> tuple[str, ...]:
+    """Return a note on grey images, where the format's readers seldom take them."""
+    if plan.exported.options.get(RGB.name) != NO or not plan.survey.grey:
+        return ()
+    told = f"{pluralise(plan.survey.grey, 'image')} in grey, and most trainers of splats need RGB"
+    return (f"{told}: --option {RGB.name}={YES} gives three equal channels, in another folder",)
 
 
 def _planned_and_written(request: ExportOptions, progress: Progress) -> tuple[ExportPlan, Counts]:

@@ -31,6 +31,8 @@ class ExportReport:
     """How many files were made of each ending."""
     seconds: float
     """Wall-clock time."""
+    notes: tuple[str, ...] = ()
+    """Sentences on what readers of the format may not take."""
 
 
 EXPORT = Call("spin_usd.commands.export.in_child:export", dict[str, Any], ExportReport)

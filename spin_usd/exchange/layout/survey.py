@@ -44,6 +44,8 @@ class Survey:
     """Pictures by split and variant."""
     kinds: Counter[str] = field(default_factory=Counter)
     """Pictures by the kinds of file that they have."""
+    grey: int = 0
+    """Pictures whose image has one channel."""
     columns: "dict[str, array[float]]" = field(default_factory=_columns)
     """One number per picture, of its target; NaN without a target. "range" is in metres. "turn" is the angle of the
     rotation from the body's axes to the camera's, degrees. "azimuth" (degrees) and "height" (sine of the elevation)
@@ -59,6 +61,7 @@ class Survey:
             self.farthest = max(self.farthest, (float(each.t_cam_body[2]), picture.name))
         self.tally[picture.split, picture.variant] += 1
         self.kinds.update(picture.picture.files.keys())
+        self.grey += "image" in picture.picture.files and picture.picture.files["image"].channels == 1
         t, rotation = target.t_cam_body, matrix_from_quaternion(target.q_cam_body)
         camera = -rotation.T @ t / max(float(np.linalg.norm(t)), np.finfo(np.float64).tiny)
         row = {

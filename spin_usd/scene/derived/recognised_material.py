@@ -13,10 +13,12 @@ from spin_usd.scene.name_rule import Color, MaterialRule
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^\W\d_]+")
 """A word of a name, such as Bus and Panel of "BusPanel_2"."""
 PAINT = "white_paint"
-BARE = "aluminium"
-"""Materials for surfaces of a colour not listed below, and for surfaces without a known name and colour, or with an
-unspecific grey."""
+"""Material for surfaces of a colour not listed below, and for unknown ones: the commonest on spacecraft that is not
+black without surroundings to mirror."""
+UNKNOWN = "neither its name nor its colour tells its material"
+BARE = "aluminium"  # for an unspecific grey
 GREY = 0.1  # the most saturation of a grey
+MUTED = 0.5  # the most saturation of a paint; stronger colours tell parts of a drawing apart
 BLACK = 0.06  # linear
 GREY_WORD, BLACK_WORD = "grey", "black"
 
@@ -60,7 +62,7 @@ class Vocabulary:
     parts: Mapping[str, str]
     """Names of parts that are made of it."""
     guesses: Mapping[str, str]
-    """Names of parts that may be made of others too: they count where no colour but a middle grey contradicts."""
+    """Names of parts that may be made of others too: they count where the colour tells no other material."""
 
 
 def _hue_deg(color: Color) -> float:
@@ -93,7 +95,7 @@ def recognised(
     own_first = (*materials, *reversed([each for each in names if "/" not in each]))
     by_color = _of_color(color)
     tiers = [(name, tier) for name in own_first for tier in (vocabulary.substances, vocabulary.parts)]
-    if by_color.material == BARE:
+    if by_color.material == BARE or by_color.note == UNKNOWN:
         tiers += [(name, vocabulary.guesses) for name in own_first]
     for name, tier in tiers:
         if entry := _told(words_of(name), said, tuple(tier)):
@@ -102,11 +104,11 @@ def recognised(
 
 
 def _of_color(color: Color | None) -> MaterialRule:
-    if color is None:
-        return MaterialRule(pattern="", material=BARE, note="neither its name nor its colour tells more")
-    for rule in COLORS:
-        if rule.holds(color):
-            return MaterialRule(pattern="", material=rule.material, note="its colour")
+    told = next((rule.material for rule in COLORS if color and rule.holds(color)), None)
+    if told:
+        return MaterialRule(pattern="", material=told, note="its colour")
+    if color is None or max(color) - min(color) > MUTED * max(color):
+        return MaterialRule(pattern="", material=PAINT, note=UNKNOWN)
     return MaterialRule(pattern="", material=PAINT, color=color, note="paint of its colour")
 
 

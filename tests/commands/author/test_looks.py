@@ -81,11 +81,22 @@ def test_auto_says_what_it_took_for_what_and_its_table_does_the_same(craft: Path
     }  # fmt: skip
     assert rows["solar_panel"]["note"] == "solar in solar_panel"
     assert any("materials.csv" in note for note in report.notes)
+    assert not any("want of knowledge" in note for note in report.notes)
     again = author(craft, tmp_path / "again", materials=written)
     assert materials_of(again.root) == materials_of(report.root)
     for each in ("craft.usda", "craft_looks/finishes.usda", "craft_looks/coordinates.usdc"):
         one, other = (tmp_path / out / "targets" / each for out in ("auto", "again"))
         assert one.read_bytes() == other.read_bytes()
+
+
+def test_what_neither_name_nor_colour_tells_is_white_paint_with_a_note(craft: Path, tmp_path: Path) -> None:
+    strange = (("radiator", "lid"), ("(0.7, 0.05, 0.05)", "(0, 0.7, 0.75)"), ("Red", "Mat1"))
+    for old, new in strange:
+        craft.write_text(craft.read_text().replace(old, new))
+    report = author(craft, tmp_path / "auto", materials="auto")
+    (note,) = [note for note in report.notes if "want of knowledge" in note]
+    assert "1 surface of Mat1" in note
+    assert materials_of(report.root)["white_paint"].diffuse_color[0] > 0.5
 
 
 def test_coordinates_are_in_metres_on_every_surface_and_foreign_ones_stay(craft: Path, tmp_path: Path) -> None:

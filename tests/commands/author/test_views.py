@@ -125,6 +125,15 @@ def test_a_size_that_no_craft_has_is_refused_with_the_likely_unit(craft: Path, u
         author_stage(sample="urso", out=craft.parent / "s", count=2, target=craft, units_per_metre=units)
 
 
+def test_insisting_names_the_likely_unit_too_where_nothing_is_inside(craft: Path) -> None:
+    options = {"target": craft, "camera": "speedplus", "count": 2, "any_size": True}
+    sample = "range=4..8 inside=1"
+    with pytest.raises(InputError, match=r"none of .* is 1100 x 800 x 300 m; did you mean .* 100 \(1.1 x 0.8 x"):
+        author_stage(sample=sample, out=craft.parent / "s", units_per_metre=0.1, **options)
+    with pytest.raises(InputError, match=r"none of .* 11 m across, .*; put it farther away .* or check the unit"):
+        author_stage(sample=sample, out=craft.parent / "s", units_per_metre=10, **options)
+
+
 def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:
     trimesh.creation.box(BOX_CM).export(tmp_path / "craft.glb")
     with pytest.raises(InputError, match=r"in the unit of its format or file, the target is 110 x 80 x 30 m.*did you mean --units-per-metre 100 "):  # noqa: E501  # fmt: skip

@@ -3,7 +3,7 @@
 import pytest
 
 from spin_usd.basics.resources import bundled_names
-from spin_usd.scene.derived.recognised_material import COLORS, recognised, words_of
+from spin_usd.scene.derived.recognised_material import COLORS, UNKNOWN, recognised, words_of
 from spin_usd.stage.author.material_library import vocabulary
 
 NAMES = {
@@ -52,7 +52,7 @@ def test_a_name_tells_the_material(name: str) -> None:
 @pytest.mark.parametrize("name", NOTHING)
 def test_a_name_that_says_nothing_tells_nothing(name: str) -> None:
     found = recognised([name], [], None, vocabulary())
-    assert (found.material, found.note) == ("aluminium", "neither its name nor its colour tells more")
+    assert (found.material, found.color, found.note) == ("white_paint", None, UNKNOWN)
 
 
 def test_a_material_counts_before_a_part_and_a_part_before_its_group() -> None:
@@ -93,9 +93,16 @@ def test_a_foil_that_does_not_say_its_colour_has_that_of_the_model() -> None:
     assert recognised(["nozzle"], [], (0.01, 0.01, 0.01), known).material == "thruster_nozzle"
 
 
-def test_any_other_colour_is_a_paint() -> None:
-    found = recognised(["Cube"], [], (0.7, 0.05, 0.05), vocabulary())
-    assert (found.material, found.color) == ("white_paint", (0.7, 0.05, 0.05))
+def test_any_other_muted_colour_is_a_paint() -> None:
+    found = recognised(["Cube"], [], (0.3, 0.4, 0.25), vocabulary())
+    assert (found.material, found.color) == ("white_paint", (0.3, 0.4, 0.25))
+
+
+@pytest.mark.parametrize("color", [(0.02, 0.7, 0.75), (0.7, 0.05, 0.05), (0.1, 0.6, 0.1)])
+def test_a_strong_colour_of_no_material_tells_nothing(color: tuple[float, float, float]) -> None:
+    found = recognised(["Cube"], [], color, vocabulary())
+    assert (found.material, found.color, found.note) == ("white_paint", None, UNKNOWN)
+    assert recognised(["bus"], [], color, vocabulary()).material == "gold_foil"
 
 
 def test_words_of_names() -> None:

@@ -1,5 +1,6 @@
 """Surface points against exact rational arithmetic, and shading normals against a sphere's own."""
 
+import tracemalloc
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +11,8 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface, weights_at
 from spin_usd.scene.passes import Visibility
-from tests.cases.scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
+from tests.cases.instanced import placed
+from tests.cases.scenes import GREY, SMALL, SPEEDPLUS, pose, scene, soup, target
 
 RANGES = [1.0, 1e3, 1e5, 1e7]  # metres
 EPSILON = np.finfo(float).eps
@@ -138,3 +140,15 @@ def test_normals_face_the_camera_from_either_side() -> None:
         np.testing.assert_allclose(np.abs((normals * own).sum(1)), 1, rtol=0, atol=1e-6)
     assert ((own * towards).sum(1) < 0).any()
     assert ((own * towards).sum(1) > 0).any()
+
+
+def test_copies_of_a_shape_take_few_bytes_a_face() -> None:
+    of = scene(placed(materials=(GREY, GREY), count=800))
+    face = np.arange(10, dtype=np.int32)
+    geometric_normals(of, face)  # fills what is kept
+    tracemalloc.start()
+    geometric_normals(of, face)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert of.target.mesh.count > 1_000_000
+    assert peak < 6 * of.target.mesh.count
