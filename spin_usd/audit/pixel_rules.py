@@ -1,10 +1,11 @@
 """Rules on a set's images, masks and depth beside its lists."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from spin_usd.audit.annotated_set import AnnotatedTarget
 from spin_usd.audit.picture_measures import PictureMeasures, TargetMeasures
@@ -17,6 +18,8 @@ SAME_BOX = 0.85  # overlap (IoU) of a box and its mask's
 ROUNDED = 2.0  # pixels by which the sides of a box and its mask's may differ
 COUNT = 0.02  # relative difference of counts of pixels
 FEW = 20  # pixels
+ALIKE = 1.5  # steps of 8 bits between the fields of two pictures of the same looks
+AXES = 10  # of fields, mixed, by which pictures are searched
 MORE = 0.25  # share of the lit pixels by which the mirrored label holds more of them
 MOST = 0.5  # share of the pictures that make a fault one of the set
 WITHOUT_DEPTH = 0.1  # share of a mask
@@ -34,8 +37,9 @@ def pixel_findings(audited: AuditedSet) -> Iterator[SetFinding]:
     yield from _sizes(read)
     yield from _duplicates(read)
     yield from _encoding(read)
-    yield from _boxes(read)
-    yield from _mirrored(read)
+    boxes = list(_boxes(read))
+    yield from boxes
+    yield from _mirrored(read, masks_alone=bool(boxes))
     yield from _masks_and_depth(audited, read)
 
 
@@ -85,27 +89,43 @@ def _sizes(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
 
 
 def _duplicates(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
-    for key, what in (("sha256", "the bytes of another"), ("look", "the looks of another under another pose")):
-        groups: dict[str, list[AuditedPicture]] = defaultdict(list)
-        for picture in {picture.name: picture for picture in read}.values():
-            if value := getattr(_measures(picture), key):
-                groups[value].append(picture)
-        same = [group for group in groups.values() if len(group) > 1]
-        across = [g for g in same if len({p.labels.split for p in g}) > 1]
-        posed = [g for g in same if g not in across and _poses_differ(g)]
-        rest = [g for g in same if g not in across and g not in posed] if key == "sha256" else []
-        if key == "look":
-            across = [g for g in across if _poses_differ(g)]
-            posed, across = [g for g in (*posed, *across) if len({_measures(p).sha256 for p in g}) > 1], []
-        told: tuple[tuple[str, list[list[AuditedPicture]], str, str], ...] = (
-            ("split-overlap", across, f"an image has {what} in another split", ERROR),
-            ("duplicate", posed, f"an image has {what}" + ", under another pose" * (key == "sha256"), ERROR),
-            ("duplicate", rest, f"an image has {what}", WARNING),
-        )
-        for rule, found, message, severity in told:
-            severity = WARNING if key == "look" else severity
-            names = [picture.name for group in found for picture in group]
-            yield from _finding(rule, message, REMOVE, names, len(read), severity)
+    pictures = list({picture.name: picture for picture in read}.values())
+    groups: dict[str, list[AuditedPicture]] = defaultdict(list)
+    for picture in pictures:
+        if digest := _measures(picture).sha256:
+            groups[digest].append(picture)
+    same = [group for group in groups.values() if len(group) > 1]
+    across = [group for group in same if len({picture.labels.split for picture in group}) > 1]
+    posed = [group for group in same if group not in across and _poses_differ(group)]
+    rest = [group for group in same if group not in across and group not in posed]
+    told = (
+        ("split-overlap", across, "an image has the bytes of another in another split", ERROR),
+        ("duplicate", posed, "an image has the bytes of another, under another pose", ERROR),
+        ("duplicate", rest, "an image has the bytes of another", WARNING),
+    )
+    for rule, found, message, severity in told:
+        names = [picture.name for group in found for picture in group]
+        yield from _finding(rule, message, REMOVE, names, len(read), severity)
+    alike = [pair for pair in _alike(pictures) if _poses_differ(pair)]
+    names = list(dict.fromkeys(picture.name for pair in alike for picture in pair))
+    yield from _finding(
+        "duplicate", "an image looks like another under another pose", REMOVE, names, len(read), WARNING
+    )
+
+
+def _alike(pictures: Sequence[AuditedPicture]) -> list[tuple[AuditedPicture, AuditedPicture]]:
+    """Return pairs of pictures of nearly the same looks and of different bytes."""
+    seen = [picture for picture in pictures if _measures(picture).look]
+    if len(seen) < 2:
+        return []
+    looks = np.array([list(bytes.fromhex(_measures(picture).look)) for picture in seen], np.float64)
+    axes = np.linalg.qr(np.random.default_rng(0).normal(size=(looks.shape[1], AXES)))[0]
+    near = KDTree(looks @ axes).query_pairs(ALIKE * np.sqrt(looks.shape[1]))
+    return [
+        (seen[a], seen[b])
+        for a, b in sorted(near)
+        if np.abs(looks[a] - looks[b]).max() <= ALIKE and _measures(seen[a]).sha256 != _measures(seen[b]).sha256
+    ]
 
 
 def _poses_differ(group: Sequence[AuditedPicture]) -> bool:
@@ -143,13 +163,14 @@ def _boxes(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
             seen, exact = (measures.box, True) if measures and measures.box else (_measures(picture).lit_box, False)
             alone = len(picture.labels.targets) == 1
             if target.box is not None and seen is not None and np.isfinite(target.box).all() and (exact or alone):
-                pairs.append((picture.name, target.box, np.array(seen), exact))
-    bad = [(name, box, seen) for name, box, seen, exact in pairs if _disagree(box, seen, exact)]
+                size = np.array(_measures(picture).size or (1, 1), np.float64)
+                pairs.append((picture.name, target.box, np.array(seen), exact, size))
+    bad = [(name, box, seen) for name, box, seen, exact, _ in pairs if _disagree(box, seen, exact)]
     if not bad:
         return
     wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen in bad)
     for reading, change in BOX_READINGS.items():
-        right = sum(not _disagree(change(box), seen, exact) for _, box, seen, exact in pairs)
+        right = sum(not _disagree(change(box, size), seen, exact) for _, box, seen, exact, size in pairs)
         if len(bad) > MOST * len(pairs) and right > 0.7 * len(pairs):
             message = f"boxes agree with the pixels if their numbers are read as {reading}"
             yield from _finding("box-order", message, f"read or write them as {reading}", wrong, len(pairs))
@@ -165,22 +186,32 @@ def _disagree(box: Float, seen: Float, exact: bool) -> bool:
     return not near and overlap(box, seen) < (SAME_BOX if exact else 0.02)
 
 
-def _middle(box: Float) -> Float:
-    size = box[2:] - box[:2]
-    return np.concatenate([box[:2] - size / 2, box[:2] + size / 2])
+def _transposed(box: Float, size: Float) -> Float:
+    """Return the box whose shares of the picture's sides were exchanged."""
+    return np.asarray((box / np.tile(size, 2))[[1, 0, 3, 2]] * np.tile(size, 2))
 
 
-BOX_READINGS = {
-    "rows before columns": lambda box: box[[1, 0, 3, 2]],
-    "x0, y0, x1, y1 in place of x, y, width, height": lambda box: np.array([*box[:2], *(box[2:] - box[:2])]),
-    "x, y, width, height in place of x0, y0, x1, y1": lambda box: np.array([*box[:2], *(box[:2] + box[2:])]),
-    "the middle, width and height in place of a corner, width and height": _middle,
+def _ends(box: Float, size: Float) -> Float:
+    """Return the box whose ends were read as middle, width and height."""
+    return np.concatenate([(box[:2] + box[2:]) / 2, box[2:] - box[:2]])
+
+
+BOX_READINGS: Mapping[str, Callable[[Float, Float], Float]] = {
+    "rows before columns": lambda box, size: box[[1, 0, 3, 2]],
+    "rows before columns, in shares": _transposed,
+    "x0, y0, x1, y1 in place of x, y, width, height": lambda box, size: np.array([*box[:2], *(box[2:] - box[:2])]),
+    "x, y, width, height in place of x0, y0, x1, y1": lambda box, size: np.array([*box[:2], *(box[:2] + box[2:])]),
+    "the middle in place of a corner": lambda box, size: box - np.tile(box[2:] - box[:2], 2) / 2,
+    "a corner in place of the middle": lambda box, size: box + np.tile(box[2:] - box[:2], 2) / 2,
+    "x0, y0, x1, y1 in place of the middle, width and height": _ends,
 }
+"""Orders of a box's numbers, and the box x0, y0, x1, y1 that one read wrongly really is, in a picture of a size."""
 
 
-def _mirrored(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
-    """Yield labels that hold more of what is lit when they are mirrored."""
-    lit = [(name, each.lit) for name, _, each in _measured(read) if each.lit is not None]
+def _mirrored(read: Sequence[AuditedPicture], *, masks_alone: bool) -> Iterator[SetFinding]:
+    """Yield labels that hold more of what is lit when they are mirrored. masks_alone: boxes are wrong otherwise."""
+    rows = [(name, target, each.lit) for name, target, each in _measured(read)]
+    lit = [(name, of) for name, target, of in rows if of is not None and not (masks_alone and target.mask is None)]
     for place, how in ((1, "left to right"), (2, "upside down")):
         index: Literal[1, 2] = 1 if place == 1 else 2
         found = [(name, of[index] - of[0]) for name, of in lit if of[index] > of[0] + MORE and of[0] < 0.5]

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.audit.posed_targets import AuditedSet, PosedTargets
-from spin_usd.audit.readings import FEWEST, Fit, Reading, by_boxes, by_keypoints, readings, turned_enough
+from spin_usd.audit.readings import FEWEST, MOST, Fit, Reading, by_boxes, by_keypoints, readings, turned_enough
 from spin_usd.audit.set_finding import Repair, SetFinding, worst_first
 from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import WARNING
 
 BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
 GOOD = 0.75  # overlap (IoU) of a reading that agrees
+STRANGE, STRANGE_LIT = 0.5, 0.25  # overlap (IoU) that poses of other pictures reach at most; by lit pixels
 WINS = 0.75  # share of the pictures in which it must agree better
 CLEARLY = 5.0  # ratio of errors of keypoints
 PIXELS = 2.0  # error of keypoints, above which labels are not merely rounded
@@ -43,9 +44,11 @@ def _reading(targets: PosedTargets, model: Float | None) -> tuple[Reading, list[
     own = Reading()
     if len(targets) < FEWEST or not turned_enough(targets):
         return own, []
-    best, why = _by_keypoints(targets) or _by_boxes(targets, model) or (own, "")
+    some = targets.some(MOST)
+    keypoints = _by_keypoints(some)
+    best, why = keypoints or _by_boxes(some, model) or (own, "")
     if best == own:
-        return own, []
+        return own, list(_strangers(some)) if keypoints is None else []
     rule = "mirrored" if best.mirrored and best == Reading(mirrored=best.mirrored) else "pose-reading"
     remedy = "spin-usd check SET --repair-to FOLDER writes a copy that is read rightly"
     repair = None if best.mirrored else Repair(reading=best)
@@ -87,6 +90,22 @@ def _by_boxes(targets: PosedTargets, model: Float | None) -> tuple[Reading, str]
     if np.mean(best.each[both] > own.each[both]) < WINS:
         return None
     return best.reading, f"boxes overlap by {best.score:.2f}, and by {own.score:.2f} as the layout has it"
+
+
+def _strangers(targets: PosedTargets) -> Iterator[SetFinding]:
+    """Yield that poses agree with labels in no reading, as those of other pictures do."""
+    fit = by_keypoints(targets, Reading())
+    if fit is not None and -fit.score > PIXELS:
+        how = f"keypoints are {-fit.score:.3g} px off in the best"
+    else:
+        fit = max((by_boxes(targets, reading) for reading in readings(targets)), key=lambda each: each.score)
+        how = f"boxes overlap by {fit.score:.2f} in the best"
+        there = np.isfinite(fit.each)
+        if there.sum() < FEWEST or fit.score > (STRANGE_LIT if targets.from_image.any() else STRANGE):
+            return
+    message = f"poses agree with labels in no reading ({how})"
+    remedy = "check that the lists are of these pictures, in this order, and that K is of this size"
+    yield _finding("pose-image", message, remedy, targets, np.arange(len(targets)), fit.each)
 
 
 def _outliers(targets: PosedTargets, reading: Reading, model: Float | None) -> Iterator[SetFinding]:

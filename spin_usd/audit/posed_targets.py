@@ -111,6 +111,36 @@ class PosedTargets:
         return np.array([(camera.width, camera.height) for _, camera, _, _ in self.rows], np.float64)
 
     @cached_property
+    def focal(self) -> Float:
+        """(N,) fx, pixels."""
+        return np.array([camera.fx for _, camera, _, _ in self.rows])
+
+    def some(self, count: int) -> "PosedTargets":
+        """Return at most about `count` of them, evenly spread."""
+        return PosedTargets(rows=self.rows[:: -(-len(self) // count)], labels=self.labels)
+
+    def keypoints(self, count: int) -> Float:
+        """Return (N, count, 3) keypoints, NaN where a target has none."""
+        none = np.full((count, 3), np.nan)
+        return np.array([none if target.keypoints is None else target.keypoints for _, _, target, _ in self.rows])
+
+    @cached_property
+    def _by_camera(self) -> list[tuple[Camera, NDArray[np.intp]]]:
+        places: dict[str, list[int]] = defaultdict(list)
+        for place, (_, camera, _, _) in enumerate(self.rows):
+            places[camera.key].append(place)
+        return [(self.rows[each[0]][1], np.array(each)) for each in places.values()]
+
+    def undistorted(self, uv: Float, there: NDArray[np.bool_]) -> Float:
+        """Return normalised coordinates (N, K, 2) of the pixels that are `there` (N, K); NaN for others."""
+        found = np.full(uv.shape, np.nan)
+        for camera, places in self._by_camera:
+            rows, columns = np.nonzero(there[places])
+            if len(rows):
+                found[places[rows], columns] = camera.normalised(uv[places[rows], columns])
+        return found
+
+    @cached_property
     def boxes(self) -> Float:
         """(N, 4) boxes in pixels: of the mask, else the label's, else of the lit pixels; NaN without any."""
         return np.array([_best_box(*row) for row in self.rows]).reshape(-1, 4)
@@ -124,12 +154,10 @@ class PosedTargets:
         """Return the boxes (N, 4) in normalised coordinates without the lens's distortion; sides at the frame's rim are
         infinite, since targets go on beyond."""
         found = np.full((len(self), 4), np.nan)
-        by_camera: dict[str, list[int]] = defaultdict(list)
-        for place, (_, camera, _, _) in enumerate(self.rows):
-            if np.isfinite(boxes[place]).all():
-                by_camera[camera.key].append(place)
-        for places in by_camera.values():
-            found[places] = _undistorted(self.rows[places[0]][1], boxes[places])
+        for camera, places in self._by_camera:
+            there = places[np.isfinite(boxes[places]).all(1)]
+            if len(there):
+                found[there] = _undistorted(camera, boxes[there])
         return found
 
 

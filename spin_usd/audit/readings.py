@@ -112,7 +112,7 @@ def by_boxes(targets: PosedTargets, reading: Reading, model: Float | None = None
     for places in np.array_split(there, max(1, len(there) * len(body) // 2_000_000)):
         made = _made(body, R[places], t[places])
         each[places], ratio[places], apart[places] = _overlaps(made, boxes[places])
-    apart *= np.array([camera.fx for _, camera, _, _ in targets.rows])
+    apart *= targets.focal
     return Fit(reading=reading, score=float(np.median(each[there])), each=each, ratio=ratio, apart=apart)
 
 
@@ -174,16 +174,12 @@ def by_keypoints(targets: PosedTargets, reading: Reading) -> Fit | None:
     counts = {len(target.keypoints) for _, _, target, _ in targets.rows if target.keypoints is not None}
     if len(counts) != 1 or not (count := counts.pop()):
         return None
-    uv, there = _labelled(targets, reading, count)
+    xy, there = _labelled(targets, reading, count)
     if (there.sum(0) < FEWEST).all():
         return None
     R, t = reading.poses(targets)
-    xy = np.full(uv.shape, np.nan)
-    for place, (_, camera, _, _) in enumerate(targets.rows):
-        if there[place].any():
-            xy[place, there[place]] = camera.pinhole.normalised(uv[place, there[place]])
-    residuals = np.full(uv.shape, np.nan)
-    focal = np.array([camera.fx for _, camera, _, _ in targets.rows])
+    residuals = np.full(xy.shape, np.nan)
+    focal = targets.focal
     for point in range(count):
         used = np.flatnonzero(there[:, point])
         if len(used) < FEWEST:
@@ -199,24 +195,15 @@ def by_keypoints(targets: PosedTargets, reading: Reading) -> Fit | None:
 
 
 def _labelled(targets: PosedTargets, reading: Reading, count: int) -> tuple[Float, NDArray[np.bool_]]:
-    """Return the keypoints (N, K, 2) without distortion, pixels, and which are labelled."""
-    uv, there = np.full((len(targets), count, 2), np.nan), np.zeros((len(targets), count), bool)
-    for place, (_, camera, target, _) in enumerate(targets.rows):
-        if target.keypoints is None:
-            continue
-        points = target.keypoints
-        seen = (points[:, 2] > 0) & np.isfinite(points).all(1)
-        xy = points[:, :2].copy()
-        if reading.mirrored == "left to right":
-            xy[:, 0] = camera.width - xy[:, 0]
-        if reading.mirrored == "upside down":
-            xy[:, 1] = camera.height - xy[:, 1]
-        seen &= ((xy >= 0) & (xy <= [camera.width, camera.height])).all(1)
-        if seen.any():
-            normal = camera.normalised(xy[seen])
-            uv[place, seen] = camera.pinhole.pixels(normal)
-            there[place] = seen
-    return uv, there
+    """Return the keypoints (N, K, 2) in normalised coordinates, without distortion, and which are labelled."""
+    points = targets.keypoints(count)
+    uv, size = points[..., :2].copy(), targets.sizes[:, None]
+    if reading.mirrored == "left to right":
+        uv[..., 0] = size[..., 0] - uv[..., 0]
+    if reading.mirrored == "upside down":
+        uv[..., 1] = size[..., 1] - uv[..., 1]
+    there = (points[..., 2] > 0) & np.isfinite(points).all(2) & ((uv >= 0) & (uv <= size)).all(2)
+    return targets.undistorted(uv, there), there
 
 
 def _triangulated(R: Float, t: Float, xy: Float) -> Float:
