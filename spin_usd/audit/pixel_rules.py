@@ -19,6 +19,7 @@ ROUNDED = 2.0  # pixels by which the sides of a box and its mask's may differ
 COUNT = 0.02  # relative difference of counts of pixels
 FEW = 20  # pixels
 ALIKE = 1.5  # steps of 8 bits between the fields of two pictures of the same looks
+MOVED, TURNED = 0.02, 0.2  # of numbers of rotations and directions
 AXES = 10  # of fields, mixed, by which pictures are searched
 MORE = 0.25  # share of the lit pixels by which the mirrored label holds more of them
 MOST = 0.5  # share of the pictures that make a fault one of the set
@@ -106,7 +107,7 @@ def _duplicates(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
     for rule, found, message, severity in told:
         names = [picture.name for group in found for picture in group]
         yield from _finding(rule, message, REMOVE, names, len(read), severity)
-    alike = [pair for pair in _alike(pictures) if _poses_differ(pair)]
+    alike = [pair for pair in _alike(pictures) if _poses_differ(pair, TURNED)]
     names = list(dict.fromkeys(picture.name for pair in alike for picture in pair))
     yield from _finding(
         "duplicate", "an image looks like another under another pose", REMOVE, names, len(read), WARNING
@@ -128,14 +129,16 @@ def _alike(pictures: Sequence[AuditedPicture]) -> list[tuple[AuditedPicture, Aud
     ]
 
 
-def _poses_differ(group: Sequence[AuditedPicture]) -> bool:
+def _poses_differ(group: Sequence[AuditedPicture], least: float = MOVED) -> bool:
+    """Return whether numbers of the first targets' poses differ by more than `least`."""
     poses = []
     for picture in group:
         posed = [target for target in picture.labels.targets if usable(target)]
         if not posed or posed[0].rotation is None or posed[0].t_cam_body is None:
             return False
-        poses.append(np.concatenate([posed[0].rotation.ravel(), posed[0].t_cam_body]))
-    return len({pose.shape for pose in poses}) == 1 and bool(np.ptp(np.array(poses), axis=0).max() > 0.02)
+        place = posed[0].t_cam_body / max(float(np.linalg.norm(posed[0].t_cam_body)), 1e-12)
+        poses.append(np.concatenate([posed[0].rotation.ravel(), place]))
+    return len({pose.shape for pose in poses}) == 1 and bool(np.ptp(np.array(poses), axis=0).max() > least)
 
 
 def _encoding(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:

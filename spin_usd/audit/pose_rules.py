@@ -1,5 +1,6 @@
 """Rules on a set's poses beside its labels in the image: reading of rotations, distances, keypoints, depth, model."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -193,11 +194,31 @@ def _depth(targets: PosedTargets) -> Iterator[SetFinding]:
         remedy = "check the unit of depth, its scale, and the unit of positions"
         yield _finding("depth-unit", message, remedy, targets, np.flatnonzero(there), ratio)
         return
+    yield from _one_late(targets, depth)
     off = np.flatnonzero(there & ~((ratio > usual / OFF) & (ratio < usual * OFF)))
     if len(off):
-        message = "depth contradicts the distance in the pose"
+        message = f"depth contradicts the distance in the pose, being {_times(float(ratio[off[0]]))} it"
         yield _finding("depth-pose", message, CORRECT, targets, off, np.abs(np.log(ratio / usual)))
     yield from _along_rays(targets, depth, there)
+
+
+def _one_late(targets: PosedTargets, depth: Float) -> Iterator[SetFinding]:
+    """Yield sequences whose poses are of the picture before: depth then agrees with the next picture's distance."""
+    sequences: dict[str, list[int]] = defaultdict(list)
+    for place, (picture, *_) in enumerate(targets.rows):
+        sequences[picture.labels.sequence].append(place)
+    for name, places in sequences.items():
+        z, seen = targets.t[places, 2], depth[places]
+        if len(places) < 3 or not name or (z <= 0).any():
+            continue
+        own, following = np.log(seen[:-1] / z[:-1]), np.log(seen[:-1] / z[1:])
+        apart = np.nanmedian(np.abs(own)), np.nanmedian(np.abs(following))
+        if apart[0] > LATE and apart[1] < apart[0] / 2.5:
+            message = f"poses of {name} are one picture late: depth agrees with the distance that the next one has"
+            remedy = "give each picture the pose of the next"
+            yield _finding(
+                "pose-late", message, remedy, targets, np.array(places), np.abs(np.log(depth / targets.t[:, 2]))
+            )
 
 
 def _along_rays(targets: PosedTargets, depth: Float, there: NDArray[np.bool_]) -> Iterator[SetFinding]:
@@ -250,6 +271,7 @@ def _silhouettes(targets: PosedTargets) -> Iterator[SetFinding]:
         yield _finding("half-pixel", message, remedy, targets, places, worse, WARNING)
 
 
+LATE = 0.05  # of distances, relative, between one picture and the next
 SILHOUETTE = 0.8  # overlap (IoU) of mask and projection
 EDGE = 1.5  # pixels
 

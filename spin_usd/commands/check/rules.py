@@ -276,6 +276,7 @@ FOREIGN = {
     "unit": Rule(meaning="Positions are in another unit than the layout's.", remedy="`--repair-to FOLDER`."),
     "depth-unit": Rule(meaning="Depth and positions are in different units.", remedy="Correct the scale of depth."),
     "depth-pose": Rule(meaning="Depth contradicts the pose.", remedy=_LABELS),
+    "pose-late": Rule(meaning="Poses are of the picture before.", remedy="Shift the list by one picture."),
     "depth-ray": Rule(meaning="Depth is along rays instead of the axis.", remedy="Convert it, or state it."),
     "depth-mask": Rule(meaning="Depth and mask cover different pixels.", remedy=_LABELS),
     "mask-model": Rule(meaning="A mask is not the projection of the model.", remedy="Check pose, model and unit."),

@@ -17,7 +17,7 @@ from spin_usd.exchange.sets.set_folder import SetFolder, number, numbers
 from spin_usd.exchange.sets.set_format import PoseFields, SetFormat
 from spin_usd.geometry.camera import Camera
 
-LIST = r"(?:(?P<at>.*)/)?(?P<split>train|validation|test|real|real_test|roe1|roe2|labels|poses)\.json"
+LIST = r"(?:(?P<at>.*)/)?(?P<split>[^/]+)\.json"
 QUATERNION, POSITION = ("q_vbs2tango_true", "q_vbs2tango"), ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
 SPEED_CAMERA = Camera(width=1920, height=1200, fx=0.0176 / 5.86e-6, fy=0.0176 / 5.86e-6, cx=960, cy=600)
 """SPEED (2019) has no camera file; tpark94/speedplusbaseline has its numbers."""

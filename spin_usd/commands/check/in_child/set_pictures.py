@@ -39,7 +39,8 @@ Mask = NDArray[np.bool_]
 DARK = 10.0  # steps of 8 bits above the background from which a pixel is lit
 MOST_LIT = 0.5  # share of lit pixels beyond which the background is not dark
 FIELDS = 16  # fields across a picture's look
-NEAR_UNIFORM = 4.0  # steps of 8 bits between the fields
+NEAR_UNIFORM = 4.0  # steps of 8 bits between a field and most of them
+FEWEST_FIELDS = 8  # that differ, below which all small targets look alike
 WHITE, BLACK = 250, 5
 SUBPIXEL_BITS = 4
 CODES = np.arange(1, 121)  # of 8 bits, where the curve's steps leave gaps
@@ -301,7 +302,11 @@ def _lit(grey: Float) -> Mask | None:
 
 def _look(grey: Float) -> str:
     small = cv2.resize(grey.astype(np.float32), (FIELDS, FIELDS), interpolation=cv2.INTER_AREA)
-    return "" if np.ptp(small) < NEAR_UNIFORM else np.rint(small).astype(np.uint8).tobytes().hex()
+    return (
+        ""
+        if (np.abs(small - np.median(small)) > NEAR_UNIFORM).sum() < FEWEST_FIELDS
+        else np.rint(small).astype(np.uint8).tobytes().hex()
+    )
 
 
 def _twice_encoded(image: NDArray[Any], name: str) -> bool:
