@@ -121,6 +121,7 @@ MAY_OPEN = {
     "formats/checked_document.py": OWN,
     "store/json_schema.py": OWN,
     "commands/author/command.py": OWN,
+    "commands/check/foreign_labels.py": "makes a new folder that the user names",
     "commands/check/foreign_repair.py": "copies a data set into a new folder that the user names",
     "commands/check/in_child/set_pictures.py": "reads arrays from an open file",
     "commands/check/set_page.py": "fills the folder that the user names",

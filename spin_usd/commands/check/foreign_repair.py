@@ -38,7 +38,7 @@ def repaired_copy(
     if out.exists() or out.resolve().is_relative_to(root.resolve()):
         raise InputError("exists, or lies inside the set", where=out, do="give a new folder")
     folder = SetFolder(root)
-    lists = {match.group() for match in folder.matching(fields.files)}
+    lists = [match.group() for match in folder.matching(fields.files) if _holds(fields, folder.head(match.group()))]
     try:
         out.mkdir(parents=True)
         for done, name in enumerate(sorted(folder.files)):
@@ -46,12 +46,17 @@ def repaired_copy(
             (out / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(root / name, out / name)
         mending = _Mending(fields=fields, repairs=repairs, changes=[])
-        told = [each for name in sorted(lists) for each in mending.file(out / name, name)]
+        told = [each for name in lists for each in mending.file(out / name, name)]
         with open(out / TABLE, "w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([("list", "entry", "key", "before", "after"), *mending.changes])
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=out, do="free some space") from None
     return told
+
+
+def _holds(fields: PoseFields, head: str) -> bool:
+    """Return whether a list that begins so holds poses."""
+    return all(any(key in head for key in keys) for keys in (fields.rotation, fields.position))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,6 +28,7 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.exchange.read_camera import read_camera
 from spin_usd.exchange.sets.set_format import SetFormat
 from spin_usd.exchange.sets.table import read_set
+from spin_usd.formats.mesh.mesh_file import READERS
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.processes.deaths import READING_TRIES
@@ -86,7 +87,10 @@ def _with_camera(found: AnnotatedSet, options: CheckOptions, notes: list[str]) -
 def _models(root: Path, labels: AnnotatedSet, options: CheckOptions) -> dict[str, tuple[str, float]]:
     """Return the path and the unit of each model, by id; "" for all others."""
     own = {key: (str(root / name), labels.model_unit) for key, name in labels.models.items()}
-    return own | ({"": (str(options.model), options.model_unit)} if options.model is not None else {})
+    given = Path(options.model) if options.model is not None else None
+    if given is None or (options.labels_to and given.suffix.lower() not in READERS):
+        return own
+    return own | {"": (str(given), options.model_unit)}
 
 
 def _points(path: str, unit: float) -> Float:

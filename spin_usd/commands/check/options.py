@@ -47,8 +47,16 @@ class CheckOptions(ListeningToNotes):
         Path | None, Option("Write a page on a data set of others, with its worst pictures, to this folder.", "FOLDER")
     ] = None
     repair_to: Annotated[
-        Path | None,
+        str | Path | None,
         Option(
             "Copy a data set of others to this folder, with the poses mended that can be mended for sure.", "FOLDER"
+        ),
+    ] = None
+    labels_to: Annotated[
+        str | Path | None,
+        Option(
+            "Make labels for a data set of others in this folder, from its poses, its camera and --model, which may "
+            "also be a bundled target or a USD file here: depth, segmentation, dense pose, boxes and keypoints.",
+            "FOLDER",
         ),
     ] = None

@@ -10,6 +10,7 @@ from msgspec import structs
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.calls import CROSS_PICTURE, CheckPicture
 from spin_usd.commands.check.dataset import dataset_findings
+from spin_usd.commands.check.foreign_labels import write_labels
 from spin_usd.commands.check.foreign_repair import repaired_copy
 from spin_usd.commands.check.foreign_set import checked_set
 from spin_usd.commands.check.options import CheckOptions
@@ -87,10 +88,14 @@ def check_foreign(path: Path, options: CheckOptions) -> CheckReport:
         options.note(note)
     repaired = None
     if options.repair_to is not None:
-        repaired = repaired_copy(path, options.repair_to, checked.layout.fields, checked.findings, options.progress)
+        repaired = repaired_copy(
+            path, Path(options.repair_to), checked.layout.fields, checked.findings, options.progress
+        )
     if options.report is not None:
-        write_set_page(path, options.report, checked)
+        write_set_page(path, Path(options.report), checked)
     notes = list(checked.notes)
+    if options.labels_to is not None:
+        options.note(write_labels(Path(options.labels_to), checked.audited, options))
     return CheckReport(kind="set", findings=findings, layout=checked.layout.name, reasons=notes, repaired=repaired)
 
 

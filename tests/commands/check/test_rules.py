@@ -11,8 +11,8 @@ from tests.conftest import REPOSITORY
 
 PACKAGE = REPOSITORY / "spin_usd"
 TABLE = PACKAGE / "commands" / "check" / "rules.py"
-CALLS = {"Finding", "LabelFault", "finding", "_finding", "_once"}
-"""What makes a finding: its code is the argument `code`, or the first."""
+CALLS = {"Fault", "Finding", "LabelFault", "SetFinding", "fault", "finding", "_finding", "_once"}
+"""What makes a finding: its code is the argument `code` or `rule`, or the first."""
 
 
 def made(tree):
@@ -21,7 +21,7 @@ def made(tree):
         name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
         noted = name == "add" and ast.unparse(call.func).endswith("notes.add")
         if name in CALLS or noted:
-            given = [each.value for each in call.keywords if each.arg == "code"] + call.args[:1]
+            given = [each.value for each in call.keywords if each.arg in ("code", "rule")] + call.args[:1]
             for node in given:
                 if isinstance(node, ast.Constant) and re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", str(node.value)):
                     yield node.value
