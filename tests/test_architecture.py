@@ -40,6 +40,7 @@ ONLY_IN = {
     "embreex": ("renderers/embree",),
     "cv2": (
         "commands/check/in_child/drawn_picture.py",
+        "commands/check/in_child/outlines.py",
         "commands/check/in_child/pose.py",
         "commands/check/in_child/set_pictures.py",
         "commands/gap/pair_measures.py",

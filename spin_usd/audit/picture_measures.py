@@ -119,3 +119,14 @@ class DrawPicture(Struct, frozen=True, kw_only=True):
     keypoints: list[list[float]] = []
     """x and y, pixels."""
     lossy_masks: bool = False
+
+
+class TraceOutlines(Struct, frozen=True, kw_only=True):
+    """The request to follow a model's outline in pictures, under several poses of each."""
+
+    folder: str
+    pictures: list[PictureFiles]
+    poses: list[list[list[list[float]]]]
+    """T_cam_body (3, 4) of each pose of each picture."""
+    model: tuple[str, float]
+    """Model file, and metres of its unit."""

@@ -7,13 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.audit.posed_targets import AuditedSet, PosedTargets
-from spin_usd.audit.readings import FEWEST, MOST, Fit, Reading, by_boxes, by_keypoints, readings, turned_enough
+from spin_usd.audit.readings import (
+    FEWEST,
+    MOST,
+    Fit,
+    Outlines,
+    Reading,
+    by_boxes,
+    by_keypoints,
+    by_outlines,
+    readings,
+    turned_enough,
+)
 from spin_usd.audit.set_finding import Repair, SetFinding, worst_first
 from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import WARNING
 
 BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
 GOOD = 0.75  # overlap (IoU) of a reading that agrees
+FOLLOWED, CHANCE = 0.66, 0.57  # mean rank of edges under outlines that follow them, and that do not
 STRANGE, STRANGE_LIT = 0.5, 0.25  # overlap (IoU) that poses of other pictures reach at most; by lit pixels
 WINS = 0.75  # share of the pictures in which it must agree better
 CLEARLY = 5.0  # ratio of errors of keypoints
@@ -28,28 +40,33 @@ SIZES_M = (0.03, 200.0)  # of craft
 CORRECT = "correct the pose, or leave these pictures out"
 
 
-def pose_findings(audited: AuditedSet, models: Mapping[str, Float]) -> Iterator[SetFinding]:
-    """Yield the faults of poses. `models`: points (M, 3) of the targets' models, metres, by id; "" for all others."""
+def pose_findings(
+    audited: AuditedSet, models: Mapping[str, Float], outlines: Mapping[str, Outlines]
+) -> Iterator[SetFinding]:
+    """Yield the faults of poses. `models`: points (M, 3) of the targets' models, metres, by id; "" for all others.
+    `outlines`: of targets without masks and boxes, by id."""
     for key, targets in audited.posed.items():
         model = models.get(key, models.get(""))
-        reading, found = _reading(targets, model)
+        reading, found = _reading(targets, model, outlines.get(key))
         yield from found
+        if not found and key in outlines:
+            yield from _edges(outlines[key])
         if not found:
             yield from _outliers(targets, reading, model)
             yield from _distances(targets, model)
         yield from _silhouettes(targets)
 
 
-def _reading(targets: PosedTargets, model: Float | None) -> tuple[Reading, list[SetFinding]]:
+def _reading(targets: PosedTargets, model: Float | None, outlines: Outlines | None) -> tuple[Reading, list[SetFinding]]:
     """Return the reading of poses that agrees best, and a finding if it is not the layout's own."""
     own = Reading()
     if len(targets) < FEWEST or not turned_enough(targets):
         return own, []
     some = targets.some(MOST)
     keypoints = _by_keypoints(some)
-    best, why = keypoints or _by_boxes(some, model) or (own, "")
+    best, why = keypoints or (_by_outlines(outlines) if outlines else _by_boxes(some, model)) or (own, "")
     if best == own:
-        return own, list(_strangers(some)) if keypoints is None else []
+        return own, list(_strangers(some)) if keypoints is None and outlines is None else []
     rule = "mirrored" if best.mirrored and best == Reading(mirrored=best.mirrored) else "pose-reading"
     remedy = "spin-usd check SET --repair-to FOLDER writes a copy that is read rightly"
     repair = None if best.mirrored else Repair(reading=best)
@@ -58,7 +75,9 @@ def _reading(targets: PosedTargets, model: Float | None) -> tuple[Reading, list[
     return best, [
         SetFinding(
             rule=rule,
-            message=f"poses agree with labels if they are read as {best.name} ({why})",
+            message=f"labels or images are {best.name.removeprefix('labels ')} ({why})"
+            if rule == "mirrored"
+            else f"poses agree with labels if they are read as {best.name} ({why})",
             remedy=remedy,
             pictures=targets.names,
             of=len(targets),
@@ -91,6 +110,27 @@ def _by_boxes(targets: PosedTargets, model: Float | None) -> tuple[Reading, str]
     if np.mean(best.each[both] > own.each[both]) < WINS:
         return None
     return best.reading, f"boxes overlap by {best.score:.2f}, and by {own.score:.2f} as the layout has it"
+
+
+def _by_outlines(outlines: Outlines) -> tuple[Reading, str] | None:
+    own, *others = by_outlines(outlines)
+    best = max(others, key=lambda fit: fit.score)
+    if best.score < FOLLOWED or best.score < own.score + BETTER or np.nanmean(best.each > own.each) < WINS:
+        return None
+    return best.reading, f"outlines follow edges by {best.score:.2f}, and by {own.score:.2f} as the layout has it"
+
+
+def _edges(outlines: Outlines) -> Iterator[SetFinding]:
+    """Yield pictures in which the model's outline follows no edges though it does in most, or in none."""
+    own = by_outlines(outlines)[0]
+    lost = own.each < CHANCE
+    if own.score > FOLLOWED and lost.any():
+        message = "the model's outline follows no edges where the pose puts it"
+        yield _finding("pose-image", message, CORRECT, outlines.targets, np.flatnonzero(lost), 1 - own.each)
+    elif own.score < CHANCE and len(outlines.targets) >= FEWEST:
+        message = f"the model's outline follows edges in no reading of the poses ({own.score:.2f}, 0.5 by chance)"
+        remedy = "check that the lists are of these pictures, the model and its unit, and that K is of this size"
+        yield _finding("pose-image", message, remedy, outlines.targets, np.arange(len(lost)), 1 - own.each)
 
 
 def _strangers(targets: PosedTargets) -> Iterator[SetFinding]:

@@ -150,6 +150,14 @@ class PosedTargets:
         """(N,) whether boxes are of lit pixels alone."""
         return np.array([_label_box(target, measured) is None for _, _, target, measured in self.rows], bool)
 
+    @cached_property
+    def unlabelled(self) -> NDArray[np.bool_]:
+        """(N,) whether a target has neither box, mask nor keypoints, in an image that exists."""
+        return np.array(
+            [p.labels.exists and t.box is None and t.mask is None and t.keypoints is None for p, _, t, _ in self.rows],
+            bool,
+        )
+
     def normalised(self, boxes: Float) -> Float:
         """Return the boxes (N, 4) in normalised coordinates without the lens's distortion; sides at the frame's rim are
         infinite, since targets go on beyond."""

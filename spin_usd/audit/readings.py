@@ -169,6 +169,24 @@ def _overlaps(made: Float, boxes: Float) -> tuple[Float, Float, Float]:
     return both / np.maximum(areas[0] + areas[1] - both, 1e-12), ratio, np.abs(made - cut).max(1)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Outlines:
+    """How well a model's outline follows the edges in pictures."""
+
+    targets: PosedTargets
+    scores: Float
+    """(N, R) mean rank of the gradient under the outline in each reading, 0.5 by chance."""
+
+
+def by_outlines(outlines: Outlines) -> list[Fit]:
+    """Return how well each reading's outlines follow edges, the layout's own first."""
+    columns = outlines.scores.T
+    return [
+        Fit(reading=reading, score=float(np.nanmedian(column)) if np.isfinite(column).any() else 0.0, each=column)
+        for reading, column in zip(readings(outlines.targets), columns, strict=True)
+    ]
+
+
 def by_keypoints(targets: PosedTargets, reading: Reading) -> Fit | None:
     """Return how well keypoints agree with points of one body; None where too few pictures have them."""
     counts = {len(target.keypoints) for _, _, target, _ in targets.rows if target.keypoints is not None}

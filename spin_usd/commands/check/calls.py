@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from spin_usd.audit.picture_measures import DrawPicture, MeasurePictures, ModelFile, PictureMeasures
+from spin_usd.audit.picture_measures import DrawPicture, MeasurePictures, ModelFile, PictureMeasures, TraceOutlines
 from spin_usd.processes.call import Call
 from spin_usd.records.record import StageProvenance
 from spin_usd.scene.derived.views import Views
@@ -74,3 +74,4 @@ CROSS_PICTURE = Call(f"{_IN_CHILD}.cross:cross_findings", CheckPicture, CrossAns
 MEASURE_PICTURES = Call(f"{_IN_CHILD}.set_pictures:set_picture_measures", MeasurePictures, list[PictureMeasures])
 MODEL_POINTS = Call(f"{_IN_CHILD}.set_pictures:model_points", ModelFile, list[list[float]])
 DRAW_PICTURE = Call(f"{_IN_CHILD}.drawn_picture:drawn_picture", DrawPicture, str)
+TRACE_OUTLINES = Call(f"{_IN_CHILD}.outlines:outline_scores", TraceOutlines, list[list[float]])

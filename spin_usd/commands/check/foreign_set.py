@@ -15,14 +15,16 @@ from spin_usd.audit.picture_measures import (
     PictureFiles,
     PictureMeasures,
     TargetFiles,
+    TraceOutlines,
 )
 from spin_usd.audit.pixel_rules import pixel_findings
 from spin_usd.audit.pose_rules import pose_findings
-from spin_usd.audit.posed_targets import AuditedPicture, AuditedSet, usable
+from spin_usd.audit.posed_targets import AuditedPicture, AuditedSet, PosedTargets, usable
+from spin_usd.audit.readings import MIRRORS, Outlines, Reading, readings
 from spin_usd.audit.set_finding import SetFinding
 from spin_usd.basics.arrays import Float
 from spin_usd.basics.progress import Progress
-from spin_usd.commands.check.calls import MEASURE_PICTURES, MODEL_POINTS
+from spin_usd.commands.check.calls import MEASURE_PICTURES, MODEL_POINTS, TRACE_OUTLINES
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.errors import InputError, SpinError
 from spin_usd.exchange.read_camera import read_camera
@@ -37,6 +39,7 @@ from spin_usd.processes.processors import usable_cpus
 from spin_usd.processes.task import Task
 
 BATCH = 16  # pictures of a call
+TRACED = 200  # pictures in which a model's outline is followed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +69,8 @@ def checked_set(root: Path, options: CheckOptions) -> CheckedSet:
     ]
     audited = AuditedSet(labels=labels, pictures=pictures)
     points = {key: _points(path, unit) for key, (path, unit) in models.items()}
-    findings = [*list_findings(audited), *pixel_findings(audited), *pose_findings(audited, points)]
+    outlines = {} if options.without_pixels else _outlines(root, audited, models, options)
+    findings = [*list_findings(audited), *pixel_findings(audited), *pose_findings(audited, points, outlines)]
     return CheckedSet(audited=audited, layout=layout, notes=notes, findings=findings)
 
 
@@ -116,6 +120,42 @@ def _measures(
         found += _singly(root, labels, models, batch) if isinstance(task.failure, SpinError) else task.result
         progress("measuring: picture", len(found), len(files))
     return found
+
+
+def _outlines(
+    root: Path, audited: AuditedSet, models: Mapping[str, tuple[str, float]], options: CheckOptions
+) -> dict[str, Outlines]:
+    """Return how models follow edges in pictures of targets that have neither masks nor boxes, by id."""
+    found = {}
+    for key, targets in audited.posed.items():
+        model = models.get(key, models.get(""))
+        if model is None or not targets.unlabelled.all():
+            continue
+        some = targets.some(TRACED)
+        poses = np.stack([_matrices(each, some) for each in readings(some) if not each.mirrored], 1)
+        files = [picture_files(audited.labels, picture.labels) for picture, *_ in some.rows]
+        tasks = [
+            Task(
+                call=TRACE_OUTLINES,
+                request=TraceOutlines(
+                    folder=str(root), pictures=files[at : at + 1], poses=poses[at : at + 1].tolist(), model=model
+                ),
+                tries=READING_TRIES,
+            )
+            for at in range(len(files))
+        ]
+        scores = []
+        for done, task in enumerate(done_in_order(tasks, min(len(tasks), len(usable_cpus())))):
+            options.progress("following outlines: picture", done, len(tasks))
+            scores += [[np.nan] * poses.shape[1] * len(MIRRORS)] if isinstance(task.failure, SpinError) else task.result
+        found[key] = Outlines(targets=some, scores=np.array(scores))
+    return found
+
+
+def _matrices(reading: Reading, targets: PosedTargets) -> Float:
+    """Return T_cam_body (N, 3, 4) in that reading."""
+    R, t = reading.poses(targets)
+    return np.concatenate([R, t[:, :, None]], 2)
 
 
 def _singly(

@@ -82,7 +82,7 @@ class SetPicture:
             sha256=self._digest(),
             look="" if grey is None else _look(grey),
             twice_encoded=image is not None and _twice_encoded(image, self.files.name),
-            lit_box=None if lit is None else _box(lit, trim=0.01),
+            lit_box=None if lit is None else box_around(lit, trim=0.01),
             targets=targets,
         )
 
@@ -190,7 +190,7 @@ class SetPicture:
         seen = None if depth is None else (depth > 0 if mask is None else mask & (depth > 0))
         rows, columns = np.nonzero(mask) if mask is not None else (np.zeros(0), np.zeros(0))
         return TargetMeasures(
-            box=None if mask is None else _box(mask),
+            box=None if mask is None else box_around(mask),
             pixels=len(rows),
             centre=(float(columns.mean()) + 0.5, float(rows.mean()) + 0.5) if len(rows) else None,
             grey=0.0 if read is None else read[1],
@@ -206,21 +206,25 @@ class SetPicture:
         lens = self.files.lens
         if model is None or target.pose is None or lens is None or (mask.shape[1], mask.shape[0]) != lens.size:
             return None
-        points, faces = _mesh(model[0])
-        T = np.array(target.pose)
-        pixels = camera_of(lens).project(points * model[1] @ T[:, :3].T + T[:, 3])
-        triangles = pixels[faces]
-        triangles = triangles[np.isfinite(triangles).all((1, 2)) & (np.abs(triangles) < 1e5).all((1, 2))]
-        canvas = np.zeros(mask.shape, np.uint8)
-        for triangle in _fixed(triangles - 0.5):
-            cv2.fillConvexPoly(canvas, triangle, 1, shift=SUBPIXEL_BITS)
-        projected = canvas > 0
+        projected = projected_mask(model, np.array(target.pose), camera_of(lens))
         if not projected.any():
             return Silhouette(iou=0.0, shift=(0.0, 0.0), edge=0.0)
         iou = _share(mask & projected, mask | projected)
         apart = [np.array([axis.mean() for axis in np.nonzero(each)[::-1]]) for each in (mask, projected)]
         shift = apart[0] - apart[1]
         return Silhouette(iou=iou, shift=(float(shift[0]), float(shift[1])), edge=_edge_offset(mask, projected))
+
+
+def projected_mask(model: tuple[str, float], T: Float, camera: Camera) -> Mask:
+    """Return the silhouette (H, W) of a model file, with metres of its unit, under T_cam_body (3, 4)."""
+    points, faces = _mesh(model[0])
+    pixels = camera.project(points * model[1] @ T[:, :3].T + T[:, 3])
+    triangles = pixels[faces]
+    triangles = triangles[np.isfinite(triangles).all((1, 2)) & (np.abs(triangles) < 1e5).all((1, 2))]
+    canvas = np.zeros((camera.height, camera.width), np.uint8)
+    for triangle in _fixed(triangles - 0.5):
+        cv2.fillConvexPoly(canvas, triangle, 1, shift=SUBPIXEL_BITS)
+    return canvas > 0
 
 
 def _without(mask: Mask | None, depth: Float | None) -> float:
@@ -323,7 +327,7 @@ def _twice_encoded(image: NDArray[Any], name: str) -> bool:
     return bool((there & made).sum() >= MIN_CODES and not (there & ~made).any())
 
 
-def _box(mask: Mask, trim: float = 0.0) -> list[float] | None:
+def box_around(mask: Mask, trim: float = 0.0) -> list[float] | None:
     """Return x0, y0, x1, y1 around the pixels, without the share `trim` of them on each side."""
     rows, columns = np.nonzero(mask)
     if not len(rows):
