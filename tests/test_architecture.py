@@ -50,7 +50,7 @@ ONLY_IN = {
         "sensor",
     ),
     "PIL": ("formats",),
-    "matplotlib": ("commands/gap/page.py", "commands/measure/plot.py", "commands/score/page.py"),
+    "matplotlib": ("browser/report_page.py", "commands/measure/plot.py"),
     "typer": ("terminal", "commands", "command_line.py"),
     "rich": ("terminal",),
     "ray": ("processes/cluster",),
