@@ -1,0 +1,231 @@
+"""Pictures of test charts by a stage's own camera, optics and detector, and what they show of them.
+
+The charts are a grey plate of known radiance that fills the view, in steps of exposure; the slanted edge of such a
+plate; and the dark. Numbers are the detector's, before any tone curve, and the offset is such that no noise is cut off
+in the dark, as EMVA Standard 1288, "Standard for Characterization of Image Sensors and Cameras", release 4.0, has it;
+the edge is that of ISO 12233.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from msgspec import UNSET
+
+from spin_usd.basics.arrays import Float
+from spin_usd.commands.evidence.calls import Calibrate
+from spin_usd.commands.evidence.report import Calibrated
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.region import Region
+from spin_usd.geometry.transform import Transform
+from spin_usd.picture.make_picture import Stopwatch
+from spin_usd.scene.body import Body
+from spin_usd.scene.light import DistantLight
+from spin_usd.scene.material import Material
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.scene import FrameId, OneBody
+from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.target import Part, Target
+from spin_usd.sensor.detector import when_full
+from spin_usd.sensor.develop import develop
+from spin_usd.studio.open_stage import OpenStage
+from spin_usd.studio.picture_request import PictureRequest
+from spin_usd.studio.studio import Studio
+
+SIDE = 256  # pixels of the middle of the picture that are measured, at most
+ALBEDO, AWAY = 0.5, 2.0  # of the plate, and metres
+LEVEL = 0.5  # of the detector's full signal, of the plate at the camera's own exposure
+STEPS = (0.2, 0.5, 0.8, 1.1, 1.4)  # of that exposure
+OFFSET = 1 / 16  # of the ADC's steps
+SLANT = np.radians(5)
+EDGES = 16  # pictures of the edge
+REACH, BIN = 24.0, 0.125  # pixels of its profile
+SIGMAS, ROUNDS = 5.0, 4
+ROUNDING = 1 / 12
+LEAST_NOISE = 0.4  # steps: less is lost in the rounding
+WHITE = 65535
+
+
+def calibrated(request: Calibrate) -> dict[str, Calibrated]:
+    """Return what pictures of charts show of camera and detector. Raises InputError, StageError."""
+    scene = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
+    studio = Studio(request.settings)
+    studio.open_renderer()
+    chart = Chart.of(scene.one_body_scenes[0], studio)
+    return {**_of_exposures(chart), **_of_edge(chart)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chart:
+    """A plate in the light of a Sun behind the camera, and the detector in a known state."""
+
+    scene: OneBody
+    studio: Studio
+    sensor: Sensor
+    region: Region
+    radiance: float
+    """Of the plate, W/m2/sr."""
+
+    @classmethod
+    def of(cls, own: OneBody, studio: Studio) -> "Chart":
+        """Return the chart for the camera of a scene; the plate reaches LEVEL at the camera's own exposure."""
+        most = 2**own.sensor.adc_bits - 1
+        sensor = replace(
+            own.sensor, auto_exposure=None, encoding="linear", bit_depth=16, contrast=1.0, saturation=1.0,
+            filter=(1.0, 1.0, 1.0), jpeg_quality=0, black_level=max(own.sensor.black_level, OFFSET * most),
+        )  # fmt: skip
+        full = when_full(sensor)[0] - (sensor.black_level / most if sensor.gain else 0)
+        radiance = LEVEL * full / sensor.exposure / _weight(sensor)
+        sun = DistantLight(path="/Sun", direction_cam=(0.0, 0.0, 1.0), irradiance=(radiance * np.pi / ALBEDO,) * 3)
+        scene = OneBody(
+            frame=FrameId(index=0, name="chart", time_code=0.0), camera=own.camera, bodies=(_plate(own.camera),),
+            lights=(sun,), sensor=sensor, optics=own.optics,
+        )  # fmt: skip
+        return cls(scene=scene, studio=studio, sensor=sensor, region=_middle(own.camera), radiance=radiance)
+
+    def render(self, scene: OneBody) -> Radiance:
+        return self.studio.maker.radiance(scene, self.studio.settings, Stopwatch())
+
+    def pictures(self, radiance: Radiance, seeds: Sequence[int], exposure: float = 1.0) -> Float:
+        """Return (S, H, W) steps of the ADC, or shares of full scale of a detector without, in the region."""
+        sensor = replace(self.sensor, exposure=self.sensor.exposure * exposure, time=self.sensor.time * exposure)
+        scene = replace(self.scene, sensor=sensor)
+        made = [develop(scene, radiance, None, seed=seed, region=self.region) for seed in seeds]
+        one = [image if image.ndim == 2 else image[..., 1] for image in made]
+        return np.array(one, np.float64) / WHITE * self.top
+
+    @property
+    def top(self) -> float:
+        """Full scale."""
+        return 2**self.sensor.adc_bits - 1 if self.sensor.gain else 1.0
+
+
+def _weight(sensor: Sensor) -> float:
+    """Return the signal of white light over its radiance: of a detector in colour, in green."""
+    if sensor.channels == "rgb":
+        return sensor.quantum_efficiency[1]
+    return float(np.array(sensor.quantum_efficiency) @ np.array(sensor.panchromatic))
+
+
+def _middle(camera: Camera) -> Region:
+    width, height = (min(SIDE, length) for length in (camera.width, camera.height))
+    x0, y0 = (camera.width - width) // 2, (camera.height - height) // 2
+    return Region(x0=x0, y0=y0, x1=x0 + width, y1=y0 + height)
+
+
+def _plate(camera: Camera, *, edge: bool = False) -> Body:
+    """Return a plate before the camera, larger than the measured part of its view; with `edge`, its right edge stands
+    SLANT off the vertical in the middle of the view."""
+    region = _middle(camera)
+    half = 4 * AWAY * max(region.width / camera.fx, region.height / camera.fy)
+    u, v = (region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2
+    middle = AWAY * np.array([*camera.rays(np.array([[u, v]]))[0, :2], 1.0])
+    points = half * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float64)
+    if edge:
+        cos, sin = np.cos(SLANT), np.sin(SLANT)
+        points = (points - [half, 0, 0]) @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+    mesh = Mesh(
+        points=points,
+        faces=np.array([[0, 2, 1], [0, 3, 2]]),
+        face_part=np.ones(2, np.uint16),
+        face_material=np.zeros(2, np.int32),
+        corner_normals=np.broadcast_to([0, 0, -1.0], (2, 3, 3)),
+    )
+    grey = Material(path="/Grey", diffuse_color=(ALBEDO,) * 3, ior=1.0, roughness=1.0)
+    part = Part(id=1, path="/Plate", name="plate", class_name="plate")
+    target = Target(path="/Plate", name="plate", mesh=mesh, parts=(part,), materials=(grey,))
+    return Body(id=1, target=target, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=middle))
+
+
+def _of_exposures(chart: Chart) -> dict[str, Calibrated]:
+    """Return radiance and linearity, and gain and noise of a detector that has them, by pairs of pictures."""
+    lit, none = chart.render(chart.scene), Radiance.dark(chart.region, groups=1)
+    pairs = [[chart.pictures(light, (2 * n, 2 * n + 1), step) for light in (lit, none)] for n, step in enumerate(STEPS)]
+    signal = np.array([bright.mean() - dark.mean() for bright, dark in pairs])
+    slope = float(signal @ STEPS / np.square(STEPS).sum())
+    measured = slope / chart.top / chart.sensor.exposure / _weight(chart.sensor)
+    off = float(np.abs(signal - slope * np.array(STEPS)).max() / signal.max())
+    found = {
+        "radiance": Calibrated(
+            unit="W/m2/sr", description="Radiance of a grey plate.", claimed=chart.radiance, measured=measured
+        ),
+        "nonlinearity": Calibrated(
+            unit="", description="Largest deviation from a line over the signal.", claimed=0.0, measured=off
+        ),
+    }
+    return found | (_of_noise(chart.sensor, pairs, signal) if chart.sensor.gain else {})
+
+
+def _of_noise(sensor: Sensor, pairs: Sequence[Sequence[Float]], signal: Float) -> dict[str, Calibrated]:
+    """Return gain by photon transfer, and noise in the dark. A pixel's own gain cancels in differences."""
+    variances = np.array([[float(np.var(one - other)) / 2 for one, other in pair] for pair in pairs])
+    per_electron = float(signal @ (variances[:, 0] - variances[:, 1]) / (signal @ signal))
+    step, dark = sensor.gain * 100 / sensor.iso, float(np.sqrt(max(variances[1, 1] - ROUNDING, 0.0)))
+    time = sensor.time * STEPS[1]
+    resolved = dark > LEAST_NOISE and per_electron > 0
+    return {
+        "gain": Calibrated(
+            unit="electrons per step",
+            description="Slope of the noise's variance over the signal (photon transfer).",
+            claimed=step,
+            measured=1 / per_electron if per_electron > 0 else UNSET,
+        ),
+        "dark_noise": Calibrated(
+            unit="electrons",
+            description="Standard deviation in the dark, at half of the camera's exposure time.",
+            claimed=float(np.hypot(sensor.read_noise, np.sqrt(sensor.dark_current * time))),
+            measured=dark / per_electron if resolved else UNSET,
+        ),
+    }
+
+
+def _of_edge(chart: Chart) -> dict[str, Calibrated]:
+    """Return the point spread function, by which the edge is wider in the picture than in its radiance."""
+    scene = replace(chart.scene, bodies=(_plate(chart.scene.camera, edge=True),))
+    radiance = chart.render(scene)
+    sharp = np.zeros(chart.region.shape)
+    shown = radiance.region & chart.region
+    sharp[shown.within(chart.region).slices] = radiance.rgb[shown.within(radiance.region).slices][..., 1]
+    profiles = [_profile(chart, image) for image in (sharp, chart.pictures(radiance, range(EDGES)).mean(0))]
+    return {
+        "psf_sigma": Calibrated(
+            unit="px",
+            description="Standard deviation of the point spread function, by a slanted edge.",
+            claimed=chart.scene.optics.psf_sigma,
+            measured=_width(*profiles),
+        )
+    }
+
+
+def _profile(chart: Chart, image: Float) -> Float:
+    """Return (K,) the mean of an image across the edge, from REACH pixels before it to REACH behind."""
+    camera, region = chart.scene.camera, chart.region
+    u, v = np.meshgrid(np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5)
+    middle = np.array([(region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2])
+    rays = camera.rays(np.stack([u, v], -1).reshape(-1, 2))[:, :2] - camera.rays(middle[None])[0, :2]
+    away = (rays * [camera.fx, camera.fy]) @ [np.cos(SLANT), np.sin(SLANT)]
+    place = np.floor((away + REACH) / BIN).astype(int)
+    near = (place >= 0) & (place < round(2 * REACH / BIN))
+    counts = np.bincount(place[near], minlength=round(2 * REACH / BIN))
+    sums = np.bincount(place[near], image.ravel()[near], minlength=len(counts))
+    return np.asarray(sums / np.maximum(counts, 1))
+
+
+def _variance(profile: Float, sigma: float) -> float:
+    """Return the variance, pixels squared, of the line spread of a profile (K,), within SIGMAS times about `sigma`."""
+    half = min(round((SIGMAS * sigma + 1.5) / BIN), len(profile) // 2)
+    near = profile[len(profile) // 2 - half : len(profile) // 2 + half]
+    end = round(0.5 / BIN)
+    high, low = near[:end].mean(), near[-end:].mean()
+    share, x = (near - low) / (high - low), (np.arange(-half, half) + 0.5) * BIN
+    mean = float(share.sum()) * BIN - half * BIN
+    return float((half * BIN) ** 2 + 2 * (share @ x) * BIN - mean**2)
+
+
+def _width(sharp: Float, soft: Float) -> float:
+    """Return the standard deviation, pixels, that turns the profile `sharp` (K,) into `soft`: variances add up."""
+    sigma = REACH / SIGMAS
+    for _ in range(ROUNDS):  # the narrower the profile, the less of its surroundings with their noise counts
+        sigma = max(_variance(soft, sigma) - _variance(sharp, sigma), 0.0) ** 0.5
+    return sigma
