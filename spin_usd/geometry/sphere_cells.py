@@ -57,8 +57,8 @@ class SphereCells:
         """Return a direction (3,) in the middle of a cell, and an angle, degrees, within which of it all is the
         cell's."""
         (south, north), (west, east) = self.bounds(cell)
-        if east - west >= 360:
-            return np.array([0, 0, -1.0 if south <= -90 else 1.0]), min(north - south, 180.0)
+        if south <= -90 or north >= 90:
+            return np.array([0, 0, -1.0 if south <= -90 else 1.0]), north - south
         latitude, longitude = np.radians((south + north) / 2), np.radians((west + east) / 2)
         flat = np.cos(latitude)
         middle = np.array([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)])

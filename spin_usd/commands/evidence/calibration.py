@@ -39,7 +39,7 @@ LEVEL = 0.5  # of the detector's full signal, of the plate at the camera's own e
 STEPS = (0.2, 0.5, 0.8, 1.1, 1.4)  # of that exposure
 OFFSET = 1 / 16  # of the ADC's steps
 SLANT = np.radians(5)
-EDGES = 16  # pictures of the edge
+EDGES = 48  # pictures of the edge
 REACH, BIN = 24.0, 0.125  # pixels of its profile
 SIGMAS, ROUNDS = 5.0, 4
 ROUNDING = 1 / 12
@@ -96,6 +96,11 @@ class Chart:
         return np.array(one, np.float64) / WHITE * self.top
 
     @property
+    def edge(self) -> Body:
+        """The plate with its edge in the middle of the view."""
+        return _plate(self.scene.camera, edge=True)
+
+    @property
     def top(self) -> float:
         """Full scale."""
         return 2**self.sensor.adc_bits - 1 if self.sensor.gain else 1.0
@@ -114,13 +119,19 @@ def _middle(camera: Camera) -> Region:
     return Region(x0=x0, y0=y0, x1=x0 + width, y1=y0 + height)
 
 
+def _sight(camera: Camera) -> Float:
+    """Return (2,) the normalised coordinates of the middle of the measured region."""
+    region = _middle(camera)
+    middle = np.array([[(region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2]])
+    return np.asarray(camera.rays(middle)[0, :2])
+
+
 def _plate(camera: Camera, *, edge: bool = False) -> Body:
     """Return a plate before the camera, larger than the measured part of its view; with `edge`, its right edge stands
     SLANT off the vertical in the middle of the view."""
     region = _middle(camera)
-    half = 4 * AWAY * max(region.width / camera.fx, region.height / camera.fy)
-    u, v = (region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2
-    middle = AWAY * np.array([*camera.rays(np.array([[u, v]]))[0, :2], 1.0])
+    half = AWAY * max(region.width / camera.fx, region.height / camera.fy)
+    middle = AWAY * np.array([*_sight(camera), 1.0])
     points = half * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float64)
     if edge:
         cos, sin = np.cos(SLANT), np.sin(SLANT)
@@ -142,9 +153,14 @@ def _of_exposures(chart: Chart) -> dict[str, Calibrated]:
     """Return radiance and linearity, and gain and noise of a detector that has them, by pairs of pictures."""
     lit, none = chart.render(chart.scene), Radiance.dark(chart.region, groups=1)
     pairs = [[chart.pictures(light, (2 * n, 2 * n + 1), step) for light in (lit, none)] for n, step in enumerate(STEPS)]
-    signal = np.array([bright.mean() - dark.mean() for bright, dark in pairs])
+    signal, central = (
+        np.array([float(np.mean([part(bright) - part(dark)])) for bright, dark in pairs])
+        for part in (np.mean, _central)
+    )
     slope = float(signal @ STEPS / np.square(STEPS).sum())
-    measured = slope / chart.top / chart.sensor.exposure / _weight(chart.sensor)
+    measured = (
+        float(central @ STEPS / np.square(STEPS).sum()) / chart.top / chart.sensor.exposure / _weight(chart.sensor)
+    )
     off = float(np.abs(signal - slope * np.array(STEPS)).max() / signal.max())
     found = {
         "radiance": Calibrated(
@@ -155,6 +171,12 @@ def _of_exposures(chart: Chart) -> dict[str, Calibrated]:
         ),
     }
     return found | (_of_noise(chart.sensor, pairs, signal) if chart.sensor.gain else {})
+
+
+def _central(images: Float) -> float:
+    """Return the mean of the middle of images (N, H, W), where no lens vignettes."""
+    rows, columns = (slice(3 * length // 8, 5 * length // 8) for length in images.shape[1:])
+    return float(images[:, rows, columns].mean())
 
 
 def _of_noise(sensor: Sensor, pairs: Sequence[Sequence[Float]], signal: Float) -> dict[str, Calibrated]:
@@ -181,34 +203,47 @@ def _of_noise(sensor: Sensor, pairs: Sequence[Sequence[Float]], signal: Float) -
 
 
 def _of_edge(chart: Chart) -> dict[str, Calibrated]:
-    """Return the point spread function, by which the edge is wider in the picture than in its radiance."""
-    scene = replace(chart.scene, bodies=(_plate(chart.scene.camera, edge=True),))
-    radiance = chart.render(scene)
-    sharp = np.zeros(chart.region.shape)
-    shown = radiance.region & chart.region
-    sharp[shown.within(chart.region).slices] = radiance.rgb[shown.within(radiance.region).slices][..., 1]
-    profiles = [_profile(chart, image) for image in (sharp, chart.pictures(radiance, range(EDGES)).mean(0))]
+    """Return the point spread function, by which the edge is wider in the picture than in its radiance. Pictures are
+    divided by those of the whole plate, without which vignetting and the pixels' own gains would count."""
+    seeds, dark = range(EDGES), chart.sensor.black_level if chart.sensor.gain else 0.0
+    light = [chart.render(scene) for scene in (replace(chart.scene, bodies=(chart.edge,)), chart.scene)]
+    sharp, flat = (_in_region(chart, each) for each in light)
+    soft, whole = (chart.pictures(each, seeds).mean(0) - dark for each in light)
+    profiles = [_profile(chart, _share(image, of)) for image, of in ((sharp, flat), (soft, whole))]
     return {
         "psf_sigma": Calibrated(
             unit="px",
-            description="Standard deviation of the point spread function, by a slanted edge.",
+            description="Standard deviation of the point spread function, by a slanted edge; glare near it counts.",
             claimed=chart.scene.optics.psf_sigma,
             measured=_width(*profiles),
         )
     }
 
 
+def _share(image: Float, of: Float) -> Float:
+    """Return (H, W) an image over another, 0 where that is dark."""
+    return np.divide(image, of, out=np.zeros_like(image), where=of > 0)
+
+
+def _in_region(chart: Chart, radiance: Radiance) -> Float:
+    """Return (H, W) the radiance in green of the measured region."""
+    found, shown = np.zeros(chart.region.shape), radiance.region & chart.region
+    found[shown.within(chart.region).slices] = radiance.rgb[shown.within(radiance.region).slices][..., 1]
+    return found
+
+
 def _profile(chart: Chart, image: Float) -> Float:
     """Return (K,) the mean of an image across the edge, from REACH pixels before it to REACH behind."""
     camera, region = chart.scene.camera, chart.region
-    u, v = np.meshgrid(np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5)
-    middle = np.array([(region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2])
-    rays = camera.rays(np.stack([u, v], -1).reshape(-1, 2))[:, :2] - camera.rays(middle[None])[0, :2]
-    away = (rays * [camera.fx, camera.fy]) @ [np.cos(SLANT), np.sin(SLANT)]
+    along = np.linspace(-2, 2, 1001)[:, None] * region.height / camera.fy * [-np.sin(SLANT), np.cos(SLANT), 0]
+    edge = camera.project(along + np.array([*_sight(camera), 1.0]))
+    u, v = np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5
+    at = np.interp(v, edge[:, 1], edge[:, 0])[:, None]
+    away = (u - at) / np.hypot(1, np.gradient(at[:, 0], v))[:, None]
     place = np.floor((away + REACH) / BIN).astype(int)
     near = (place >= 0) & (place < round(2 * REACH / BIN))
     counts = np.bincount(place[near], minlength=round(2 * REACH / BIN))
-    sums = np.bincount(place[near], image.ravel()[near], minlength=len(counts))
+    sums = np.bincount(place[near], image[near], minlength=len(counts))
     return np.asarray(sums / np.maximum(counts, 1))
 
 

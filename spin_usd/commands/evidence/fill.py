@@ -1,11 +1,12 @@
 """A sampling specification whose pictures lie in the holes of a domain: a part for each hole.
 
-The target's origin is in the middle of the picture, where the camera's axis is the line of sight: there the directions
-of Sun and attitude are the domain's. Values lie MARGIN away from the limits of a cell, which roundings cannot cross.
+The target's origin is at the principal point, where the camera's axis is the line of sight: there the directions of Sun
+and attitude are the domain's. Values lie MARGIN away from the limits of a cell, which roundings cannot cross.
 """
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,17 @@ title = {name}
 """
 
 
-def fill_of(domain: Domain, coverage: Sequence[CellCoverage]) -> tuple[str, list[str]]:
+@dataclass(frozen=True, kw_only=True)
+class FillFrame:
+    """What the pictures of a specification take from those that there are."""
+
+    ranges: tuple[float, float]
+    """Least and greatest range, metres, where the domain names none."""
+    principal: tuple[float, float]
+    """Principal point, as shares of width and height."""
+
+
+def fill_of(domain: Domain, coverage: Sequence[CellCoverage], frame: FillFrame) -> tuple[str, list[str]]:
     """Return the text of a specification with the missing pictures of each hole, "" for none, and a sentence on each
     kind of hole that it cannot fill."""
     holes, notes = list[Hole](), list[str]()
@@ -43,7 +54,7 @@ def fill_of(domain: Domain, coverage: Sequence[CellCoverage]) -> tuple[str, list
         notes.append(f"{len(holes) - MOST_PARTS} holes are left for another fill: a specification has {MOST_PARTS}")
         holes = holes[:MOST_PARTS]
     head = HEAD.format(title=domain.title.replace("\n", " ") or "a domain", name=json.dumps(f"Holes of {domain.title}"))
-    parts = [_part(domain, number, hole) for number, hole in enumerate(holes, 1)]
+    parts = [_part(domain, number, hole, frame) for number, hole in enumerate(holes, 1)]
     return ("\n".join([head, *parts]) if parts else ""), notes
 
 
@@ -55,18 +66,19 @@ def _not_filled(names: Sequence[str]) -> str:
     return ""
 
 
-def _part(domain: Domain, number: int, hole: Hole) -> str:
+def _part(domain: Domain, number: int, hole: Hole, frame: FillFrame) -> str:
     """Return the table of a part; dimensions that the hole leaves open have any value of the domain."""
-    name = f"hole_{number:04d}"
-    poses: dict[str, Any] = {"range": _range(domain, hole), "attitude": _attitude(domain, hole)}
+    part = f"hole_{number:04d}"
+    poses: dict[str, Any] = {"range": _range(domain, hole, frame), "attitude": _attitude(domain, hole)}
     if "visible" in hole.cells:
         poses["inside"] = _within(domain, "visible", hole.cells["visible"])
     else:
-        poses |= {place: {"distribution": "fixed", "value": 0.5} for place in ("u_share", "v_share")}
+        places = zip(("u_share", "v_share"), frame.principal, strict=True)
+        poses |= {name: {"distribution": "fixed", "value": share} for name, share in places}
     lines = [
         "[[part]]",
-        f"name = {json.dumps(name)}",
-        f'names = "{name}_{{picture:04d}}"',
+        f"name = {json.dumps(part)}",
+        f'names = "{part}_{{picture:04d}}"',
         f"pictures = {domain.pictures - hole.pictures}",
         f"poses = {_inline(poses)}",
     ]
@@ -86,10 +98,9 @@ def _within(domain: Domain, name: str, cell: int | None) -> list[float]:
     return [low + margin, high - margin]
 
 
-def _range(domain: Domain, hole: Hole) -> dict[str, Any]:
-    if domain.range is None:
-        return {"distribution": "fixed", "value": 1.0}
-    low, high = _within(domain, "range", hole.cells.get("range"))
+def _range(domain: Domain, hole: Hole, frame: FillFrame) -> dict[str, Any]:
+    named = domain.range is not None
+    low, high = _within(domain, "range", hole.cells.get("range")) if named else frame.ranges
     return {"distribution": "uniform", "low": max(low, NEAREST), "high": high}
 
 

@@ -1,6 +1,6 @@
 """Gather the evidence that a dataset covers an operational domain, and that its labels and pictures are right."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from msgspec import UNSET
@@ -8,9 +8,10 @@ from msgspec import UNSET
 from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.check.run import check_folder
+from spin_usd.commands.evidence.calls import PictureRow
 from spin_usd.commands.evidence.coverage import coverage_of, outside, places_of
 from spin_usd.commands.evidence.domain import UNKNOWN, Domain, Places, read_domain
-from spin_usd.commands.evidence.fill import fill_of
+from spin_usd.commands.evidence.fill import FillFrame, fill_of
 from spin_usd.commands.evidence.options import EvidenceOptions
 from spin_usd.commands.evidence.page import page_of
 from spin_usd.commands.evidence.picture_table import columns_of, measured_rows, write_table
@@ -25,6 +26,7 @@ from spin_usd.labels.table import LABELS
 from spin_usd.options import takes
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.reading.dataset import Dataset
+from spin_usd.reading.picture import Picture
 from spin_usd.store.atomic import write_text
 from spin_usd.store.dataset_folder import refuse_dataset
 from spin_usd.store.hidden_folder import hidden_folder
@@ -52,7 +54,7 @@ def evidence(options: EvidenceOptions) -> EvidenceReport:
         facts.add(picture)
     places = places_of(domain, columns)
     coverage = coverage_of(domain, places)
-    specification, notes = fill_of(domain, coverage) if options.fill is not None else ("", [])
+    specification, notes = fill_of(domain, coverage, _frame(rows, dataset[0])) if options.fill is not None else ("", [])
     checked = check_folder(dataset.root, progress=options.progress)
     names = [f"{row.variant}/{row.name}" for row in rows]
     with hidden_folder(out.parent, out.name) as hidden:
@@ -92,6 +94,13 @@ def _refuse(options: EvidenceOptions, dataset: Dataset, out: Path) -> None:
     refuse_other_files(out, REPORT, [TABLE])
     if options.fill is not None and Path(options.fill).exists():
         raise InputError("exists already", where=options.fill, do="give --fill another name")
+
+
+def _frame(rows: Sequence[PictureRow], first: Picture) -> FillFrame:
+    ranges = [row.range for row in rows if row.range is not None] or [1.0]
+    camera = first.camera
+    principal = (camera.cx / camera.width, camera.cy / camera.height)
+    return FillFrame(ranges=(min(ranges), max(ranges)), principal=principal)
 
 
 def _write_fill(path: Path, text: str) -> None:
