@@ -52,8 +52,7 @@ def calibrated(request: Calibrate) -> dict[str, Calibrated]:
     scene = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
     studio = Studio(request.settings)
     studio.open_renderer()
-    chart = Chart.of(scene.one_body_scenes[0], studio)
-    return {**_of_exposures(chart), **_of_edge(chart)}
+    return Chart.of(scene.one_body_scenes[0], studio).measured()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,6 +93,10 @@ class Chart:
         made = [develop(scene, radiance, None, seed=seed, region=self.region) for seed in seeds]
         one = [image if image.ndim == 2 else image[..., 1] for image in made]
         return np.array(one, np.float64) / WHITE * self.top
+
+    def measured(self) -> dict[str, Calibrated]:
+        """Return what its pictures show, by name."""
+        return {**_of_exposures(self), **_of_edge(self)}
 
     @property
     def edge(self) -> Body:

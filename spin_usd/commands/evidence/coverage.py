@@ -1,6 +1,8 @@
 """Coverage of a domain by pictures: the share of cells with enough of them, and the holes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,21 +11,37 @@ from spin_usd.commands.evidence.domain import OUTSIDE, UNKNOWN, Bounds, Domain, 
 from spin_usd.commands.evidence.report import CellCoverage, Hole
 
 
-def places_of(domain: Domain, columns: Mapping[str, Sequence[Any]]) -> dict[str, Places]:
-    """Return (N,) the cell of each picture in each dimension, OUTSIDE or UNKNOWN."""
-    return {name: cells.places(columns[name]) for name, cells in domain.dimensions.items()}
+@dataclass(frozen=True)
+class Covered:
+    """Pictures in the cells of a domain."""
 
+    domain: Domain
+    columns: Mapping[str, Sequence[Any]]
+    """(N,) the values of the pictures by the fields of PictureRow, whatever they come from."""
 
-def coverage_of(domain: Domain, places: Mapping[str, Places]) -> list[CellCoverage]:
-    """Return the coverage of each dimension and pair by pictures at these places."""
-    return [_coverage(domain, names, [places[name] for name in names]) for names in domain.covered]
+    @property
+    def names(self) -> list[str]:
+        """(N,) VARIANT/FRAME of each picture."""
+        return [
+            f"{variant}/{name}" for variant, name in zip(self.columns["variant"], self.columns["name"], strict=True)
+        ]
 
+    @cached_property
+    def places(self) -> dict[str, Places]:
+        """(N,) the cell of each picture in each dimension, OUTSIDE or UNKNOWN."""
+        return {name: cells.places(self.columns[name]) for name, cells in self.domain.dimensions.items()}
 
-def outside(places: Mapping[str, Places], pictures: Sequence[str]) -> dict[str, list[str]]:
-    """Return the pictures that lie outside the domain, with the dimensions in which they do."""
-    beyond = {name: found == OUTSIDE for name, found in places.items()}
-    listed = {picture: [name for name, out in beyond.items() if out[row]] for row, picture in enumerate(pictures)}
-    return {picture: names for picture, names in listed.items() if names}
+    @cached_property
+    def coverage(self) -> list[CellCoverage]:
+        """The coverage of each dimension and pair."""
+        return [_coverage(self.domain, names, [self.places[name] for name in names]) for names in self.domain.covered]
+
+    @property
+    def outside(self) -> dict[str, list[str]]:
+        """The pictures that lie outside the domain, with the dimensions in which they do."""
+        beyond = {name: found == OUTSIDE for name, found in self.places.items()}
+        listed = {picture: [name for name, out in beyond.items() if out[row]] for row, picture in enumerate(self.names)}
+        return {picture: names for picture, names in listed.items() if names}
 
 
 def _coverage(domain: Domain, names: Sequence[str], found: Sequence[Places]) -> CellCoverage:

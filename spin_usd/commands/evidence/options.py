@@ -1,5 +1,6 @@
 """The options of `evidence`."""
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -20,6 +21,10 @@ class EvidenceOptions(ListeningToNotes):
     out: Annotated[
         str | Path, Option("Folder of the evidence: index.html, evidence.json and pictures.parquet.", "FOLDER")
     ]
+    also: Annotated[
+        Sequence[str] | Sequence[Path],
+        Option("Another dataset that counts too, such as pictures for the holes; repeatable.", "FOLDER", repeated=True),
+    ] = ()
     fill: Annotated[
         str | Path | None,
         Option("Also write a specification of pictures for the holes, for author --sample.", "FILE.toml"),

@@ -20,7 +20,7 @@ STYLE = """h2{border-bottom:1px solid}h2,h3{break-after:avoid}tr{break-inside:av
 
 def page_of(report: EvidenceReport, domain: Domain) -> str:
     """Return index.html, which needs no other file."""
-    title = report.title or f"Evidence for {report.dataset}"
+    title = report.title or f"Evidence for {report.datasets[0]}"
     deviations = "".join(f"<li>{escape(each)}</li>" for each in report.deviations)
     return "\n".join(
         (
@@ -39,7 +39,7 @@ def page_of(report: EvidenceReport, domain: Domain) -> str:
 def _data(report: EvidenceReport) -> Iterator[str]:
     yield "<h2>Data</h2>"
     rows = [
-        ("dataset", report.dataset),
+        ("datasets", ", ".join(report.datasets)),
         ("pictures", str(report.pictures)),
         ("pictures outside the domain", str(len(report.outside))),
         ("renderers", ", ".join(f"{name} ({count})" for name, count in report.sources.renderers.items())),

@@ -22,10 +22,13 @@ TYPES = {"name": "string", "variant": "string", "background": "string"}
 """Types of the columns that hold no numbers."""
 
 
-def measured_rows(dataset: Dataset, workers: int | None, *, progress: Progress) -> list[PictureRow]:
-    """Return the rows of a dataset's pictures, in their order. Raises InputError for one that cannot be read."""
-    names = [record_of(variant, frame) for frame, variant in dataset.names]
-    requests = [MeasureRow(dataset=str(dataset.root), record=name) for name in names]
+def measured_rows(datasets: Sequence[Dataset], workers: int | None, *, progress: Progress) -> list[PictureRow]:
+    """Return the rows of the datasets' pictures, in their order. Raises InputError for one that cannot be read."""
+    requests = [
+        MeasureRow(dataset=str(dataset.root), record=record_of(variant, frame))
+        for dataset in datasets
+        for frame, variant in dataset.names
+    ]
     tasks = [Task(call=MEASURE_ROW, request=each, tries=READING_TRIES) for each in requests]
     children = workers or max(1, min(len(usable_cpus()), len(tasks) // PICTURES_PER_CHILD))
     rows: list[PictureRow] = []

@@ -23,16 +23,17 @@ SMALLEST = 1e-3  # metres: of the distance to a target that the camera may touch
 
 
 class RecordFacts:
-    """Facts of the pictures added so far."""
+    """Facts of some pictures."""
 
-    def __init__(self) -> None:
+    def __init__(self, pictures: Iterable[Picture]) -> None:
         self._stages, self._renderers = Counter[str](), Counter[str]()
         self._files, self._versions = dict[str, set[str]](), dict[str, set[str]]()
         self._kinds = dict[str, None]()
         self._farthest = self._radius = self._face_px = 0.0
+        for picture in pictures:
+            self._add(picture)
 
-    def add(self, picture: Picture) -> None:
-        """Add the facts of a picture."""
+    def _add(self, picture: Picture) -> None:
         made = picture.recorded.provenance
         self._stages[made.stage.hash] += 1
         self._renderers[made.render.renderer] += 1

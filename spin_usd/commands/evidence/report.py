@@ -69,9 +69,9 @@ class PictureSources(JsonStruct, frozen=True, kw_only=True):
 
 
 class EvidenceReport(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="evidence-1"):
-    """What a dataset shows of an operational domain, how right its labels are, and what went into it."""
+    """What datasets show of an operational domain, how right their labels are, and what went into them."""
 
-    dataset: str
+    datasets: list[str]
     title: str
     pictures: Count
     least: Annotated[Count, Meta(description="Pictures that each cell needs.")]

@@ -1,16 +1,16 @@
 """Gather the evidence that a dataset covers an operational domain, and that its labels and pictures are right."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
-from msgspec import UNSET
+from msgspec import UNSET, structs
 
 from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.check.run import check_folder
-from spin_usd.commands.evidence.calls import PictureRow
-from spin_usd.commands.evidence.coverage import coverage_of, outside, places_of
-from spin_usd.commands.evidence.domain import UNKNOWN, Domain, Places, read_domain
+from spin_usd.commands.evidence.coverage import Covered
+from spin_usd.commands.evidence.domain import UNKNOWN, read_domain
 from spin_usd.commands.evidence.fill import FillFrame, fill_of
 from spin_usd.commands.evidence.options import EvidenceOptions
 from spin_usd.commands.evidence.page import page_of
@@ -26,7 +26,6 @@ from spin_usd.labels.table import LABELS
 from spin_usd.options import takes
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.reading.dataset import Dataset
-from spin_usd.reading.picture import Picture
 from spin_usd.store.atomic import write_text
 from spin_usd.store.dataset_folder import refuse_dataset
 from spin_usd.store.hidden_folder import hidden_folder
@@ -45,60 +44,61 @@ def evidence(options: EvidenceOptions) -> EvidenceReport:
     Raises InputError, StageError, OutputError, and MissingPackageError without the extra [evidence].
     """
     EXTRAS["evidence"].require()
-    domain, dataset, out = read_domain(Path(options.domain)), Dataset(options.dataset), Path(options.out).absolute()
+    domain, out = read_domain(Path(options.domain)), Path(options.out).absolute()
+    datasets = [Dataset(path) for path in (options.dataset, *options.also)]
     gap = UNSET if options.gap is None else gap_figures(Path(options.gap))
-    _refuse(options, dataset, out)
-    rows = measured_rows(dataset, options.workers, progress=options.progress)
-    columns, facts = columns_of(rows), RecordFacts()
-    for picture in dataset:
-        facts.add(picture)
-    places = places_of(domain, columns)
-    coverage = coverage_of(domain, places)
-    specification, notes = fill_of(domain, coverage, _frame(rows, dataset[0])) if options.fill is not None else ("", [])
-    checked = check_folder(dataset.root, progress=options.progress)
-    names = [f"{row.variant}/{row.name}" for row in rows]
+    _refuse(options, datasets, out)
+    covered = Covered(domain, columns_of(measured_rows(datasets, options.workers, progress=options.progress)))
+    fill, notes = ("", []) if options.fill is None else fill_of(domain, covered.coverage, _frame(covered, datasets))
     with hidden_folder(out.parent, out.name) as hidden:
-        write_table(hidden.folder / TABLE, columns, places)
-        figures, version = quality_of(hidden.folder / TABLE, domain)
-        first = dataset[0]
-        report = EvidenceReport(
-            dataset=str(options.dataset),
-            title=domain.title,
-            pictures=len(rows),
-            least=domain.pictures,
-            coverage=coverage,
-            outside=outside(places, names),
-            quality=figures,
-            quality_by=version,
-            labels=facts.label_bounds,
-            calibration=calibration_of(first, hidden.folder) if IMAGE in first.files else {},
-            reproduced=[*reproduced_pictures(dataset, options.reproduce, options.seed, progress=options.progress)],
-            findings=checked.findings,
-            sources=facts.sources,
-            gap=gap,
-            deviations=[*_deviations(domain, places, facts), *notes],
-            fill=str(options.fill) if specification else UNSET,
-        )
+        write_table(hidden.folder / TABLE, covered.columns, covered.places)
+        report = _report(options, covered, datasets, hidden.folder)
+        deviations, written = [*report.deviations, *notes], str(options.fill) if fill else UNSET
+        report = structs.replace(report, gap=gap, deviations=deviations, fill=written)
         put(Folder(out), hidden.folder / TABLE, TABLE)
         write_report(out, REPORT, report, page_of(report, domain), work=hidden.folder)
-    if options.fill is not None and specification:
-        _write_fill(Path(options.fill).absolute(), specification)
+    if fill:
+        _write_fill(Path(str(options.fill)).absolute(), fill)
     return report
 
 
-def _refuse(options: EvidenceOptions, dataset: Dataset, out: Path) -> None:
+def _report(options: EvidenceOptions, covered: Covered, datasets: Sequence[Dataset], work: Path) -> EvidenceReport:
+    """Return the report, but for gap and fill; the table of pictures is in the folder `work`."""
+    facts, first = RecordFacts(chain.from_iterable(datasets)), datasets[0][0]
+    checks = [check_folder(dataset.root, progress=options.progress) for dataset in datasets]
+    figures, version = quality_of(work / TABLE, covered.domain)
+    return EvidenceReport(
+        datasets=[str(path) for path in (options.dataset, *options.also)],
+        title=covered.domain.title,
+        pictures=len(covered.names),
+        least=covered.domain.pictures,
+        coverage=covered.coverage,
+        outside=covered.outside,
+        quality=figures,
+        quality_by=version,
+        labels=facts.label_bounds,
+        calibration=calibration_of(first, work) if IMAGE in first.files else {},
+        reproduced=[*reproduced_pictures(datasets, options.reproduce, options.seed, progress=options.progress)],
+        findings=[finding for check in checks for finding in check.findings],
+        sources=facts.sources,
+        deviations=[*_deviations(covered, facts)],
+    )
+
+
+def _refuse(options: EvidenceOptions, datasets: Sequence[Dataset], out: Path) -> None:
     """Raise InputError for a dataset without pictures, and where the evidence cannot be written."""
-    if not len(dataset):
-        raise InputError("holds no picture", where=dataset.root, do="render some first")
-    refuse_dataset(out, dataset.root)
+    for dataset in datasets:
+        if not len(dataset):
+            raise InputError("holds no picture", where=dataset.root, do="render some first")
+        refuse_dataset(out, dataset.root)
     refuse_other_files(out, REPORT, [TABLE])
     if options.fill is not None and Path(options.fill).exists():
         raise InputError("exists already", where=options.fill, do="give --fill another name")
 
 
-def _frame(rows: Sequence[PictureRow], first: Picture) -> FillFrame:
-    ranges = [row.range for row in rows if row.range is not None] or [1.0]
-    camera = first.camera
+def _frame(covered: Covered, datasets: Sequence[Dataset]) -> FillFrame:
+    camera = datasets[0][0].camera
+    ranges = [each for each in covered.columns["range"] if each is not None]
     principal = (camera.cx / camera.width, camera.cy / camera.height)
     return FillFrame(ranges=(min(ranges), max(ranges)), principal=principal)
 
@@ -108,14 +108,14 @@ def _write_fill(path: Path, text: str) -> None:
         write_text(Folder(path.parent), path.name, text, work=hidden.folder)
 
 
-def _deviations(domain: Domain, places: Mapping[str, Places], facts: RecordFacts) -> Iterator[str]:
+def _deviations(covered: Covered, facts: RecordFacts) -> Iterator[str]:
     """Yield a sentence on each known limit of the evidence."""
-    for name, found in places.items():
+    for name, found in covered.places.items():
         if count := int((found == UNKNOWN).sum()):
             yield f"{name} is unknown of {pluralise(count, 'picture')}"
-    if measured := [name for name in FROM_IMAGES if name in places]:
+    if measured := [name for name in FROM_IMAGES if name in covered.places]:
         yield f"{' and '.join(measured)} of each picture {'is' if len(measured) == 1 else 'are'} measured in its image"
-    if domain.blur is not None:
+    if covered.domain.blur is not None:
         yield BLUR
     if labels := facts.without_bound(LABELS):
         yield f"no bound of its errors is known for {', '.join(labels)}"

@@ -1,6 +1,6 @@
 """What verifies a dataset: pictures made again, pictures of test charts, and the figures of a report of gap."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +22,14 @@ from spin_usd.reading.picture import Picture
 GAP_REPORT = "gap.json"
 
 
-def reproduced_pictures(dataset: Dataset, count: int, seed: int, *, progress: Progress) -> Iterator[ReproducedPicture]:
+def reproduced_pictures(
+    datasets: Sequence[Dataset], count: int, seed: int, *, progress: Progress
+) -> Iterator[ReproducedPicture]:
     """Make `count` pictures again, chosen by the seed, or all of fewer. Raises as `reproduce_picture`."""
-    count = min(count, len(dataset))
-    chosen = np.sort(np.random.default_rng(seed).choice(len(dataset), count, replace=False)).tolist()
-    for done, place in enumerate(chosen, 1):
-        frame, variant = dataset.names[place]
+    known = [(dataset, frame, variant) for dataset in datasets for frame, variant in dataset.names]
+    count = min(count, len(known))
+    chosen = np.sort(np.random.default_rng(seed).choice(len(known), count, replace=False)).tolist()
+    for done, (dataset, frame, variant) in enumerate((known[place] for place in chosen), 1):
         made = reproduce_picture(dataset.root, frame, variant=variant)
         yield ReproducedPicture(
             frame=frame,
