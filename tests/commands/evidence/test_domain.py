@@ -3,6 +3,7 @@
 import itertools
 import shutil
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -114,7 +115,7 @@ def test_each_picture_is_counted_once_in_each_dimension_and_pair(domain_of) -> N
 
 def test_every_hole_of_an_empty_domain_has_its_part_and_what_cannot_be_filled_is_told(domain_of, tmp_path) -> None:
     domain = domain_of(DOMAIN + "[roll]\nlow = 0\nhigh = 360\nbins = 4\n[blur]\nedges = [0, 1]\n")
-    nothing = {name: [] for name in domain.dimensions}
+    nothing: dict[str, list[object]] = {name: [] for name in domain.dimensions}
     coverage = Covered(domain, nothing).coverage
     text, notes = fill_of(domain, coverage, FRAME)
     (tmp_path / "fill.toml").write_text(text)
@@ -141,7 +142,8 @@ def test_attitudes_for_a_pair_of_attitude_and_roll_have_both(domain_of, tmp_path
     (tmp_path / "fill.toml").write_text(written)
     pairs = open_spec(tmp_path / "fill.toml").parts[-3 * cells :]
     for part, hole in zip(pairs, coverage[-1].holes, strict=True):
-        for q in part.law.attitude.values:
+        attitude: Any = part.law.attitude
+        for q in attitude.values:
             R = matrix_from_quaternion(np.array(q) / np.linalg.norm(q))
             roll = np.degrees(np.arctan2(R[0, 2], -R[1, 2])) % 360
             places = Covered(domain, {"attitude": [tuple(R.T @ [0, 0, -1])], "roll": [roll]}).places

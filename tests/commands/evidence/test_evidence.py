@@ -115,7 +115,8 @@ class Page(HTMLParser):
 
     def __init__(self) -> None:
         super().__init__()
-        self.headings, self.open = [], []
+        self.headings: list[str] = []
+        self.open: list[str] = []
 
     def handle_starttag(self, tag, attributes) -> None:
         if tag not in self.ENDLESS:
