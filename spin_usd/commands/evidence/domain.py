@@ -71,7 +71,7 @@ class NumberCells(DomainTable, frozen=True, kw_only=True):
 
 
 class DirectionCells(DomainTable, frozen=True, kw_only=True):
-    """DirectionCells from the target to the camera, body axes, in `cells` of equal area."""
+    """Directions from the target to the camera, body axes, in `cells` of equal area."""
 
     cells: Annotated[int, Meta(ge=1, le=MAX_CELLS)]
 
@@ -94,7 +94,7 @@ class DirectionCells(DomainTable, frozen=True, kw_only=True):
 
 
 class NameCells(DomainTable, frozen=True, kw_only=True):
-    """NameCells, one cell each."""
+    """Names, one cell each."""
 
     values: Annotated[tuple[str, ...], Meta(min_length=1)]
 

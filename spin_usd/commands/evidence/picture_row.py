@@ -38,12 +38,12 @@ def picture_row(request: MeasureRow) -> PictureRow:
         range=target.range,
         sun=_known(MEASURES["sun"].of(picture, target)),
         attitude=_direction(target),
-        roll=_roll(target),
+        roll=roll_of(target),
         visible=_known(target.visible_fraction),
         signal_to_noise=noise,
         background=background,
         size=_known(max(box[2] - box[0], box[3] - box[1])),
-        blur=_blur(picture, target),
+        blur=blur_of(picture, target),
     )
 
 
@@ -53,14 +53,15 @@ def _direction(target: PicturedTarget) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _roll(target: PicturedTarget) -> float:
+def roll_of(target: PicturedTarget) -> float:
+    """Return the direction of the body's z axis in the image, degrees clockwise from up."""
     sight = target.t_cam_body / max(float(np.linalg.norm(target.t_cam_body)), 1e-30)
     axis = target.T_cam_body[:3, 2]
     across = axis - (axis @ sight) * sight
     return float(np.degrees(np.arctan2(across[0], -across[1])) % 360)
 
 
-def _blur(picture: Picture, target: PicturedTarget) -> float | None:
+def blur_of(picture: Picture, target: PicturedTarget) -> float | None:
     """Return the blur by the recorded motion, 0 of a stage without motion; None without an image."""
     appearance, factor = picture.recorded.appearance, picture.recorded.provenance.auto_exposure
     if appearance is UNSET:
@@ -88,10 +89,11 @@ def _of_image(picture: Picture) -> tuple[float | None, str | None]:
     view = PictureView(grey=grey, parts=picture.segmentation)
     around = lit_background(view)
     behind = behind or (None if np.isnan(around) else "planet" if around > LIT else "space")
-    return _signal_to_noise(view), behind
+    return signal_to_noise(view), behind
 
 
-def _signal_to_noise(view: PictureView) -> float | None:
+def signal_to_noise(view: PictureView) -> float | None:
+    """Return the median signal on the target over its noise; None of a target of few pixels."""
     if view.target.sum() < LEAST_TARGET:
         return None
     signal = max(float(np.median(view.target_signal)), 0.0)

@@ -93,9 +93,17 @@ def test_dqm_ml_reads_the_table_itself_and_has_the_reported_figures(evidence) ->
 def test_the_files_are_the_report(evidence) -> None:
     report, folder, _ = evidence
     text = (folder / "evidence.json").read_bytes()
-    schema = json.loads((REPOSITORY / "schemas" / "evidence-1.schema.json").read_text())
+    schema = json.loads((REPOSITORY / "schemas" / "evidence-report-1.schema.json").read_text())
     jsonschema.validate(json.loads(text), schema)
     assert msgspec.json.decode(text, type=EvidenceReport) == report
+
+
+def test_the_report_is_printed_as_json(sets, domain, tmp_path, spin_usd) -> None:
+    """The fixture holds the output to its schema."""
+    options = ("--domain", domain, "--out", tmp_path / "out", "--reproduce", 0, "--json")
+    run = spin_usd("evidence", sets / "far" / "dataset", *options)
+    printed = msgspec.json.decode(run.stdout, type=EvidenceReport)
+    assert printed == msgspec.json.decode((tmp_path / "out" / "evidence.json").read_bytes(), type=EvidenceReport)
 
 
 def test_the_page_has_its_headings_and_every_tag_is_closed(evidence) -> None:
