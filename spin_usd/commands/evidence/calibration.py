@@ -13,32 +13,28 @@ import numpy as np
 from msgspec import UNSET
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.resources import stages
 from spin_usd.commands.evidence.calls import Calibrate
 from spin_usd.commands.evidence.report import Calibrated
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.geometry.transform import Transform
 from spin_usd.picture.make_picture import Stopwatch
-from spin_usd.scene.body import Body
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.material import Material
-from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.scene import FrameId, OneBody
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import Sensor
-from spin_usd.scene.target import Part, Target
 from spin_usd.sensor.detector import when_full
 from spin_usd.sensor.develop import develop
 from spin_usd.studio.open_stage import OpenStage
 from spin_usd.studio.picture_request import PictureRequest
 from spin_usd.studio.studio import Studio
 
-SIDE = 256  # pixels of the middle of the picture that are measured, at most
-ALBEDO, AWAY = 0.5, 2.0  # of the plate, and metres
+CHARTS, PLATE, EDGE = "charts/plate.usda", "plate", "edge"
+SIDE, LEAST_SIDE = 256, 48  # pixels around the principal point that are measured, at most and at least
 LEVEL = 0.5  # of the detector's full signal, of the plate at the camera's own exposure
 STEPS = (0.2, 0.5, 0.8, 1.1, 1.4)  # of that exposure
 OFFSET = 1 / 16  # of the ADC's steps
-SLANT = np.radians(5)
+SLANT = np.radians(5)  # of the edge off the vertical
 EDGES = 48  # pictures of the edge
 REACH, BIN = 24.0, 0.125  # pixels of its profile
 SIGMAS, ROUNDS = 5.0, 4
@@ -48,27 +44,31 @@ WHITE = 65535
 
 
 def calibrated(request: Calibrate) -> dict[str, Calibrated]:
-    """Return what pictures of charts show of camera and detector. Raises InputError, StageError."""
-    scene = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
+    """Return what pictures of charts show of camera and detector; nothing where too little of the picture is about the
+    principal point. Raises InputError, StageError."""
+    own = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
     studio = Studio(request.settings)
     studio.open_renderer()
-    return Chart.of(scene.one_body_scenes[0], studio).measured()
+    return Chart.of(own, studio).measured() if min(_around_principal(own.camera, SIDE).shape) >= LEAST_SIDE else {}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Chart:
-    """A plate in the light of a Sun behind the camera, and the detector in a known state."""
+    """The charts before a camera, and its detector in a known state."""
 
-    scene: OneBody
+    plate: Scene
+    edge: Scene
     studio: Studio
     sensor: Sensor
     region: Region
+    """The measured pixels, about the principal point."""
     radiance: float
-    """Of the plate, W/m2/sr."""
+    """Radiance of the plate, W/m2/sr."""
 
     @classmethod
-    def of(cls, own: OneBody, studio: Studio) -> "Chart":
-        """Return the chart for the camera of a scene; the plate reaches LEVEL at the camera's own exposure."""
+    def of(cls, own: Scene, studio: Studio) -> "Chart":
+        """Return the charts for the camera, optics and detector of a scene; the plate reaches LEVEL at the camera's own
+        exposure."""
         most = 2**own.sensor.adc_bits - 1
         sensor = replace(
             own.sensor, auto_exposure=None, encoding="linear", bit_depth=16, contrast=1.0, saturation=1.0,
@@ -76,20 +76,26 @@ class Chart:
         )  # fmt: skip
         full = when_full(sensor)[0] - (sensor.black_level / most if sensor.gain else 0)
         radiance = LEVEL * full / sensor.exposure / _weight(sensor)
-        sun = DistantLight(path="/Sun", direction_cam=(0.0, 0.0, 1.0), irradiance=(radiance * np.pi / ALBEDO,) * 3)
-        scene = OneBody(
-            frame=FrameId(index=0, name="chart", time_code=0.0), camera=own.camera, bodies=(_plate(own.camera),),
-            lights=(sun,), sensor=sensor, optics=own.optics,
-        )  # fmt: skip
-        return cls(scene=scene, studio=studio, sensor=sensor, region=_middle(own.camera), radiance=radiance)
+        charts = OpenStage(stages() / CHARTS)
+        scenes = [charts.scene(PictureRequest(frame=name)) for name in (PLATE, EDGE)]
+        albedo, sun = scenes[0].bodies[0].target.materials[0].diffuse_color, scenes[0].lights[0]
+        assert isinstance(albedo, tuple)
+        assert isinstance(sun, DistantLight)
+        light = replace(sun, irradiance=(radiance * np.pi / albedo[1],) * 3)
+        camera = _cropped(own.camera)
+        plate, edge = (
+            replace(scene, camera=camera, optics=own.optics, sensor=sensor, lights=(light,)) for scene in scenes
+        )
+        region = _around_principal(camera, SIDE)
+        return cls(plate=plate, edge=edge, studio=studio, sensor=sensor, region=region, radiance=radiance)
 
-    def render(self, scene: OneBody) -> Radiance:
+    def render(self, scene: Scene) -> Radiance:
         return self.studio.maker.radiance(scene, self.studio.settings, Stopwatch())
 
     def pictures(self, radiance: Radiance, seeds: Sequence[int], exposure: float = 1.0) -> Float:
         """Return (S, H, W) steps of the ADC, or shares of full scale of a detector without, in the region."""
         sensor = replace(self.sensor, exposure=self.sensor.exposure * exposure, time=self.sensor.time * exposure)
-        scene = replace(self.scene, sensor=sensor)
+        scene = replace(self.plate, sensor=sensor)
         made = [develop(scene, radiance, None, seed=seed, region=self.region) for seed in seeds]
         one = [image if image.ndim == 2 else image[..., 1] for image in made]
         return np.array(one, np.float64) / WHITE * self.top
@@ -97,11 +103,6 @@ class Chart:
     def measured(self) -> dict[str, Calibrated]:
         """Return what its pictures show, by name."""
         return {**_of_exposures(self), **_of_edge(self)}
-
-    @property
-    def edge(self) -> Body:
-        """The plate with its edge in the middle of the view."""
-        return _plate(self.scene.camera, edge=True)
 
     @property
     def top(self) -> float:
@@ -116,45 +117,21 @@ def _weight(sensor: Sensor) -> float:
     return float(np.array(sensor.quantum_efficiency) @ np.array(sensor.panchromatic))
 
 
-def _middle(camera: Camera) -> Region:
-    width, height = (min(SIDE, length) for length in (camera.width, camera.height))
-    x0, y0 = (camera.width - width) // 2, (camera.height - height) // 2
-    return Region(x0=x0, y0=y0, x1=x0 + width, y1=y0 + height)
+def _around_principal(camera: Camera, side: int) -> Region:
+    """Return `side` pixels each way about the principal point, as far as they are in the picture."""
+    x0, y0 = (round(at - side / 2) for at in (camera.cx, camera.cy))
+    return Region(x0=x0, y0=y0, x1=x0 + side, y1=y0 + side) & camera.frame
 
 
-def _sight(camera: Camera) -> Float:
-    """Return (2,) the normalised coordinates of the middle of the measured region."""
-    region = _middle(camera)
-    middle = np.array([[(region.x0 + region.x1) / 2, (region.y0 + region.y1) / 2]])
-    return np.asarray(camera.rays(middle)[0, :2])
-
-
-def _plate(camera: Camera, *, edge: bool = False) -> Body:
-    """Return a plate before the camera, larger than the measured part of its view; with `edge`, its right edge stands
-    SLANT off the vertical in the middle of the view."""
-    region = _middle(camera)
-    half = AWAY * max(region.width / camera.fx, region.height / camera.fy)
-    middle = AWAY * np.array([*_sight(camera), 1.0])
-    points = half * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float64)
-    if edge:
-        cos, sin = np.cos(SLANT), np.sin(SLANT)
-        points = (points - [half, 0, 0]) @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
-    mesh = Mesh(
-        points=points,
-        faces=np.array([[0, 2, 1], [0, 3, 2]]),
-        face_part=np.ones(2, np.uint16),
-        face_material=np.zeros(2, np.int32),
-        corner_normals=np.broadcast_to([0, 0, -1.0], (2, 3, 3)),
-    )
-    grey = Material(path="/Grey", diffuse_color=(ALBEDO,) * 3, ior=1.0, roughness=1.0)
-    part = Part(id=1, path="/Plate", name="plate", class_name="plate")
-    target = Target(path="/Plate", name="plate", mesh=mesh, parts=(part,), materials=(grey,))
-    return Body(id=1, target=target, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=middle))
+def _cropped(camera: Camera) -> Camera:
+    """Return the camera with no more of its picture than the charts need."""
+    part = _around_principal(camera, 2 * SIDE)
+    return replace(camera, width=part.width, height=part.height, cx=camera.cx - part.x0, cy=camera.cy - part.y0)
 
 
 def _of_exposures(chart: Chart) -> dict[str, Calibrated]:
     """Return radiance and linearity, and gain and noise of a detector that has them, by pairs of pictures."""
-    lit, none = chart.render(chart.scene), Radiance.dark(chart.region, groups=1)
+    lit, none = chart.render(chart.plate), Radiance.dark(chart.region, groups=1)
     pairs = [[chart.pictures(light, (2 * n, 2 * n + 1), step) for light in (lit, none)] for n, step in enumerate(STEPS)]
     signal, central = (
         np.array([float(np.mean([part(bright) - part(dark)])) for bright, dark in pairs])
@@ -209,7 +186,7 @@ def _of_edge(chart: Chart) -> dict[str, Calibrated]:
     """Return the point spread function, by which the edge is wider in the picture than in its radiance. Pictures are
     divided by those of the whole plate, without which vignetting and the pixels' own gains would count."""
     seeds, dark = range(EDGES), chart.sensor.black_level if chart.sensor.gain else 0.0
-    light = [chart.render(scene) for scene in (replace(chart.scene, bodies=(chart.edge,)), chart.scene)]
+    light = [chart.render(scene) for scene in (chart.edge, chart.plate)]
     sharp, flat = (_in_region(chart, each) for each in light)
     soft, whole = (chart.pictures(each, seeds).mean(0) - dark for each in light)
     profiles = [_profile(chart, _share(image, of)) for image, of in ((sharp, flat), (soft, whole))]
@@ -217,7 +194,7 @@ def _of_edge(chart: Chart) -> dict[str, Calibrated]:
         "psf_sigma": Calibrated(
             unit="px",
             description="Standard deviation of the point spread function, by a slanted edge; glare near it counts.",
-            claimed=chart.scene.optics.psf_sigma,
+            claimed=chart.plate.optics.psf_sigma,
             measured=_width(*profiles),
         )
     }
@@ -237,9 +214,9 @@ def _in_region(chart: Chart, radiance: Radiance) -> Float:
 
 def _profile(chart: Chart, image: Float) -> Float:
     """Return (K,) the mean of an image across the edge, from REACH pixels before it to REACH behind."""
-    camera, region = chart.scene.camera, chart.region
-    along = np.linspace(-2, 2, 1001)[:, None] * region.height / camera.fy * [-np.sin(SLANT), np.cos(SLANT), 0]
-    edge = camera.project(along + np.array([*_sight(camera), 1.0]))
+    camera, region = chart.plate.camera, chart.region
+    along = np.linspace(-2, 2, 1001) * region.height / camera.fy
+    edge = camera.project(np.stack([-np.sin(SLANT) * along, np.cos(SLANT) * along, np.ones_like(along)], -1))
     u, v = np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5
     at = np.interp(v, edge[:, 1], edge[:, 0])[:, None]
     away = (u - at) / np.hypot(1, np.gradient(at[:, 0], v))[:, None]

@@ -68,7 +68,9 @@ class PictureSources(JsonStruct, frozen=True, kw_only=True):
     renderers: Annotated[dict[str, Count], Meta(description="Pictures by renderer.")]
 
 
-class EvidenceReport(JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="evidence-report-1"):
+class EvidenceReport(
+    JsonStruct, frozen=True, kw_only=True, omit_defaults=True, tag_field="schema", tag="evidence-report-1"
+):
     """What datasets show of an operational domain, how right their labels are, and what went into them."""
 
     datasets: list[str]

@@ -120,4 +120,4 @@ def _deviations(covered: Covered, facts: RecordFacts) -> Iterator[str]:
     if labels := facts.without_bound(LABELS):
         yield f"no bound of its errors is known for {', '.join(labels)}"
     yield "licences of models, layers and textures are not recorded: state them where you publish the set"
-    yield "camera and detector are measured as they are in the first picture's variant"
+    yield "camera and detector are measured around the principal point, as they are in the first picture's variant"

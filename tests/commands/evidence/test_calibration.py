@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from msgspec import UNSET
 
+import spin_usd
+from spin_usd.basics.resources import stages
 from spin_usd.commands.evidence.calibration import Chart, calibrated
 from spin_usd.commands.evidence.calls import Calibrate
 from spin_usd.geometry.fisheye import Fisheye
@@ -53,8 +55,8 @@ def test_a_detector_that_is_not_what_its_settings_claim_is_seen(small_stage, tmp
     taken = Chart.pictures
 
     def other(self, radiance, seeds, exposure=1.0):
-        scene = replace(self.scene, optics=replace(self.scene.optics, psf_sigma=1.5))
-        changed = replace(self, scene=scene, sensor=replace(self.sensor, gain=8.0, read_noise=40.0))
+        plate = replace(self.plate, optics=replace(self.plate.optics, psf_sigma=1.5))
+        changed = replace(self, plate=plate, sensor=replace(self.sensor, gain=8.0, read_noise=40.0))
         return taken(changed, radiance, seeds, exposure)
 
     monkeypatch.setattr(Chart, "pictures", other)
@@ -80,10 +82,15 @@ def test_noise_that_the_rounding_hides_is_not_claimed_to_be_measured(small_stage
     assert found["gain"].measured == pytest.approx(20.0, rel=WITHIN)
 
 
+def test_the_charts_are_a_stage_without_errors() -> None:
+    report = spin_usd.check(stages() / "charts" / "plate.usda")
+    assert [finding.code for finding in report.findings] == ["target-cut-off"]  # it fills the view
+
+
 @pytest.mark.parametrize("lens", ["fisheye", "colour"])
 def test_other_cameras(small_stage, lens) -> None:
     """A fisheye, and a detector in colour with filters of its own."""
-    scene = OpenStage(small_stage).scene(PictureRequest()).one_body_scenes[0]
+    scene = OpenStage(small_stage).scene(PictureRequest())
     studio = Studio(SETTINGS)
     studio.open_renderer()
     if lens == "fisheye":
@@ -93,3 +100,10 @@ def test_other_cameras(small_stage, lens) -> None:
     found = Chart.of(scene, studio).measured()
     for name in ("radiance", "psf_sigma", "gain", "dark_noise"):
         assert found[name].measured == pytest.approx(found[name].claimed, rel=WITHIN), name
+
+
+def test_a_camera_beside_its_principal_point_is_not_measured(small_stage, tmp_path) -> None:
+    stage = planted(small_stage, tmp_path / "stage", psf=1.0, settings=PLANTED)
+    beside = "double spin:lens:cx = 700\ndouble spin:optics"
+    stage.write_text(stage.read_text().replace("double spin:optics", beside))
+    assert charts(stage) == {}
