@@ -44,12 +44,15 @@ WHITE = 65535
 
 
 def calibrated(request: Calibrate) -> dict[str, Calibrated]:
-    """Return what pictures of charts show of camera and detector; nothing where too little of the picture is about the
-    principal point. Raises InputError, StageError."""
+    """Return what pictures of charts show of camera and detector; nothing of a detector that is blind,
+    and where too little of the picture is about the principal point. Raises InputError, StageError."""
     own = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
     studio = Studio(request.settings)
     studio.open_renderer()
-    return Chart.of(own, studio).measured() if min(_around_principal(own.camera, SIDE).shape) >= LEAST_SIDE else {}
+    blind = own.sensor.exposure * _weight(own.sensor) <= 0
+    if blind or min(_around_principal(own.camera, SIDE).shape) < LEAST_SIDE:
+        return {}
+    return Chart.of(own, studio).measured()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

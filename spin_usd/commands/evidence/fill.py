@@ -5,7 +5,7 @@ and attitude are the domain's. Values lie MARGIN away from the limits of a cell,
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,7 +71,8 @@ def _part(domain: Domain, number: int, hole: Hole, frame: FillFrame) -> str:
     part = f"hole_{number:04d}"
     poses: dict[str, Any] = {"range": _range(domain, hole, frame), "attitude": _attitude(domain, hole)}
     if "visible" in hole.cells:
-        poses["inside"] = _within(domain, "visible", hole.cells["visible"])
+        low, high = _within(domain, "visible", hole.cells["visible"])
+        poses["inside"] = [low, 1.0 if hole.bounds["visible"][-1] == 1 else high]
     else:
         places = zip(("u_share", "v_share"), frame.principal, strict=True)
         poses |= {name: {"distribution": "fixed", "value": share} for name, share in places}
@@ -140,11 +141,7 @@ def _facing(direction: Float, roll: float) -> list[float]:
 def _inline(value: Any) -> str:
     """Return a value as TOML on one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(_pairs(value)) + " }"
+        return "{ " + ", ".join(f"{key} = {_inline(each)}" for key, each in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(_inline, value)) + "]"
     return json.dumps(round(value, 9) if isinstance(value, float) else value)
-
-
-def _pairs(table: Mapping[str, Any]) -> Iterator[str]:
-    return (f"{key} = {_inline(value)}" for key, value in table.items())

@@ -19,32 +19,36 @@ def quality_of(table: Path, domain: Domain) -> tuple[dict[str, dict[str, float]]
     import pandas as pd
     from dqm_ml_core import ProcessorRunner
 
-    frame = pd.read_parquet(table)
-    figures = {}
-    for name in domain.dimensions:
-        found = ProcessorRunner().run(frame, processors_for(name, domain))
+    frame, runner, figures = pd.read_parquet(table), ProcessorRunner(), {}
+    for name, cells in domain.dimensions.items():
+        inside = frame.dropna(subset=[name + CELL])  # dqm-ml-core counts null as a value of its own
+        found = runner.run(frame, [_completeness(name)]) | runner.run(inside, _over_cells(name + CELL, cells.count))
         figures[name] = {
             key: float(value) for key, value in found.items() if isinstance(value, int | float) and isfinite(value)
         }
     return figures, version(PACKAGE)
 
 
-def processors_for(name: str, domain: Domain) -> list[Any]:
-    """Return the processors of dqm-ml-core for a dimension."""
-    from dqm_ml_core import CompletenessProcessor, DiversityProcessor, RepresentativenessProcessor
+def _completeness(column: str) -> Any:
+    from dqm_ml_core import CompletenessProcessor
 
-    count, cell = domain.dimensions[name].count, f"{name}{CELL}"
+    return CompletenessProcessor(
+        config={"type": "completeness", "columns": {"input": [column]}, "include_overall": False}
+    )
+
+
+def _over_cells(column: str, count: int) -> list[Any]:
+    """Return the processors for a column of numbers of cells."""
+    from dqm_ml_core import DiversityProcessor, RepresentativenessProcessor
+
     uniform = {
         "type": "representativeness",
-        "columns": {"input": [cell]},
+        "columns": {"input": [column]},
         "metrics": ["chi-square", "grte", "shannon-entropy"],
         "distribution": "uniform",
         "mean_std_estimation": "user_provided",
-        "distribution_params": [{"column": cell, "min": -0.5, "max": count - 0.5}],
+        "distribution_params": [{"column": column, "min": -0.5, "max": count - 0.5}],
         "histogram": {"bins": count},
     }
-    return [
-        CompletenessProcessor(config={"columns": {"input": [name]}, "include_overall": False, "type": "completeness"}),
-        RepresentativenessProcessor(config=uniform),
-        DiversityProcessor(config={"columns": {"input": [cell]}, "type": "diversity"}),
-    ]
+    diversity = {"type": "diversity", "columns": {"input": [column]}}
+    return [RepresentativenessProcessor(config=uniform), DiversityProcessor(config=diversity)]

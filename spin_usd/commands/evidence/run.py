@@ -92,8 +92,11 @@ def _refuse(options: EvidenceOptions, datasets: Sequence[Dataset], out: Path) ->
             raise InputError("holds no picture", where=dataset.root, do="render some first")
         refuse_dataset(out, dataset.root)
     refuse_other_files(out, REPORT, [TABLE])
-    if options.fill is not None and Path(options.fill).exists():
-        raise InputError("exists already", where=options.fill, do="give --fill another name")
+    if options.fill is not None:
+        path = Path(options.fill).absolute()
+        if path.exists() or not path.parent.is_dir():
+            found = "exists already" if path.exists() else "has no folder to be written to"
+            raise InputError(found, where=options.fill, do="give --fill another name")
 
 
 def _frame(covered: Covered, datasets: Sequence[Dataset]) -> FillFrame:

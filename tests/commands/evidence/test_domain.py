@@ -132,6 +132,15 @@ def test_a_domain_that_is_covered_needs_no_specification(domain_of) -> None:
     assert fill_of(domain, Covered(domain, {"range": [1.5]}).coverage, FRAME) == ("", [])
 
 
+def test_the_last_bin_of_the_visible_share_has_whole_targets(domain_of, tmp_path) -> None:
+    domain = domain_of(START + "[visible]\nedges = [0.2, 0.6, 1]")
+    text, notes = fill_of(domain, Covered(domain, {"visible": []}).coverage, FRAME)
+    (tmp_path / "fill.toml").write_text(text)
+    inside: list[Any] = [part.law.inside for part in open_spec(tmp_path / "fill.toml").parts]
+    assert [(each.least, each.most) for each in inside] == [(0.22, 0.58), (0.62, 1.0)]
+    assert notes == []
+
+
 @pytest.mark.parametrize("cells", [4, 12])
 def test_attitudes_for_a_pair_of_attitude_and_roll_have_both(domain_of, tmp_path, cells) -> None:
     """The quaternions of each part, as the rows of pictures would have them."""
@@ -159,6 +168,7 @@ def test_bad_input_ends_the_command_with_one_sentence(sets, domain, tmp_path, sp
         ((tmp_path / "empty", "--domain", domain), "is not a dataset"),
         ((dataset, "--domain", domain, "--fill", tmp_path / "fill.txt"), "give a name that ends in .toml"),
         ((dataset, "--domain", domain, "--fill", tmp_path / "taken.toml"), "exists already"),
+        ((dataset, "--domain", domain, "--fill", tmp_path / "none" / "fill.toml"), "has no folder to be written to"),
         ((dataset, "--domain", domain, "--gap", tmp_path / "empty"), "gap.json"),
     )
     for arguments, sentence in cases:

@@ -13,6 +13,10 @@ import pytest
 from dqm_ml_core import CompletenessProcessor, DiversityProcessor, ProcessorRunner, RepresentativenessProcessor
 
 import spin_usd
+from spin_usd.commands.evidence.coverage import Covered
+from spin_usd.commands.evidence.domain import read_domain
+from spin_usd.commands.evidence.picture_table import write_table
+from spin_usd.commands.evidence.quality import quality_of
 from spin_usd.commands.evidence.report import EvidenceReport
 from tests.commands.evidence.conftest import rendered_set
 from tests.conftest import REPOSITORY
@@ -88,6 +92,20 @@ def test_dqm_ml_reads_the_table_itself_and_has_the_reported_figures(evidence) ->
     assert figures["sun_cell_richness"] == 1.0  # of two cells
     assert figures["sun_cell_chi-square_statistic"] == 16.0  # (16 - 8)^2 / 8, twice
     assert report.quality_by == "2.0.1"
+
+
+def test_pictures_outside_and_unknown_values_count_as_no_cell_of_their_own(tmp_path) -> None:
+    """Two of four bins, once each; a picture outside, and one without a value."""
+    (tmp_path / "domain.toml").write_text('schema = "domain-1"\n[range]\nlow = 0\nhigh = 4\nbins = 4\n')
+    domain = read_domain(tmp_path / "domain.toml")
+    columns = {"name": list("abcd"), "variant": ["nominal"] * 4, "range": [0.5, 2.5, 9.0, None]}
+    covered = Covered(domain, columns)
+    write_table(tmp_path / "pictures.parquet", columns, covered.places)
+    figures = quality_of(tmp_path / "pictures.parquet", domain)[0]["range"]
+    assert figures["completeness_range"] == 0.75
+    assert figures["range_cell_richness"] == 2
+    assert figures["range_cell_gini"] == 0.5
+    assert figures["range_cell_chi-square_statistic"] == 2.0  # 2 (1 - 0.5)^2 / 0.5 + 2 (0.5)^2 / 0.5
 
 
 def test_the_files_are_the_report(evidence) -> None:
