@@ -1,5 +1,6 @@
 """The child's part of a row of the table of pictures: values from the record, and from the image where it has none."""
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from msgspec import UNSET
 from numpy.typing import NDArray
 
 from spin_usd.commands.evidence.calls import MeasureRow, PictureRow
+from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.picture.kinds import IMAGE
 from spin_usd.reading.description import read_description
 from spin_usd.reading.measures import MEASURES
@@ -18,18 +20,23 @@ from spin_usd.realism.picture_view import FULL, PictureView
 from spin_usd.realism.signals import lit_background
 from spin_usd.records.record import RecordedFile
 from spin_usd.scene.derived import srgb
+from spin_usd.scene.scene import Scene
 from spin_usd.scene.sensor import LUMINANCE
+from spin_usd.studio.open_stage import OpenStage
+from spin_usd.studio.picture_request import PictureRequest
 
 SEGMENTATION = "segmentation"
+PHOTOGRAPH = "picture"
+GRID = 65  # rays each way that look for a planet
 LIT = 0.05  # share of the surroundings that is brighter than the dark, from which a planet is behind
 LEAST_SIDE, LEAST_TARGET = 32, 16  # pixels that the measures of an image need
 
 
 def picture_row(request: MeasureRow) -> PictureRow:
-    """Return the row of a picture. Raises InputError for a record or an image that cannot be read."""
+    """Return the row of a picture. Raises InputError for a record or an image that cannot be read, StageError."""
     root = Path(request.dataset)
     picture = read_picture(root, request.record, read_description(root))
-    target = picture.targets[0]
+    target, scene = picture.targets[0], _scene_of(picture)
     noise, background = _of_image(picture)
     box = target.box_amodal
     return PictureRow(
@@ -41,10 +48,36 @@ def picture_row(request: MeasureRow) -> PictureRow:
         roll=roll_of(target),
         visible=_known(target.visible_fraction),
         signal_to_noise=noise,
-        background=background,
+        background=background if scene is None or background == PHOTOGRAPH else background_of(scene),
         size=_known(max(box[2] - box[0], box[3] - box[1])),
-        blur=blur_of(picture, target),
+        blur=0.0 if scene is not None and scene.shutter is None else blur_of(picture, target),
     )
+
+
+@lru_cache(maxsize=1)
+def _opened(stage: Path) -> OpenStage:
+    return OpenStage(stage, check_images=False)
+
+
+def _scene_of(picture: Picture) -> Scene | None:
+    """Return the picture's scene; None of a dataset without its stage."""
+    stage = picture.root / picture.recorded.provenance.stage.root
+    if not stage.is_file():
+        return None
+    return _opened(stage).scene(PictureRequest(frame=picture.frame, variant=picture.variant))
+
+
+def background_of(scene: Scene) -> str:
+    """Return "planet" where one is in the view, lit or not, else "space"."""
+    camera = scene.camera
+    u, v = np.meshgrid(*(np.linspace(0, length, GRID) for length in (camera.width, camera.height)))
+    rays = camera.rays(np.stack([u, v], -1).reshape(-1, 2))
+    for planet in scene.environment.planets:
+        pose = planet.T_cam_planet
+        start, directions = -pose.rotation.T @ pose.translation, rays @ pose.rotation
+        if rays_meet(np.array(planet.radii), start, directions).any():
+            return "planet"
+    return "space"
 
 
 def _direction(target: PicturedTarget) -> tuple[float, float, float]:
@@ -83,7 +116,7 @@ def _of_image(picture: Picture) -> tuple[float | None, str | None]:
     if IMAGE not in picture.files:
         return None, None
     grey = linear_grey(picture.image, picture.recorded.files[IMAGE])
-    behind = None if appearance is UNSET or appearance.background is UNSET else "picture"
+    behind = None if appearance is UNSET or appearance.background is UNSET else PHOTOGRAPH
     if SEGMENTATION not in picture.files or min(grey.shape) < LEAST_SIDE:
         return None, behind
     view = PictureView(grey=grey, parts=picture.segmentation)

@@ -32,8 +32,6 @@ from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.report_folder import refuse_other_files, write_report
 
 TABLE, REPORT = "pictures.parquet", "evidence.json"
-FROM_IMAGES = ("signal_to_noise", "background")
-BLUR = "blur is that of the recorded motion in the exposure, which pictures show if the stage's camera has a shutter"
 
 
 @takes(EvidenceOptions)
@@ -116,10 +114,8 @@ def _deviations(covered: Covered, facts: RecordFacts) -> Iterator[str]:
     for name, found in covered.places.items():
         if count := int((found == UNKNOWN).sum()):
             yield f"{name} is unknown of {pluralise(count, 'picture')}"
-    if measured := [name for name in FROM_IMAGES if name in covered.places]:
-        yield f"{' and '.join(measured)} of each picture {'is' if len(measured) == 1 else 'are'} measured in its image"
-    if covered.domain.blur is not None:
-        yield BLUR
+    if covered.domain.signal_to_noise is not None:
+        yield "signal_to_noise is measured in the image of each picture"
     if labels := facts.without_bound(LABELS):
         yield f"no bound of its errors is known for {', '.join(labels)}"
     yield "licences of models, layers and textures are not recorded: state them where you publish the set"

@@ -1,17 +1,23 @@
 """The values of a picture: against formulas of their own, and in pictures with planted light."""
 
+import json
+import re
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import spin_usd
 from spin_usd.commands.evidence.calls import MeasureRow
-from spin_usd.commands.evidence.picture_row import blur_of, picture_row, roll_of, signal_to_noise
+from spin_usd.commands.evidence.picture_row import background_of, blur_of, picture_row, roll_of, signal_to_noise
 from spin_usd.formats.image_file import encoded_image
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.realism.picture_view import PictureView
+from tests.cases.lit_scenes import EARTH, MATT, a_scene
+from tests.cases.root_layers import over_stage
+from tests.conftest import speedplus_camera
 
 NEAR = 0.1  # of a signal to noise: the noise in the dark is of the darkest blocks, its growth of the flattest
 READ, SHOT = 2.0, 0.2  # steps of 8 bits, and variance per step of signal
@@ -78,16 +84,54 @@ def test_roll_turns_clockwise_in_the_picture(picture, degrees) -> None:
     assert roll_of(turned) == pytest.approx(degrees, abs=1e-9)
 
 
-def test_light_around_the_target_is_a_planet(sets, tmp_path) -> None:
+@pytest.mark.parametrize(
+    ("place", "behind"), [((0, 7e6, 1e6), "planet"), ((0, 7e6, -2e6), "space"), ((0, 0, 7e6), "planet")]
+)
+def test_a_planet_in_the_view_is_behind(place, behind) -> None:
+    """Earth below the camera: its limb is 66 degrees off its centre, half the view 19 degrees."""
+    at = replace(EARTH, T_cam_planet=replace(EARTH.T_cam_planet, translation=np.array(place, float)))
+    assert background_of(a_scene(MATT, planets=(at,))) == behind
+
+
+def test_without_a_planet_it_is_space() -> None:
+    assert background_of(a_scene(MATT)) == "space"
+
+
+def test_without_its_stage_light_around_the_target_is_a_planet(sets, tmp_path) -> None:
     shutil.copytree(sets / "close" / "dataset", tmp_path / "set")
     picture = spin_usd.Dataset(tmp_path / "set")[0]
     lit = picture.image.copy()
     lit[:, : lit.shape[1] // 3] += 60
     (tmp_path / "set" / picture.files["image"].path).write_bytes(encoded_image(lit, ".png", channels=("Y",)))
-    row = picture_row(MeasureRow(dataset=str(tmp_path / "set"), record="records/nominal/img000001.json"))
-    assert row.background == "planet"
-    same = picture_row(MeasureRow(dataset=str(tmp_path / "set"), record="records/nominal/img000002.json"))
-    assert same.background == "space"
+
+    def behind(name):
+        request = MeasureRow(dataset=str(tmp_path / "set"), record=f"records/nominal/{name}.json")
+        return picture_row(request).background
+
+    assert behind("img000001") == "space"
+    shutil.rmtree(tmp_path / "set" / "stage")
+    assert (behind("img000001"), behind("img000002")) == ("planet", "space")
+
+
+@pytest.mark.parametrize("shutter", [False, True])
+def test_pictures_of_a_motion_are_blurred_by_a_shutter_alone(tmp_path, shutter) -> None:
+    (tmp_path / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
+    made = spin_usd.author(
+        sample="fly_around", frames="0:6", target="cubesat", camera=tmp_path / "camera.json", out=tmp_path / "stage"
+    )
+    body = "double shutter:open = -0.001\ndouble shutter:close = 0.001" if shutter else ""
+    root, rates = Path(made.root).parent / "shutter.usda", re.compile(r"\w+PerSecond = \S+")
+    own = {found.split()[0]: found for found in rates.findall(Path(made.root).read_text())}
+    layer = over_stage(frames=made.frames, body=f'over "Camera"\n{{\n{body}\n}}')
+    root.write_text(rates.sub(lambda found: own[found[0].split()[0]], layer))
+    spin_usd.render(root, out=tmp_path / "set", renderer="raycast", samples=1, labels="segmentation", frames="0:1")
+    picture = spin_usd.Dataset(tmp_path / "set")[0]
+    moved = blur_of(picture, picture.targets[0])
+    assert moved is not None
+    assert moved > 0
+    (record,) = (tmp_path / "set" / "records" / "nominal").iterdir()
+    row = picture_row(MeasureRow(dataset=str(tmp_path / "set"), record=f"records/nominal/{record.name}"))
+    assert row.blur == (moved if shutter else 0.0)
 
 
 def test_a_picture_without_an_image_has_what_its_record_states(small_stage, tmp_path) -> None:
@@ -96,4 +140,4 @@ def test_a_picture_without_an_image_has_what_its_record_states(small_stage, tmp_
     row = picture_row(MeasureRow(dataset=str(tmp_path / "set"), record=f"records/nominal/{name.name}"))
     assert row.range is not None
     assert row.size is not None
-    assert (row.signal_to_noise, row.background, row.blur) == (None, None, None)
+    assert (row.signal_to_noise, row.background, row.blur) == (None, "space", 0.0)
