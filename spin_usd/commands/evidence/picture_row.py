@@ -38,13 +38,14 @@ def picture_row(request: MeasureRow) -> PictureRow:
     picture = read_picture(root, request.record, read_description(root))
     target, scene = picture.targets[0], _scene_of(picture)
     noise, background = _of_image(picture)
+    x, y, z = (MEASURES[name].of(picture, target) for name in ("from_x", "from_y", "from_z"))
     box = target.box_amodal
     return PictureRow(
         name=picture.frame,
         variant=picture.variant,
         range=target.range,
         sun=_known(MEASURES["sun"].of(picture, target)),
-        attitude=_direction(target),
+        attitude=(x, y, z),
         roll=roll_of(target),
         visible=_known(target.visible_fraction),
         signal_to_noise=noise,
@@ -78,12 +79,6 @@ def background_of(scene: Scene) -> str:
         if rays_meet(np.array(planet.radii), start, directions).any():
             return "planet"
     return "space"
-
-
-def _direction(target: PicturedTarget) -> tuple[float, float, float]:
-    towards = -target.T_cam_body[:3, :3].T @ target.t_cam_body
-    x, y, z = (towards / max(float(np.linalg.norm(towards)), 1e-30)).tolist()
-    return x, y, z
 
 
 def roll_of(target: PicturedTarget) -> float:

@@ -17,9 +17,11 @@ from spin_usd.commands.evidence.coverage import Covered
 from spin_usd.commands.evidence.domain import read_domain
 from spin_usd.commands.evidence.picture_table import write_table
 from spin_usd.commands.evidence.quality import quality_of
+from spin_usd.commands.evidence.record_facts import BODY, DEPTH, FACE
 from spin_usd.commands.evidence.report import EvidenceReport
 from tests.commands.evidence.conftest import rendered_set
 from tests.conftest import REPOSITORY
+from tests.extremes.judged import FLOATS, U32
 
 HEADINGS = ("Data", "Labels", "Coverage", "Traceability", "Verification")
 
@@ -190,13 +192,14 @@ def test_sources_are_those_of_the_records(evidence, sets) -> None:
 def test_bounds_of_labels_are_the_figures_of_the_page(evidence) -> None:
     """The largest bounds in tools/figures/extremes.json, times this set's range and radius."""
     report, folder, _ = evidence
-    rows = [
-        row for row in json.loads((REPOSITORY / "tools" / "figures" / "extremes.json").read_text()) if "depth" in row
-    ]
-    depth = max(row["depth"]["bound"] for row in rows)
+    rows = [row for row in json.loads((REPOSITORY / "tools/figures/extremes.json").read_text()) if "depth" in row]
+    depth, body = (max(row[name]["bound"] for row in rows) for name in ("depth", "body"))
+    assert pytest.approx(DEPTH, rel=1e-3) == depth
+    assert pytest.approx(BODY, rel=1e-3) == body
+    assert pytest.approx(FLOATS * U32, rel=1e-2) == FACE
     farthest = pd.read_parquet(folder / "pictures.parquet")["range"].max()
-    assert report.labels["depth"].bound >= depth * farthest
-    assert report.labels["depth"].bound == pytest.approx(depth * farthest, rel=0.2)  # the target's radius more
+    assert depth * farthest < report.labels["depth"].bound < depth * (farthest + 0.2)  # the CubeSat's radius more
+    assert 0 < report.labels["segmentation"].bound < 1e-3  # pixels
     assert set(report.labels) == {"pose", "depth", "segmentation"}
 
 
