@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.commands.evidence.domain import DirectionCells, Domain, NumberCells
 from spin_usd.commands.evidence.report import CellCoverage, Hole
 from spin_usd.geometry.rotation import quaternion_from_matrix
@@ -47,11 +48,14 @@ def fill_of(domain: Domain, coverage: Sequence[CellCoverage], frame: FillFrame) 
         if not each.holes:
             continue
         if lack := _not_filled(each.dimensions):
-            notes.append(f"{len(each.holes)} holes in {' and '.join(each.dimensions)} are not filled: {lack}")
+            notes.append(
+                f"{pluralise(len(each.holes), 'hole')} in {' and '.join(each.dimensions)} cannot be filled: {lack}"
+            )
         else:
             holes += each.holes
     if len(holes) > MOST_PARTS:
-        notes.append(f"{len(holes) - MOST_PARTS} holes are left for another fill: a specification has {MOST_PARTS}")
+        rest = pluralise(len(holes) - MOST_PARTS, "hole")
+        notes.append(f"{rest} left for another specification: one fills {MOST_PARTS} at most")
         holes = holes[:MOST_PARTS]
     head = HEAD.format(title=domain.title.replace("\n", " ") or "a domain", name=json.dumps(f"Holes of {domain.title}"))
     parts = [_part(domain, number, hole, frame) for number, hole in enumerate(holes, 1)]

@@ -122,9 +122,22 @@ def test_every_hole_of_an_empty_domain_has_its_part_and_what_cannot_be_filled_is
     spec = open_spec(tmp_path / "fill.toml")
     assert [part.count for part in spec.parts] == [2] * (3 + 2 + 3 + 4 + 1 + 9)
     assert [note.partition(":")[0] for note in notes] == [
-        "1 holes in background are not filled",
-        "1 holes in blur are not filled",
+        "1 hole in background cannot be filled",
+        "1 hole in blur cannot be filled",
     ]
+
+
+def test_a_specification_has_a_thousand_holes_at_most_and_tells_of_the_rest(domain_of, tmp_path) -> None:
+    domain = domain_of(START + "[range]\nlow = 1\nhigh = 2\nbins = 1003")
+    text, notes = fill_of(domain, Covered(domain, {"range": []}).coverage, FRAME)
+    assert text.count("[[part]]") == 1000
+    assert notes == ["3 holes left for another specification: one fills 1000 at most"]
+
+
+def test_a_target_that_is_cut_off_is_not_paired_with_directions(domain_of) -> None:
+    domain = domain_of(START + 'pairs = [["visible", "sun"]]\n[visible]\nedges = [0, 1]\n[sun]\nedges = [0, 90]')
+    _, (note,) = fill_of(domain, Covered(domain, {"visible": [], "sun": []}).coverage, FRAME)
+    assert note.startswith("1 hole in visible and sun cannot be filled: a target that is partly outside the picture")
 
 
 def test_a_domain_that_is_covered_needs_no_specification(domain_of) -> None:

@@ -13,12 +13,16 @@ import pytest
 from dqm_ml_core import CompletenessProcessor, DiversityProcessor, ProcessorRunner, RepresentativenessProcessor
 
 import spin_usd
+from spin_usd.basics.progress import no_progress
+from spin_usd.commands.evidence import verification
 from spin_usd.commands.evidence.coverage import Covered
 from spin_usd.commands.evidence.domain import read_domain
 from spin_usd.commands.evidence.picture_table import write_table
 from spin_usd.commands.evidence.quality import quality_of
 from spin_usd.commands.evidence.record_facts import BODY, DEPTH, FACE
 from spin_usd.commands.evidence.report import EvidenceReport
+from spin_usd.commands.evidence.verification import reproduced_pictures
+from spin_usd.commands.reproduce.report import Reproduction
 from tests.commands.evidence.conftest import rendered_set
 from tests.conftest import REPOSITORY
 from tests.extremes.judged import FLOATS, U32
@@ -165,6 +169,21 @@ def test_pictures_come_out_again_and_check_finds_nothing(evidence) -> None:
     assert all(each.same for each in report.reproduced)
     assert report.findings == []
     assert not report.wrong
+
+
+def test_the_seed_decides_which_pictures_are_made_again(sets, monkeypatch) -> None:
+    made = Reproduction(files=(), versions={"numpy": ("1", "2")}, devices=("cpu", "cpu"))
+    monkeypatch.setattr(verification, "reproduce_picture", lambda *_, **__: made)
+    datasets = [spin_usd.Dataset(sets / name / "dataset") for name in ("close", "far")]
+
+    def chosen(seed, count=3):
+        return [each.frame for each in reproduced_pictures(datasets, count, seed, progress=no_progress)]
+
+    assert chosen(0) == chosen(0)
+    assert len({tuple(chosen(seed)) for seed in range(5)}) == 5
+    assert len(chosen(0, count=100)) == 32
+    (one,) = reproduced_pictures(datasets, 1, 0, progress=no_progress)
+    assert one.versions == {"numpy": ["1", "2"]}
 
 
 def test_a_changed_picture_is_found_and_the_command_ends_with_findings(sets, domain, tmp_path, spin_usd) -> None:
