@@ -140,6 +140,16 @@ def test_a_target_that_is_cut_off_is_not_paired_with_directions(domain_of) -> No
     assert note.startswith("1 hole in visible and sun cannot be filled: a target that is partly outside the picture")
 
 
+def test_a_hole_gets_the_pictures_that_it_lacks(domain_of, tmp_path) -> None:
+    domain = domain_of(START + "pictures = 3\n[range]\nlow = 0\nhigh = 3\nbins = 3")
+    text, _ = fill_of(domain, Covered(domain, {"range": [0.5, 0.6, 2.5, 2.5, 2.5]}).coverage, FRAME)
+    (tmp_path / "fill.toml").write_text(text)
+    parts: list[Any] = [*open_spec(tmp_path / "fill.toml").parts]
+    assert [part.count for part in parts] == [3, 1]
+    spans = [(part.law.position.range.low, part.law.position.range.high) for part in parts]
+    assert spans == [(1.05, 1.95), (0.05, 0.95)]
+
+
 def test_a_domain_that_is_covered_needs_no_specification(domain_of) -> None:
     domain = domain_of(START + "[range]\nedges = [1, 2]")
     assert fill_of(domain, Covered(domain, {"range": [1.5]}).coverage, FRAME) == ("", [])
