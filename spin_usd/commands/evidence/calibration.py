@@ -8,6 +8,7 @@ the edge is that of ISO 12233.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from msgspec import UNSET
@@ -44,8 +45,8 @@ WHITE = 65535
 
 
 def calibrated(request: Calibrate) -> dict[str, Calibrated]:
-    """Return what pictures of charts show of camera and detector; nothing of a detector that is blind,
-    and where too little of the picture is about the principal point. Raises InputError, StageError."""
+    """Return what pictures of charts show of camera and detector; nothing of a detector that is blind, and where too
+    little of the picture is about the principal point. Raises InputError, StageError."""
     own = OpenStage(request.stage, variant=request.variant).scene(PictureRequest())
     studio = Studio(request.settings)
     studio.open_renderer()
@@ -92,8 +93,11 @@ class Chart:
         region = _around_principal(camera, SIDE)
         return cls(plate=plate, edge=edge, studio=studio, sensor=sensor, region=region, radiance=radiance)
 
-    def render(self, scene: Scene) -> Radiance:
-        return self.studio.maker.radiance(scene, self.studio.settings, Stopwatch())
+    @cached_property
+    def light(self) -> tuple[Radiance, Radiance]:
+        """The light of the plate, and of its edge."""
+        maker, settings = self.studio.maker, self.studio.settings
+        return maker.radiance(self.plate, settings, Stopwatch()), maker.radiance(self.edge, settings, Stopwatch())
 
     def pictures(self, radiance: Radiance, seeds: Sequence[int], exposure: float = 1.0) -> Float:
         """Return (S, H, W) steps of the ADC, or shares of full scale of a detector without, in the region."""
@@ -134,16 +138,13 @@ def _cropped(camera: Camera) -> Camera:
 
 def _of_exposures(chart: Chart) -> dict[str, Calibrated]:
     """Return radiance and linearity, and gain and noise of a detector that has them, by pairs of pictures."""
-    lit, none = chart.render(chart.plate), Radiance.dark(chart.region, groups=1)
-    pairs = [[chart.pictures(light, (2 * n, 2 * n + 1), step) for light in (lit, none)] for n, step in enumerate(STEPS)]
+    shown = chart.light[0], Radiance.dark(chart.region, groups=1)
+    pairs = [[chart.pictures(light, (2 * n, 2 * n + 1), step) for light in shown] for n, step in enumerate(STEPS)]
     signal, central = (
-        np.array([float(np.mean([part(bright) - part(dark)])) for bright, dark in pairs])
-        for part in (np.mean, _central)
+        np.array([part(bright) - part(dark) for bright, dark in pairs], np.float64) for part in (np.mean, _central)
     )
-    slope = float(signal @ STEPS / np.square(STEPS).sum())
-    measured = (
-        float(central @ STEPS / np.square(STEPS).sum()) / chart.top / chart.sensor.exposure / _weight(chart.sensor)
-    )
+    slope, middle = (float(each @ STEPS / np.square(STEPS).sum()) for each in (signal, central))
+    measured = middle / chart.top / chart.sensor.exposure / _weight(chart.sensor)
     off = float(np.abs(signal - slope * np.array(STEPS)).max() / signal.max())
     found = {
         "radiance": Calibrated(
@@ -189,9 +190,8 @@ def _of_edge(chart: Chart) -> dict[str, Calibrated]:
     """Return the point spread function, by which the edge is wider in the picture than in its radiance. Pictures are
     divided by those of the whole plate, without which vignetting and the pixels' own gains would count."""
     seeds, dark = range(EDGES), chart.sensor.black_level if chart.sensor.gain else 0.0
-    light = [chart.render(scene) for scene in (chart.edge, chart.plate)]
-    sharp, flat = (_in_region(chart, each) for each in light)
-    soft, whole = (chart.pictures(each, seeds).mean(0) - dark for each in light)
+    flat, sharp = (_in_region(chart, each) for each in chart.light)
+    whole, soft = (chart.pictures(each, seeds).mean(0) - dark for each in chart.light)
     profiles = [_profile(chart, _share(image, of)) for image, of in ((sharp, flat), (soft, whole))]
     return {
         "psf_sigma": Calibrated(
