@@ -1,8 +1,8 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
 The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
-`export`, `score`, `gap` and `show`. They have the same options as the commands, return a report, and raise a
-`SpinError` where a command would end with an error message. `Dataset` reads a dataset, a `Picture` at a time;
+`export`, `score`, `gap`, `evidence` and `show`. They have the same options as the commands, return a report, and raise
+a `SpinError` where a command would end with an error message. `Dataset` reads a dataset, a `Picture` at a time;
 `FreshDataset` gives each picture a new appearance on each access, and `Simulator` makes pictures on request, in memory.
 Stages are opened and pictures rendered in child processes: neither USD nor Blender is loaded into the caller's.
 """
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from spin_usd.commands.author.run import author
     from spin_usd.commands.check.run import check
     from spin_usd.commands.debug.run import debug
+    from spin_usd.commands.evidence.run import evidence
     from spin_usd.commands.export.run import export
     from spin_usd.commands.gap.run import gap
     from spin_usd.commands.measure.run import measure
@@ -43,6 +44,7 @@ __all__ = [
     "author",
     "check",
     "debug",
+    "evidence",
     "export",
     "gap",
     "measure",

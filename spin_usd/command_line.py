@@ -19,6 +19,7 @@ from spin_usd.commands.debug.command import debug as debug_command
 from spin_usd.commands.demo.command import demo
 from spin_usd.commands.diff.command import diff
 from spin_usd.commands.doctor.command import doctor
+from spin_usd.commands.evidence.command import evidence
 from spin_usd.commands.export.command import export
 from spin_usd.commands.gap.command import gap
 from spin_usd.commands.keypoints.command import keypoints
@@ -80,7 +81,7 @@ RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 
 COMMANDS = (
     *(demo, list_names, author, keypoints, augment, plan, measure, render, merge),
-    *(check, show_dataset, export, score, gap, diff, reproduce, watch, serve, debug_command, doctor),
+    *(check, show_dataset, export, score, gap, evidence, diff, reproduce, watch, serve, debug_command, doctor),
 )
 for command in COMMANDS:
     summary = (command.__doc__ or "").partition("\n")[0]

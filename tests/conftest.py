@@ -31,7 +31,7 @@ SHARED = REPOSITORY.parent / "shared"
 EXAMPLE_POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
 CUBESAT_NEARER = 0.17
 """How much nearer the CubeSat is in the small stage than Tango in the examples' poses: it is smaller by as much."""
-REPORTS = {"check", "diff", "doctor", "gap", "plan", "render", "score"}
+REPORTS = {"check", "diff", "doctor", "evidence", "gap", "plan", "render", "score"}
 """Commands whose --json has a schema."""
 
 

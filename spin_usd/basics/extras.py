@@ -82,6 +82,7 @@ EXTRAS: Mapping[str, Extra] = {
     "browser": Extra("keypoints", {"viser": "viser"}),
     "step": Extra("a model in STEP", {"cascadio": "cascadio"}),
     "parquet": Extra("export --to parquet", {"pyarrow": "pyarrow"}),
+    "evidence": Extra("evidence", {"dqm_ml_core": "dqm-ml-core"}),
     "ros": Extra("export --to rosbag2", {"rosbags": "rosbags"}),
     "cluster": Extra("render --cluster or --out URL", {"fsspec": "fsspec", "ray": "ray"}),
 }

@@ -59,6 +59,10 @@ EXAMPLES = {
         "spin-usd score predictions.csv --truth my_dataset",
         "spin-usd score keypoints.json --truth my_dataset --variants 'noisy_*' --partial --out my_score",
     ),
+    "evidence": (
+        "spin-usd evidence my_dataset --domain approach.toml --out my_evidence",
+        "spin-usd evidence my_dataset --domain approach.toml --fill missing.toml --out my_evidence",
+    ),
     "gap": (
         "spin-usd gap real_pictures my_stage --out my_gap",
         "spin-usd gap real_pictures my_stage --poses poses.json --fit light,camera --out my_gap",

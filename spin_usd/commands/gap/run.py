@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
 from msgspec import structs
 
 from spin_usd.commands.gap.calls import OPEN_GAP, WRITE_FITS, FittedPair, OpenedGap, OpenGap, WriteFits
@@ -13,7 +12,6 @@ from spin_usd.commands.gap.real_pictures import pairs_in
 from spin_usd.commands.gap.report import GapReport
 from spin_usd.commands.gap.summary import Step, report_of
 from spin_usd.commands.gap.write_preset import refuse_old_preset, write_preset
-from spin_usd.errors import InputError
 from spin_usd.files.changes import put, remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.options import PictureOptions, takes
@@ -25,12 +23,12 @@ from spin_usd.processes.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.processes.processors import share_of, usable_cpus
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import CPU
-from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
+from spin_usd.store.report_folder import refuse_other_files, write_report
 
 DRAFT = "draft"  # enough for the measures, and for fits, which are not denoised
 FITTED = "fitted"  # folder of the stage with the fits
-PAGE, REPORT = "index.html", "gap.json"
+REPORT = "gap.json"
 
 
 @takes(GapOptions)
@@ -43,7 +41,7 @@ def gap(options: GapOptions) -> GapReport:
     Raises InputError, StageError, OutputError, and RenderError if no picture could be compared.
     """
     request, out = _request(options), Path(options.out).absolute()
-    _refuse_others_files(out)
+    refuse_other_files(out, REPORT, [FITTED])
     if options.write is not None:
         refuse_old_preset(Path(options.write).absolute())
     settings = RenderSettings(
@@ -86,13 +84,6 @@ def gap(options: GapOptions) -> GapReport:
     return report
 
 
-def _refuse_others_files(out: Path) -> None:
-    """Raise InputError for a folder that holds files under our names, but no report of ours."""
-    taken = next((name for name in (PAGE, FITTED) if (out / name).exists()), None)
-    if taken and not (out / REPORT).is_file():
-        raise InputError(f"holds {taken}, but no report of gap", where=out, do="give another folder")
-
-
 def _request(options: GapOptions) -> RenderRequest:
     """Return the request for our pictures. Raises InputError."""
     given = {name: getattr(options, name) for name in ("samples", "effort", "quality")}
@@ -117,9 +108,7 @@ def _write(out: Path, report: GapReport, steps: Sequence[Step], work: Path) -> N
     """Write gap.json and index.html into the folder `out`, and move the fits there from `work`. Raises OutputError."""
     from spin_usd.commands.gap.page import page_of  # not above: matplotlib is slow to load
 
-    measured = msgspec.json.format(msgspec.json.encode(report), indent=1).decode() + "\n"
-    for name, text in ((PAGE, page_of(report, steps)), (REPORT, measured)):
-        write_text(Folder(out), name, text, work=work)
+    write_report(out, REPORT, report, page_of(report, steps), work=work)
     remove_tree(Folder(out), FITTED)
     if (work / FITTED).is_dir():
         put(Folder(out), work / FITTED, FITTED)

@@ -1,75 +1,59 @@
 """A page of a score: its table, plots of the errors, and the worst pictures with both poses drawn in."""
 
 import base64
-import re
 from collections.abc import Iterator, Sequence
 from html import escape
-from io import StringIO
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-import matplotlib.style
-import msgspec
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
+from spin_usd.browser.report_page import figure_of, head, table
 from spin_usd.commands.score.matching import Matched
 from spin_usd.commands.score.report import ScoredErrors, ScoreReport
 from spin_usd.commands.score.truth import Truth
-from spin_usd.files.folder import Folder
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.reading.picture import Picture
 from spin_usd.scoring.pose_errors import PoseErrors
-from spin_usd.store.atomic import write_text
 from spin_usd.store.hidden_folder import hidden_folder
+from spin_usd.store.report_folder import write_report
 
 WIDTH = 480  # of a picture on the page
 TRUE, PREDICTED = (0, 200, 0), (0, 0, 255)  # as OpenCV has colours: B, G, R
 EDGES = [pair for pair in combinations(range(8), 2) if (pair[0] ^ pair[1]).bit_count() == 1]
-STYLE: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "spin_usd", "font.size": 8}
-HEAD = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Score</title>
-<style>:root{color-scheme:light dark}body{font:14px sans-serif;margin:2em;max-width:75em}table{border-collapse:collapse}
-td,th{padding:.2em .8em;text-align:right}td:first-child,th:first-child{text-align:left}figure{display:inline-block;
-margin:.5em}img{max-width:100%}svg{background:#fff;max-width:100%;height:auto}</style>
-"""
+MORE_STYLE = "figure{display:inline-block;margin:.5em}img{max-width:100%}"
 
 
 def write_page(out: Path, report: ScoreReport, errors: PoseErrors, truth: Truth, found: Matched) -> None:
     """Write index.html, which needs no other file, and score.json into the folder `out`. Raises OutputError."""
-    parts = (HEAD, f"<h1>Score of {escape(report.predictions)}</h1><p>against {escape(report.truth)}</p>")
+    title = f"<h1>Score of {escape(report.predictions)}</h1><p>against {escape(report.truth)}</p>"
     notes = "".join(f"<p>{escape(note)}</p>" for note in report.notes)
-    page = "\n".join((*parts, notes, *_table(report), _plots(errors), *_worst(report, truth, found)))
-    scored = msgspec.json.format(msgspec.json.encode(report), indent=1).decode() + "\n"
+    start = (head("Score", MORE_STYLE), title, notes, _table(report), _plots(errors))
+    page = "\n".join((*start, *_worst(report, truth, found)))
     with hidden_folder(out.parent, out.name) as hidden:
-        for name, text in (("score.json", scored), ("index.html", page)):
-            write_text(Folder(out), name, text, work=hidden.folder)
+        write_report(out, "score.json", report, page, work=hidden.folder)
 
 
-def _table(report: ScoreReport) -> Iterator[str]:
+def _table(report: ScoreReport) -> str:
     heads = ("pictures", "count", "SPEED", "SPEED+", "position, median, m", "p90", "attitude, median, °", "p90")
-    yield "<table><tr>" + "".join(f"<th>{head}</th>" for head in heads) + "</tr>"
-    yield _row("all", report.all)
-    yield from (_row(f"{each.by} {each.group}", each) for each in report.groups)
-    yield "</table>"
+    groups = ((f"{each.by} {each.group}", each) for each in report.groups)
+    return table(heads, (_row(name, each) for name, each in (("all", report.all), *groups)))
 
 
-def _row(name: str, errors: ScoredErrors) -> str:
+def _row(name: str, errors: ScoredErrors) -> tuple[str, ...]:
     position, attitude = errors.position_m, errors.attitude_deg
     numbers = (errors.scores["speed"], errors.scores["speedplus"], position["median"], position["p90"])
-    cells = (str(errors.pictures), *(f"{n:.4g}" for n in (*numbers, attitude["median"], attitude["p90"])))
-    return f"<tr><td>{escape(name)}</td>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return (name, str(errors.pictures), *(f"{n:.4g}" for n in (*numbers, attitude["median"], attitude["p90"])))
 
 
 def _plots(errors: PoseErrors) -> str:
     """Return an SVG: which share of the pictures is below an error, and the errors over the distance."""
-    text, degrees = StringIO(), np.degrees(errors.attitude)
-    with matplotlib.style.context(["default", STYLE]):
-        figure = Figure(figsize=(10, 5), facecolor="white", layout="constrained")
-        FigureCanvasSVG(figure)
+    degrees = np.degrees(errors.attitude)
+
+    def draw(figure: Any) -> None:
         for column, (values, name) in enumerate(((errors.position, "position, m"), (degrees, "attitude, degrees"))):
             above, below = figure.add_subplot(2, 2, 1 + column), figure.add_subplot(2, 2, 3 + column)
             ordered = np.sort(np.maximum(values, 1e-9))
@@ -77,8 +61,8 @@ def _plots(errors: PoseErrors) -> str:
             above.set(xscale="log", ylim=(0, 1), xlabel=f"error of {name}", ylabel="share of pictures below")
             below.plot(errors.range, np.maximum(values, 1e-9), ".", markersize=3)
             below.set(yscale="log", xlabel="range, m", ylabel=f"error of {name}")
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    return re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
+
+    return figure_of((10, 5), draw)
 
 
 def _worst(report: ScoreReport, truth: Truth, found: Matched) -> Iterator[str]:

@@ -245,7 +245,7 @@ def test_a_jpeg_that_is_cut_off_is_noted(tmp_path) -> None:
 def test_files_of_others_are_not_replaced(gap, small_stage, real, tmp_path, name) -> None:
     (tmp_path / name).mkdir()
     (tmp_path / name / "mine.txt").write_text("mine")
-    with pytest.raises(InputError, match=f"holds {name}, but no report of gap; give another folder"):
+    with pytest.raises(InputError, match=f"holds {name}, but no gap.json of ours; give another folder"):
         gap(real / "nominal", small_stage, out=tmp_path)
     assert (tmp_path / name / "mine.txt").read_text() == "mine"
 
