@@ -14,6 +14,11 @@ from spin_usd.audit.set_finding import SetFinding, worst_first
 from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import ERROR, WARNING
 
+FILLED, BETTER, WINS = (
+    0.55,
+    0.12,
+    0.75,
+)  # overlap (IoU) of a right order of numbers, by how much, and how often, it is better
 SAME_BOX = 0.85  # overlap (IoU) of a box and its mask's
 ROUNDED = 2.0  # pixels by which the sides of a box and its mask's may differ
 COUNT = 0.02  # relative difference of counts of pixels
@@ -168,15 +173,17 @@ def _boxes(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
             if target.box is not None and seen is not None and np.isfinite(target.box).all() and (exact or alone):
                 size = np.array(_measures(picture).size or (1, 1), np.float64)
                 pairs.append((picture.name, target.box, np.array(seen), exact, size))
-    bad = [(name, box, seen) for name, box, seen, exact, _ in pairs if _disagree(box, seen, exact)]
-    if not bad:
+    if not pairs:
         return
+    bad = [(name, box, seen) for name, box, seen, exact, _ in pairs if _disagree(box, seen, exact)]
     wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen in bad)
+    own = np.array([overlap(box, seen) for _, box, seen, _, _ in pairs])
     for reading, change in BOX_READINGS.items():
-        right = sum(not _disagree(change(box, size), seen, exact) for _, box, seen, exact, size in pairs)
-        if len(bad) > MOST * len(pairs) and right > 0.7 * len(pairs):
+        read_so = np.array([overlap(change(box, size), seen) for _, box, seen, _, size in pairs])
+        if np.median(read_so) > max(FILLED, np.median(own) + BETTER) and np.mean(read_so > own) > WINS:
             message = f"boxes agree with the pixels if their numbers are read as {reading}"
-            yield from _finding("box-order", message, f"read or write them as {reading}", wrong, len(pairs))
+            names = [name for name, *_ in pairs]
+            yield from _finding("box-order", message, f"read or write them as {reading}", names, len(pairs))
             return
     message = "a box is not where the target's pixels are"
     yield from _finding("box-mask", message, CORRECT, wrong, len(pairs))
