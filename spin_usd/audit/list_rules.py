@@ -8,6 +8,7 @@ import numpy as np
 from spin_usd.audit.annotated_set import AnnotatedPicture, AnnotatedTarget
 from spin_usd.audit.posed_targets import AuditedPicture, AuditedSet, usable
 from spin_usd.audit.set_finding import Repair, SetFinding, worst_first
+from spin_usd.basics.pluralise import pluralise
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.scene.finding import WARNING
@@ -189,7 +190,8 @@ def _classes(audited: AuditedSet) -> Iterator[SetFinding]:
     known = audited.labels.classes
     found = [(p.name, t.id) for p in audited.pictures for t in p.labels.targets if known and t.id not in known]
     if found:
-        message = f"a class, such as {found[0][1]!r}, is not in the list of {len(known)} classes"
+        classes = pluralise(len(known), "class", "classes")
+        message = f"a class, such as {found[0][1]!r}, is not in the list of {classes}"
         wrong = list(dict.fromkeys(name for name, _ in found))
         yield SetFinding(
             rule="class-unknown", message=message, remedy=CORRECT, pictures=wrong, of=len(audited.pictures)

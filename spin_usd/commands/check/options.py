@@ -44,7 +44,8 @@ class CheckOptions(ListeningToNotes):
     model_unit: Annotated[float, Option("Metres of the model's unit, such as 0.001.", "X")] = 1.0
     without_pixels: Annotated[bool, Option("Check the lists of a data set of others alone, and open no image.")] = False
     report: Annotated[
-        Path | None, Option("Write a page on a data set of others, with its worst pictures, to this folder.", "FOLDER")
+        str | Path | None,
+        Option("Write a page on a data set of others, with its worst pictures, to this folder.", "FOLDER"),
     ] = None
     repair_to: Annotated[
         str | Path | None,

@@ -9,6 +9,7 @@ import numpy as np
 from spin_usd.audit.picture_measures import DrawPicture
 from spin_usd.audit.posed_targets import AuditedPicture
 from spin_usd.audit.set_finding import SetFinding
+from spin_usd.browser.report_page import head, table
 from spin_usd.commands.check.calls import DRAW_PICTURE
 from spin_usd.commands.check.foreign_set import CheckedSet, picture_files
 from spin_usd.commands.check.rules import RULES
@@ -18,15 +19,11 @@ from spin_usd.processes.executor import done_in_order
 from spin_usd.processes.task import Task
 from spin_usd.scene.finding import ERROR
 
-DRAWN = 4  # pictures of a finding
+DRAWN, LISTED = 4, 12  # pictures of a finding: drawn, and named
 PLAIN = 6  # pictures of the set where nothing is wrong
-HEAD = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Check</title>
-<style>:root{color-scheme:light dark}body{font:14px sans-serif;margin:2em auto;max-width:70em;padding:0 1em}
-h2{margin-top:2em}.error{color:#c22}.warning{color:#b60}@media(prefers-color-scheme:dark){.error{color:#f77}
-.warning{color:#fb5}}figure{display:inline-block;margin:.3em;max-width:420px;vertical-align:top}
-figure img{display:block;max-width:100%}figcaption{font-size:12px;overflow-wrap:anywhere}
-@media print{section{break-inside:avoid}}</style>
-"""
+STYLE = """h2{margin-top:2em}.error{color:light-dark(#b11,#f88)}.warning{color:light-dark(#950,#fb6)}
+section{break-inside:avoid}figure{display:inline-block;margin:.3em;max-width:420px;vertical-align:top}
+figure img{display:block;max-width:100%}figcaption{font-size:12px;overflow-wrap:anywhere}"""
 LEGEND = (
     "Outlines of masks are yellow, boxes light blue, keypoints pink; a pose's axes are red (x), green (y) and blue (z) "
     "from the body's origin."
@@ -36,7 +33,7 @@ LEGEND = (
 def write_set_page(root: Path, out: Path, checked: CheckedSet) -> None:
     """Write index.html, which needs no other file, to the folder `out`. Raises OutputError."""
     drawn = _drawn(root, checked)
-    text = "\n".join((HEAD, *_page(root, checked, drawn)))
+    text = "\n".join((head(f"Check of {root.name}", STYLE), *_page(root, checked, drawn)))
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / "index.html").write_text(text, encoding="utf-8")
@@ -52,6 +49,9 @@ def _page(root: Path, checked: CheckedSet, drawn: dict[str, str]) -> Iterator[st
     yield f"<p>{len(audited.pictures)} pictures as {escape(checked.layout.name)}, of which {read} were opened.</p><ul>"
     yield from (f"<li>{escape(note)}</li>" for note in checked.notes)
     yield f"</ul><p>{LEGEND}</p>"
+    if checked.findings:
+        rows = [(each.rule, each.severity, str(len(each.pictures) or 1), each.message) for each in checked.findings]
+        yield table(("rule", "severity", "pictures", "finding"), rows)
     for finding in checked.findings:
         yield from _section(finding, drawn)
     if not checked.findings:
@@ -64,6 +64,8 @@ def _section(finding: SetFinding, drawn: dict[str, str]) -> Iterator[str]:
     yield f'<section><h2 class="{finding.severity}">{escape(finding.rule)}{count}</h2><p>{escape(meaning)}</p>'
     yield f"<p><b>{escape(finding.message)}</b>{f' ({escape(finding.where)})' if finding.where else ''}</p>"
     yield f"<p>To do: {escape(finding.remedy)}.</p>"
+    named = ", ".join(map(escape, finding.pictures[:LISTED]))
+    yield f"<p>{named}{', ...' if len(finding.pictures) > LISTED else ''}</p>" if named else ""
     yield from (_figure(name, drawn[name]) for name in finding.pictures[:DRAWN] if drawn.get(name))
     yield "</section>"
 

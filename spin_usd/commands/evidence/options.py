@@ -29,6 +29,9 @@ class EvidenceOptions(ListeningToNotes):
         str | Path | None,
         Option("Also write a specification of pictures for the holes, for author --sample.", "FILE.toml"),
     ] = None
+    camera: Annotated[
+        str | Path | None, Option("Calibration of a data set of others that holds none, as `check` takes it.", "FILE")
+    ] = None
     gap: Annotated[
         str | Path | None, Option("A report of spin-usd gap, whose figures the evidence repeats.", "FOLDER")
     ] = None

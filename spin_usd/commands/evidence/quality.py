@@ -21,6 +21,8 @@ def quality_of(table: Path, domain: Domain) -> tuple[dict[str, dict[str, float]]
 
     frame, runner, figures = pd.read_parquet(table), ProcessorRunner(), {}
     for name, cells in domain.dimensions.items():
+        if frame[name].isna().all():  # dqm-ml-core cannot count a column of nothing
+            continue
         inside = frame.dropna(subset=[name + CELL])  # dqm-ml-core counts null as a value of its own
         found = runner.run(frame, [_completeness(name)]) | runner.run(inside, _over_cells(name + CELL, cells.count))
         figures[name] = {

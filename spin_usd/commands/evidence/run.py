@@ -8,16 +8,17 @@ from msgspec import UNSET, structs
 
 from spin_usd.basics.extras import EXTRAS
 from spin_usd.basics.pluralise import pluralise
-from spin_usd.commands.check.run import check_folder
+from spin_usd.commands.check.run import check_folder, is_foreign
 from spin_usd.commands.evidence.coverage import Covered
-from spin_usd.commands.evidence.domain import UNKNOWN, read_domain
+from spin_usd.commands.evidence.domain import UNKNOWN, Domain, read_domain
 from spin_usd.commands.evidence.fill import FillFrame, fill_of
+from spin_usd.commands.evidence.foreign_rows import checked_foreign_set, foreign_rows
 from spin_usd.commands.evidence.options import EvidenceOptions
 from spin_usd.commands.evidence.page import page_of
 from spin_usd.commands.evidence.picture_table import columns_of, measured_rows, write_table
 from spin_usd.commands.evidence.quality import quality_of
 from spin_usd.commands.evidence.record_facts import RecordFacts
-from spin_usd.commands.evidence.report import EvidenceReport
+from spin_usd.commands.evidence.report import EvidenceReport, PictureSources
 from spin_usd.commands.evidence.verification import calibration_of, gap_figures, reproduced_pictures
 from spin_usd.errors import InputError
 from spin_usd.files.changes import put
@@ -31,6 +32,7 @@ from spin_usd.store.dataset_folder import refuse_dataset
 from spin_usd.store.hidden_folder import hidden_folder
 from spin_usd.store.report_folder import refuse_other_files, write_report
 
+FOREIGN = "bounds of label errors, charts, reproduction and sources need a dataset of spin-usd"
 TABLE, REPORT = "pictures.parquet", "evidence.json"
 
 
@@ -43,6 +45,8 @@ def evidence(options: EvidenceOptions) -> EvidenceReport:
     """
     EXTRAS["evidence"].require()
     domain, out = read_domain(Path(options.domain)), Path(options.out).absolute()
+    if is_foreign(Path(options.dataset)):
+        return _of_foreign_set(options, domain, out)
     datasets = [Dataset(path) for path in (options.dataset, *options.also)]
     gap = UNSET if options.gap is None else gap_figures(Path(options.gap))
     _refuse(options, datasets, out)
@@ -57,6 +61,39 @@ def evidence(options: EvidenceOptions) -> EvidenceReport:
         write_report(out, REPORT, report, page_of(report, domain), work=hidden.folder)
     if fill:
         _write_fill(Path(str(options.fill)).absolute(), fill)
+    return report
+
+
+def _of_foreign_set(options: EvidenceOptions, domain: Domain, out: Path) -> EvidenceReport:
+    """Gather the evidence of a data set of somebody else: coverage and findings, without what only our records have."""
+    if options.fill is not None:
+        raise InputError("is for datasets of spin-usd", where="--fill", do="leave it out: the report lists the holes")
+    gap = UNSET if options.gap is None else gap_figures(Path(options.gap))
+    refuse_other_files(out, REPORT, [TABLE])
+    checked = checked_foreign_set(options)
+    covered = Covered(domain, columns_of(foreign_rows(checked.audited)))
+    with hidden_folder(out.parent, out.name) as hidden:
+        write_table(hidden.folder / TABLE, covered.columns, covered.places)
+        figures, version = quality_of(hidden.folder / TABLE, domain)
+        report = EvidenceReport(
+            datasets=[str(options.dataset)],
+            title=domain.title,
+            pictures=len(covered.names),
+            least=domain.pictures,
+            coverage=covered.coverage,
+            outside=covered.outside,
+            quality=figures,
+            quality_by=version,
+            labels={},
+            calibration={},
+            reproduced=[],
+            findings=[finding.finding(str(options.dataset)) for finding in checked.findings],
+            sources=PictureSources(stages=[], files={}, versions={}, licences={}, renderers={}),
+            gap=gap,
+            deviations=[*checked.notes, *_unknown(covered), FOREIGN],
+        )
+        put(Folder(out), hidden.folder / TABLE, TABLE)
+        write_report(out, REPORT, report, page_of(report, domain), work=hidden.folder)
     return report
 
 
@@ -111,12 +148,17 @@ def _write_fill(path: Path, text: str) -> None:
 
 def _deviations(covered: Covered, facts: RecordFacts) -> Iterator[str]:
     """Yield a sentence on each known limit of the evidence."""
-    for name, found in covered.places.items():
-        if count := int((found == UNKNOWN).sum()):
-            yield f"{name} is unknown of {pluralise(count, 'picture')}"
+    yield from _unknown(covered)
     if covered.domain.signal_to_noise is not None:
         yield "signal_to_noise is measured in the image of each picture"
     if labels := facts.without_bound(LABELS):
         yield f"no bound of its errors is known for {', '.join(labels)}"
     yield "licences of models, layers and textures are not recorded: state them where you publish the set"
     yield "camera and detector are measured around the principal point, as they are in the first picture's variant"
+
+
+def _unknown(covered: Covered) -> Iterator[str]:
+    """Yield a sentence on each dimension that pictures have no value in."""
+    for name, found in covered.places.items():
+        if count := int((found == UNKNOWN).sum()):
+            yield f"{name} is unknown of {pluralise(count, 'picture')}"

@@ -188,7 +188,7 @@ def test_bad_input_ends_the_command_with_one_sentence(sets, domain, tmp_path, sp
     (tmp_path / "taken.toml").write_text("")
     cases = (
         ((dataset, "--domain", tmp_path / "none.toml"), "No such file"),
-        ((tmp_path / "empty", "--domain", domain), "is not a dataset"),
+        ((tmp_path / "empty", "--domain", domain), "has no known layout"),
         ((dataset, "--domain", domain, "--fill", tmp_path / "fill.txt"), "give a name that ends in .toml"),
         ((dataset, "--domain", domain, "--fill", tmp_path / "taken.toml"), "exists already"),
         ((dataset, "--domain", domain, "--fill", tmp_path / "none" / "fill.toml"), "has no folder to be written to"),

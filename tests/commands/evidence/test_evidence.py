@@ -22,6 +22,7 @@ from spin_usd.commands.evidence.quality import quality_of
 from spin_usd.commands.evidence.record_facts import BODY, DEPTH, FACE
 from spin_usd.commands.evidence.report import EvidenceReport
 from spin_usd.commands.evidence.verification import reproduced_pictures
+from spin_usd.commands.export.run import export
 from spin_usd.commands.reproduce.report import Reproduction
 from tests.commands.evidence.conftest import rendered_set
 from tests.conftest import REPOSITORY
@@ -230,3 +231,16 @@ def test_figures_of_gap_are_repeated(sets, domain, tmp_path) -> None:
     report = spin_usd.evidence(dataset, domain=domain, out=tmp_path / "out", reproduce=0, gap=tmp_path / "gap")
     assert report.gap["correlation"]["ours"] == gap.summary["correlation"].ours
     assert "Gap to real pictures" in (tmp_path / "out" / "index.html").read_text()
+
+
+def test_a_data_set_of_others_is_covered_as_our_dataset_of_the_same_pictures_is(sets, domain, tmp_path) -> None:
+    """Cells of range and attitude are those of the records; what the set lacks is told."""
+    dataset = sets / "close" / "dataset"
+    export(dataset, to="bop", out=tmp_path / "theirs", option=["rectify=yes"])
+    ours = spin_usd.evidence(dataset, domain=domain, out=tmp_path / "a", reproduce=0)
+    theirs = spin_usd.evidence(tmp_path / "theirs", domain=domain, out=tmp_path / "b")
+    counts = [{tuple(each.dimensions): each.counts for each in report.coverage} for report in (ours, theirs)]
+    known = [names for names in counts[0] if set(names) <= {"range", "attitude"}]
+    assert known
+    assert all(counts[0][names] == counts[1][names] for names in known)
+    assert any(text.startswith("bounds of label errors") for text in theirs.deviations)
