@@ -15,6 +15,9 @@ from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import ERROR, WARNING
 
 SAME_BOX = 0.85  # overlap (IoU) of a box and its mask's
+LIT_BOX = 0.5  # overlap (IoU) of a box and that of the lit pixels, at least
+BETTER = 0.2  # of overlap by which another order of numbers must agree better
+WINS = 0.7  # share of the pictures in which it must
 ROUNDED = 2.0  # pixels by which the sides of a box and its mask's may differ
 COUNT = 0.02  # relative difference of counts of pixels
 FEW = 20  # pixels
@@ -166,17 +169,26 @@ def _boxes(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
                 size = np.array(_measures(picture).size or (1, 1), np.float64)
                 pairs.append((picture.name, target.box, np.array(seen), exact, size))
     bad = [(name, box, seen) for name, box, seen, exact, _ in pairs if _disagree(box, seen, exact)]
-    if not bad:
+    if reading := _other_order(pairs):
+        wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen, _, _ in pairs)
+        message = f"boxes agree with the pixels if their numbers are read as {reading}"
+        yield from _finding("box-order", message, f"read or write them as {reading}", wrong, len(pairs))
         return
     wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen in bad)
-    for reading, change in BOX_READINGS.items():
-        right = sum(not _disagree(change(box, size), seen, exact) for _, box, seen, exact, size in pairs)
-        if len(bad) > MOST * len(pairs) and right > 0.7 * len(pairs):
-            message = f"boxes agree with the pixels if their numbers are read as {reading}"
-            yield from _finding("box-order", message, f"read or write them as {reading}", wrong, len(pairs))
-            return
     message = "a box is not where the target's pixels are"
     yield from _finding("box-mask", message, CORRECT, wrong, len(pairs))
+
+
+def _other_order(pairs: Sequence[tuple[str, Float, Float, bool, Float]]) -> str:
+    """Return the order of numbers in which boxes overlap clearly more with the pixels; "" if there is none. Of a target
+    without a mask these are its lit pixels, a part of it."""
+    own = np.array([overlap(box, seen) for _, box, seen, _, _ in pairs])
+    best, most = "", max(LIT_BOX, float(np.median(own)) + BETTER) if pairs else 1.0
+    for reading, change in BOX_READINGS.items():
+        other = np.array([overlap(change(box, size), seen) for _, box, seen, _, size in pairs])
+        if pairs and np.median(other) > most and np.mean(other > own) > WINS:
+            best, most = reading, float(np.median(other))
+    return best
 
 
 def _disagree(box: Float, seen: Float, exact: bool) -> bool:
