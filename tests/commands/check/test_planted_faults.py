@@ -17,11 +17,11 @@ from spin_usd import check
 from tests.cases.foreign_sets import BOXED, KEYPOINTS, LAYOUTS, MASKED, MATRICES, POSED, QUATERNIONS
 from tests.commands.check.planted import EVERY, SIZE, PlantedSet, inverse, matrix
 
+ASIDE = np.array([0.35, 0, 0])
 WIDTH, _ = SIZE
 LISTED = ("speedplus", "speed", "shirt")  # layouts of SPEED's kin
 IMAGES = tuple(name for name in LAYOUTS if name != "kitti")  # layouts with lists of images
 NOT_URSO = tuple(name for name in POSED if name != "urso")  # whose positions are in other axes than rotations
-BY_MASKS = ("spark 2024", "coco", "bop")  # whose boxes are compared with masks; the others, with what is lit
 MIXED = ("speedplus", "spark stream 2", "urso", "coco", "yolo detect", "bop")  # one of each kind of list
 COLOURED = ("coco", "bop", "spark 2022", "urso", "kitti")
 
@@ -241,8 +241,9 @@ def unknown_class(planted) -> None:
 
 
 BOXES = (
-    ("boxes rows first", BY_MASKS, of_boxes(lambda x0, y0, x1, y1: (y0, x0, y1, x1)), "box-order"),
-    ("some boxes rows first", BOXED, of_boxes(lambda x0, y0, x1, y1: (y0, x0, y1, x1), some=True), "box-mask"),
+    ("boxes rows first", BOXED, of_boxes(lambda x0, y0, x1, y1: (y0, x0, y1, x1)), "box-order"),
+    ("some boxes rows first", BOXED, of_boxes(lambda x0, y0, x1, y1: (y0, x0, y1, x1), some=True),
+     "box-mask pose-image"),
     ("ends for sides", ("coco", "bop"), of_boxes(lambda x0, y0, x1, y1: (x0, y0, x0 + x1, y0 + y1)), "box-order"),
     ("sides for ends", ("spark 2021", "spark 2022", "spark 2024"),
      of_boxes(lambda x0, y0, x1, y1: (x0, y0, x1 - x0, y1 - y0)), "box-order box-empty"),
