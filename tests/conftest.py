@@ -20,6 +20,7 @@ from spin_usd.planning.machine_speed import TRIAL_S, keep_trial
 from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.processors import hold_to, share_of
 from spin_usd.store.json_schema import valid
+from tests.cases.foreign_sets import ForeignSets
 from tests.library import library_of
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
@@ -237,6 +238,12 @@ def rendered_tango(library, small_tango_stage, spin_usd):
 def _render_three(spin_usd, stage, folder) -> None:
     spin_usd("render", stage, "--out", folder / "dataset", "--renderer", "raycast", "--frames", "0:3",
              "--radiance")  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def foreign_sets(library, spin_usd):
+    """A dataset in the layouts of others: see tests/cases/foreign_sets.py."""
+    return ForeignSets(library, spin_usd)
 
 
 @pytest.fixture(scope="session")

@@ -14,17 +14,14 @@ from spin_usd.audit.set_finding import SetFinding, worst_first
 from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import ERROR, WARNING
 
-FILLED, BETTER, WINS = (
-    0.55,
-    0.12,
-    0.75,
-)  # overlap (IoU) of a right order of numbers, by how much, and how often, it is better
 SAME_BOX = 0.85  # overlap (IoU) of a box and its mask's
+LIT_BOX = 0.5  # overlap (IoU) of a box and that of the lit pixels, at least
+BETTER = 0.2  # of overlap by which another order of numbers must agree better
+WINS = 0.7  # share of the pictures in which it must
 ROUNDED = 2.0  # pixels by which the sides of a box and its mask's may differ
 COUNT = 0.02  # relative difference of counts of pixels
 FEW = 20  # pixels
 ALIKE = 1.5  # steps of 8 bits between the fields of two pictures of the same looks
-MOVED, TURNED = 0.02, 0.2  # of numbers of rotations and directions
 AXES = 10  # of fields, mixed, by which pictures are searched
 MORE = 0.25  # share of the lit pixels by which the mirrored label holds more of them
 MOST = 0.5  # share of the pictures that make a fault one of the set
@@ -112,7 +109,7 @@ def _duplicates(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
     for rule, found, message, severity in told:
         names = [picture.name for group in found for picture in group]
         yield from _finding(rule, message, REMOVE, names, len(read), severity)
-    alike = [pair for pair in _alike(pictures) if _poses_differ(pair, TURNED)]
+    alike = [pair for pair in _alike(pictures) if _poses_differ(pair)]
     names = list(dict.fromkeys(picture.name for pair in alike for picture in pair))
     yield from _finding(
         "duplicate", "an image looks like another under another pose", REMOVE, names, len(read), WARNING
@@ -134,16 +131,14 @@ def _alike(pictures: Sequence[AuditedPicture]) -> list[tuple[AuditedPicture, Aud
     ]
 
 
-def _poses_differ(group: Sequence[AuditedPicture], least: float = MOVED) -> bool:
-    """Return whether numbers of the first targets' poses differ by more than `least`."""
+def _poses_differ(group: Sequence[AuditedPicture]) -> bool:
     poses = []
     for picture in group:
         posed = [target for target in picture.labels.targets if usable(target)]
         if not posed or posed[0].rotation is None or posed[0].t_cam_body is None:
             return False
-        place = posed[0].t_cam_body / max(float(np.linalg.norm(posed[0].t_cam_body)), 1e-12)
-        poses.append(np.concatenate([posed[0].rotation.ravel(), place]))
-    return len({pose.shape for pose in poses}) == 1 and bool(np.ptp(np.array(poses), axis=0).max() > least)
+        poses.append(np.concatenate([posed[0].rotation.ravel(), posed[0].t_cam_body]))
+    return len({pose.shape for pose in poses}) == 1 and bool(np.ptp(np.array(poses), axis=0).max() > 0.02)
 
 
 def _encoding(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
@@ -173,20 +168,27 @@ def _boxes(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
             if target.box is not None and seen is not None and np.isfinite(target.box).all() and (exact or alone):
                 size = np.array(_measures(picture).size or (1, 1), np.float64)
                 pairs.append((picture.name, target.box, np.array(seen), exact, size))
-    if not pairs:
-        return
     bad = [(name, box, seen) for name, box, seen, exact, _ in pairs if _disagree(box, seen, exact)]
+    if reading := _other_order(pairs):
+        wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen, _, _ in pairs)
+        message = f"boxes agree with the pixels if their numbers are read as {reading}"
+        yield from _finding("box-order", message, f"read or write them as {reading}", wrong, len(pairs))
+        return
     wrong = worst_first((name, 1 - overlap(box, seen)) for name, box, seen in bad)
-    own = np.array([overlap(box, seen) for _, box, seen, _, _ in pairs])
-    for reading, change in BOX_READINGS.items():
-        read_so = np.array([overlap(change(box, size), seen) for _, box, seen, _, size in pairs])
-        if np.median(read_so) > max(FILLED, np.median(own) + BETTER) and np.mean(read_so > own) > WINS:
-            message = f"boxes agree with the pixels if their numbers are read as {reading}"
-            names = [name for name, *_ in pairs]
-            yield from _finding("box-order", message, f"read or write them as {reading}", names, len(pairs))
-            return
     message = "a box is not where the target's pixels are"
     yield from _finding("box-mask", message, CORRECT, wrong, len(pairs))
+
+
+def _other_order(pairs: Sequence[tuple[str, Float, Float, bool, Float]]) -> str:
+    """Return the order of numbers in which boxes overlap clearly more with the pixels; "" if there is none. Of a target
+    without a mask these are its lit pixels, a part of it."""
+    own = np.array([overlap(box, seen) for _, box, seen, _, _ in pairs])
+    best, most = "", max(LIT_BOX, float(np.median(own)) + BETTER) if pairs else 1.0
+    for reading, change in BOX_READINGS.items():
+        other = np.array([overlap(change(box, size), seen) for _, box, seen, _, size in pairs])
+        if pairs and np.median(other) > most and np.mean(other > own) > WINS:
+            best, most = reading, float(np.median(other))
+    return best
 
 
 def _disagree(box: Float, seen: Float, exact: bool) -> bool:

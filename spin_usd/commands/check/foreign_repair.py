@@ -76,7 +76,8 @@ class _Mending:
             document = read_json_file(path, MAX_POSE_LIST)
             for place, entry in self._entries(document):
                 self._entry(entry, name, place)
-            path.write_text(json.dumps(document), encoding="utf-8")
+            if len(self.changes) > before:
+                path.write_text(json.dumps(document), encoding="utf-8")
         if count := len(self.changes) - before:
             yield f"{name}: {count} values; {TABLE} lists them"
 
@@ -105,7 +106,7 @@ class _Mending:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, skipinitialspace=True)
             rows, columns = list(reader), list(reader.fieldnames or ())
-        keys = (*self.fields.rotation, *self.fields.position)
+        before, keys = len(self.changes), (*self.fields.rotation, *self.fields.position)
         for place, row in enumerate(rows):
             if all(key in row for key in keys):
                 said = np.array([number(row[key]) for key in keys])
@@ -113,10 +114,11 @@ class _Mending:
                     self._set(row, key, repr(float(value)), name, f"line {place + 2}")
             if (said_name := row.get(self.fields.name)) and (right := self._named(said_name)):
                 self._set(row, self.fields.name, right, name, f"line {place + 2}")
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, columns)
-            writer.writeheader()
-            writer.writerows(rows)
+        if len(self.changes) > before:
+            with open(path, "w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, columns)
+                writer.writeheader()
+                writer.writerows(rows)
 
     def _named(self, said: str) -> str:
         found = next((each.names[said] for each in self.repairs if said in each.names), "")

@@ -51,8 +51,8 @@ def _read(folder: SetFolder) -> AnnotatedSet:
 
 
 def _camera(folder: SetFolder, drive: str, camera: str) -> Camera | None:
-    above = drive.rpartition("/")[0]
-    if not (name := folder.first(f"{above}/calib_cam_to_cam.txt", f"{drive}/calib_cam_to_cam.txt")):
+    above = "".join(drive.rpartition("/")[:2])
+    if not (name := folder.first(f"{above}calib_cam_to_cam.txt", f"{drive}/calib_cam_to_cam.txt")):
         folder.fault("camera", drive, "has no calib_cam_to_cam.txt")
         return None
     lines = (line.partition(":") for line in folder.head(name, MAX_POSE_LIST).splitlines())
