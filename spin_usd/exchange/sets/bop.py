@@ -1,5 +1,7 @@
 """BOP's scenes and SwissCube's as they lie: images, masks, depth, and the poses of all objects, in millimetres."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,49 +39,60 @@ def _read(folder: SetFolder) -> AnnotatedSet:
     return AnnotatedSet(pictures=pictures, models=models, model_unit=1 / MILLIMETRES, faults=folder.faults)
 
 
-def _scene(folder: SetFolder, name: str, at: str, sensor: str) -> list[AnnotatedPicture]:
-    poses = _object(folder, name)
-    cameras = _object(folder, f"{at}scene_camera{sensor}.json")
-    seen = (
-        _object(folder, f"{at}scene_gt_info{sensor}.json") if f"{at}scene_gt_info{sensor}.json" in folder.files else {}
-    )
-    centre = 0.0 if _is_swisscube(folder, at) else 0.5
-    found = []
+def _scene(folder: SetFolder, name: str, at: str, sensor: str) -> Iterator[AnnotatedPicture]:
+    """Yield the images of the scene_gt.json of that `name`, which lies in the folder `at`; `sensor` ends its name."""
+    poses, cameras = (_object(folder, each) for each in (name, f"{at}scene_camera{sensor}.json"))
+    info = f"{at}scene_gt_info{sensor}.json"
+    seen = _object(folder, info) if info in folder.files else {}
     for key, bodies in poses.items():
         if not key.isdecimal() or not isinstance(bodies, list):
             folder.fault("unreadable", f"{name}, image {key!r}", "is no list of objects under a number")
             continue
-        file = f"{int(key):06d}"
-        image = folder.image(file, *(f"{at}{kind}{sensor}/" for kind in ("rgb", "gray")))
         said = cameras.get(key)
-        camera = _camera(
-            folder, image, said if isinstance(said, dict) else {}, centre, f"{at}scene_camera, image {key}"
+        yield _picture(
+            folder,
+            scene=_Scene(name=name, at=at, sensor=sensor),
+            key=key,
+            bodies=[body if isinstance(body, dict) else {} for body in bodies],
+            said=said if isinstance(said, dict) else {},
+            seen=seen.get(key),
         )
-        info = seen.get(key)
-        depth = folder.first(f"{at}depth{sensor}/{file}.png")
-        targets = [
-            _target(folder, body if isinstance(body, dict) else {}, place, _entry(info, place), f"{at}|{sensor}|{file}")
-            for place, body in enumerate(bodies)
-        ]
-        scale = number(said.get("depth_scale", 1.0)) if isinstance(said, dict) else 1.0
-        found.append(
-            AnnotatedPicture(
-                name=image or f"{at}rgb{sensor}/{file}",
-                exists=bool(image),
-                place=f"{name}, image {key}",
-                split=at.split("/")[0] if "/" in at.rstrip("/") else "",
-                sequence=name,
-                camera=camera,
-                targets=tuple(targets),
-                depth=DepthSource(file=depth, metres=scale / MILLIMETRES) if depth else None,
-            )
-        )
-    return found
 
 
-def _target(folder: SetFolder, body: dict[str, Any], place: int, info: dict[str, Any], at: str) -> AnnotatedTarget:
-    scene, sensor, file = at.split("|")
-    mask = folder.first(f"{scene}mask_visib{sensor}/{file}_{place:06d}.png")
+@dataclass(frozen=True, kw_only=True)
+class _Scene:
+    """Where a scene is."""
+
+    name: str
+    """Its scene_gt.json."""
+    at: str
+    """Its folder, with a slash."""
+    sensor: str
+    """Ending of its folders and files where there are several cameras."""
+
+
+def _picture(
+    folder: SetFolder, *, scene: _Scene, key: str, bodies: list[dict[str, Any]], said: dict[str, Any], seen: Any
+) -> AnnotatedPicture:
+    at, sensor, file = scene.at, scene.sensor, f"{int(key):06d}"
+    image = folder.image(file, *(f"{at}{kind}{sensor}/" for kind in ("rgb", "gray")))
+    depth = folder.first(f"{at}depth{sensor}/{file}.png")
+    masks = [folder.first(f"{at}mask_visib{sensor}/{file}_{place:06d}.png") for place in range(len(bodies))]
+    targets = [_target(body, masks[place], _entry(seen, place)) for place, body in enumerate(bodies)]
+    centre = 0.0 if _is_swisscube(folder, at) else 0.5
+    return AnnotatedPicture(
+        name=image or f"{at}rgb{sensor}/{file}",
+        exists=bool(image),
+        place=f"{scene.name}, image {key}",
+        split=at.split("/")[0] if "/" in at.rstrip("/") else "",
+        sequence=scene.name,
+        camera=_camera(folder, image, said, centre, f"{at}scene_camera{sensor}.json, image {key}"),
+        targets=tuple(targets),
+        depth=DepthSource(file=depth, metres=number(said.get("depth_scale", 1.0)) / MILLIMETRES) if depth else None,
+    )
+
+
+def _target(body: dict[str, Any], mask: str, info: dict[str, Any]) -> AnnotatedTarget:
     box = numbers(info["bbox_visib"], 4) if "bbox_visib" in info else None
     if box is not None and (box[:2] >= 0).all():
         box = np.array([box[0], box[1], box[0] + box[2] + 1, box[1] + box[3] + 1])  # BOP: greatest pixel less the least

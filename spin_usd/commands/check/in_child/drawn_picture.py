@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.audit.picture_measures import DrawPicture, Lens, MeasurePictures
+from spin_usd.audit.picture_measures import DrawPicture, Lens, MeasurePictures, TargetFiles
 from spin_usd.basics.arrays import Float
 from spin_usd.commands.check.in_child.set_pictures import SetPicture, box_around, camera_of, grey_of
 from spin_usd.formats.image_file import encoded_image
@@ -30,33 +30,61 @@ def drawn_picture(request: DrawPicture) -> str:
     image = reader.image()
     if image is None:
         return ""
-    height, width = image.shape[:2]
-    masks = [reader.mask(target, (width, height)) for target in files.targets]
+    masks = [reader.mask(target, (image.shape[1], image.shape[0])) for target in files.targets]
     boxes = [target.box for target in files.targets if target.box is not None]
     boxes += [box for read in masks if read is not None and (box := box_around(read[0])) is not None]
-    x0, y0, side = _shown(np.array(boxes).reshape(-1, 4), width, height)
-    scale, corner = WIDTH / side, np.array([x0, y0])
-    rows, columns = slice(y0, min(y0 + side, height)), slice(x0, min(x0 + side, width))
-    grey = grey_of(image).clip(0, 255).astype(np.uint8)
-    colour = image[..., :3] if image.ndim == 3 and image.dtype == np.uint8 and image.shape[2] >= 3 else grey
-    part = np.ascontiguousarray(colour[rows, columns])
-    size = (max(1, round(part.shape[1] * scale)), max(1, round(part.shape[0] * scale)))
-    canvas = cv2.resize(part, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST)
-    canvas = np.ascontiguousarray(np.repeat(canvas[..., None], 3, 2) if canvas.ndim == 2 else canvas)
+    drawing = _Drawing(image, np.array(boxes).reshape(-1, 4))
     for target, read in zip(files.targets, masks, strict=True):
-        if read is not None:
-            small = cv2.resize(read[0][rows, columns].astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-            cv2.drawContours(canvas, cv2.findContours(small, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)[0], -1, MASK, 1)
-        if target.box is not None and np.isfinite(target.box).all():
-            low, high = np.rint((np.clip(target.box, -1e5, 1e5).reshape(2, 2) - corner) * scale).astype(int).tolist()
-            cv2.rectangle(canvas, low, high, BOX, 1)
-        if target.pose is not None and files.lens is not None:
-            _draw_axes(canvas, np.array(target.pose), files.lens, scale, corner)
+        drawing.add(target, None if read is None else read[0], files.lens)
     for point in np.array(request.keypoints).reshape(-1, 2):
         if np.isfinite(point).all():
-            x, y = np.rint((point - corner) * scale).astype(int).tolist()
-            cv2.circle(canvas, (x, y), 2, KEYPOINT, -1)
-    return b64encode(encoded_image(canvas, ".jpg", channels=("R", "G", "B"), quality=QUALITY)).decode()
+            x, y = drawing.place(point)
+            cv2.circle(drawing.canvas, (x, y), 2, KEYPOINT, -1)
+    return b64encode(encoded_image(drawing.canvas, ".jpg", channels=("R", "G", "B"), quality=QUALITY)).decode()
+
+
+class _Drawing:
+    """The part of a picture (H, W) or (H, W, C) around boxes (N, 4), WIDTH pixels wide."""
+
+    def __init__(self, image: NDArray[Any], boxes: Float) -> None:
+        height, width = image.shape[:2]
+        x0, y0, side = _shown(boxes, width, height)
+        self.scale, self.corner = WIDTH / side, np.array([x0, y0])
+        self.rows, self.columns = slice(y0, min(y0 + side, height)), slice(x0, min(x0 + side, width))
+        grey = grey_of(image).clip(0, 255).astype(np.uint8)
+        colour = image[..., :3] if image.ndim == 3 and image.dtype == np.uint8 and image.shape[2] >= 3 else grey
+        part = np.ascontiguousarray(colour[self.rows, self.columns])
+        self.size = (max(1, round(part.shape[1] * self.scale)), max(1, round(part.shape[0] * self.scale)))
+        way = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_NEAREST
+        canvas: NDArray[Any] = cv2.resize(part, self.size, interpolation=way)
+        self.canvas = np.ascontiguousarray(np.repeat(canvas[..., None], 3, 2) if canvas.ndim == 2 else canvas)
+
+    def place(self, point: Float) -> list[int]:
+        """Return the pixel of the drawing for a pixel (2,) of the picture."""
+        found: list[int] = np.rint((np.clip(point, -1e5, 1e5) - self.corner) * self.scale).astype(int).tolist()
+        return found
+
+    def add(self, target: TargetFiles, mask: NDArray[np.bool_] | None, lens: Lens | None) -> None:
+        """Draw the labels of a target."""
+        if mask is not None:
+            small = mask[self.rows, self.columns].astype(np.uint8)
+            small = cv2.resize(small, self.size, interpolation=cv2.INTER_NEAREST)
+            outlines = cv2.findContours(small, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)[0]
+            cv2.drawContours(self.canvas, outlines, -1, MASK, 1)
+        if target.box is not None and np.isfinite(target.box).all():
+            low, high = self.place(np.array(target.box[:2])), self.place(np.array(target.box[2:]))
+            cv2.rectangle(self.canvas, low, high, BOX, 1)
+        if target.pose is not None and lens is not None:
+            self._axes(np.array(target.pose), lens)
+
+    def _axes(self, T: Float, lens: Lens) -> None:
+        """Draw the body's axes, x red, y green, z blue, an eighth of the drawing's width long."""
+        length = abs(T[2, 3]) * WIDTH / self.scale / lens.projection[0] / 8
+        along = np.linspace(0, length, STEPS)[:, None]
+        for axis, colour in enumerate(AXES):
+            points = (camera_of(lens).project(along * T[:, axis] + T[:, 3]) - self.corner) * self.scale
+            if np.isfinite(points).all() and np.abs(points).max() < 1e5:
+                cv2.polylines(self.canvas, [np.rint(points).astype(np.int32)], False, colour, 1, cv2.LINE_AA)
 
 
 def _shown(boxes: Float, width: int, height: int) -> tuple[int, int, int]:
@@ -71,13 +99,3 @@ def _shown(boxes: Float, width: int, height: int) -> tuple[int, int, int]:
         return 0, 0, width
     x0, y0 = (np.clip((low + high - side) / 2, 0, np.maximum(np.array([width, height]) - side, 0))).astype(int).tolist()
     return x0, y0, side
-
-
-def _draw_axes(canvas: NDArray[Any], T: Float, lens: Lens, scale: float, corner: Float) -> None:
-    """Draw the body's axes, x red, y green, z blue, an eighth of the drawing's width long."""
-    length = abs(T[2, 3]) * WIDTH / scale / lens.projection[0] / 8
-    along = np.linspace(0, length, STEPS)[:, None]
-    for axis, colour in enumerate(AXES):
-        points = (camera_of(lens).project(along * T[:, axis] + T[:, 3]) - corner) * scale
-        if np.isfinite(points).all() and np.abs(points).max() < 1e5:
-            cv2.polylines(canvas, [np.rint(points).astype(np.int32)], False, colour, 1, cv2.LINE_AA)
