@@ -53,11 +53,13 @@ class _Drawing:
         self.rows, self.columns = slice(y0, min(y0 + side, height)), slice(x0, min(x0 + side, width))
         grey = grey_of(image).clip(0, 255).astype(np.uint8)
         colour = image[..., :3] if image.ndim == 3 and image.dtype == np.uint8 and image.shape[2] >= 3 else grey
-        part = np.ascontiguousarray(colour[self.rows, self.columns])
+        part: NDArray[Any] = np.ascontiguousarray(colour[self.rows, self.columns])
         self.size = (max(1, round(part.shape[1] * self.scale)), max(1, round(part.shape[0] * self.scale)))
         way = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_NEAREST
-        canvas: NDArray[Any] = cv2.resize(part, self.size, interpolation=way)
-        self.canvas = np.ascontiguousarray(np.repeat(canvas[..., None], 3, 2) if canvas.ndim == 2 else canvas)
+        canvas = np.asarray(cv2.resize(part, self.size, interpolation=way), np.uint8)
+        self.canvas: NDArray[Any] = np.ascontiguousarray(
+            np.repeat(canvas[..., None], 3, 2) if canvas.ndim == 2 else canvas
+        )
 
     def place(self, point: Float) -> list[int]:
         """Return the pixel of the drawing for a pixel (2,) of the picture."""
