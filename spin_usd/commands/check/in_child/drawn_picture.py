@@ -69,8 +69,8 @@ class _Drawing:
     def add(self, target: TargetFiles, mask: NDArray[np.bool_] | None, lens: Lens | None) -> None:
         """Draw the labels of a target."""
         if mask is not None:
-            small = mask[self.rows, self.columns].astype(np.uint8)
-            small = cv2.resize(small, self.size, interpolation=cv2.INTER_NEAREST)
+            part = mask[self.rows, self.columns].astype(np.uint8)
+            small = cv2.resize(part, self.size, interpolation=cv2.INTER_NEAREST)
             outlines = cv2.findContours(small, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)[0]
             cv2.drawContours(self.canvas, outlines, -1, MASK, 1)
         if target.box is not None and np.isfinite(target.box).all():
