@@ -15,6 +15,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.scene.finding import ERROR, WARNING
 
 SAME_BOX = 0.85  # overlap (IoU) of a box and its mask's
+LIT_INSIDE = 0.3  # share of the box of the lit pixels that lies in the target's
 LIT_BOX = 0.5  # overlap (IoU) of a box and that of the lit pixels, at least
 BETTER = 0.2  # of overlap by which another order of numbers must agree better
 WINS = 0.7  # share of the pictures in which it must
@@ -95,7 +96,8 @@ def _duplicates(read: Sequence[AuditedPicture]) -> Iterator[SetFinding]:
     pictures = list({picture.name: picture for picture in read}.values())
     groups: dict[str, list[AuditedPicture]] = defaultdict(list)
     for picture in pictures:
-        if digest := _measures(picture).sha256:
+        shows = _measures(picture).lit_box or _measures(picture).look  # black pictures are all the same
+        if (digest := _measures(picture).sha256) and shows:
             groups[digest].append(picture)
     same = [group for group in groups.values() if len(group) > 1]
     across = [group for group in same if len({picture.labels.split for picture in group}) > 1]
@@ -194,8 +196,11 @@ def _other_order(pairs: Sequence[tuple[str, Float, Float, bool, Float]]) -> str:
 def _disagree(box: Float, seen: Float, exact: bool) -> bool:
     if not (box[2:] > box[:2]).all():
         return True
-    near = bool(np.abs(box - seen).max() <= ROUNDED)
-    return not near and overlap(box, seen) < (SAME_BOX if exact else 0.02)
+    if not exact:  # what is lit is a part of the target
+        near = box + np.array([-ROUNDED, -ROUNDED, ROUNDED, ROUNDED])
+        both = np.prod(np.maximum(np.minimum(near[2:], seen[2:]) - np.maximum(near[:2], seen[:2]), 0))
+        return bool(both < LIT_INSIDE * np.prod(seen[2:] - seen[:2]))
+    return bool(np.abs(box - seen).max() > ROUNDED) and overlap(box, seen) < SAME_BOX
 
 
 def _transposed(box: Float, size: Float) -> Float:

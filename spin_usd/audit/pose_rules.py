@@ -26,7 +26,8 @@ from spin_usd.scene.finding import WARNING
 BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
 GOOD = 0.75  # overlap (IoU) of a reading that agrees
 FOLLOWED, CHANCE = 0.66, 0.57  # mean rank of edges under outlines that follow them, and that do not
-STRANGE, STRANGE_LIT = 0.5, 0.25  # overlap (IoU) that poses of other pictures reach at most; by lit pixels
+STRANGE = 0.5  # overlap (IoU) that poses of other pictures reach at most
+FOLLOWING = 0.3  # correlation of what is lit with the body's origin, which poses of other pictures do not reach
 WINS = 0.75  # share of the pictures in which it must agree better
 CLEARLY = 5.0  # ratio of errors of keypoints
 PIXELS = 2.0  # error of keypoints, above which labels are not merely rounded
@@ -142,11 +143,26 @@ def _strangers(targets: PosedTargets) -> Iterator[SetFinding]:
         fit = max((by_boxes(targets, reading) for reading in readings(targets)), key=lambda each: each.score)
         how = f"boxes overlap by {fit.score:.2f} in the best"
         there = np.isfinite(fit.each)
-        if there.sum() < FEWEST or fit.score > (STRANGE_LIT if targets.from_image.any() else STRANGE):
+        if there.sum() < FEWEST or fit.score > STRANGE or (targets.from_image.any() and not _elsewhere(targets)):
             return
     message = f"poses agree with labels in no reading ({how})"
     remedy = "check that the lists are of these pictures, in this order, and that K is of this size"
     yield _finding("pose-image", message, remedy, targets, np.arange(len(targets)), fit.each)
+
+
+def _elsewhere(targets: PosedTargets) -> bool:
+    """Return whether the middle of what is lit does not follow the body's origin through the pictures."""
+    z = targets.t[:, 2:]
+    origin = targets.t[:, :2] / np.where(z > 0, z, np.nan)
+    boxes = targets.normalised(targets.boxes)
+    there = np.isfinite(boxes).all(1) & np.isfinite(origin).all(1)
+    if there.sum() < 2 * FEWEST:
+        return False
+    middle, origin = ((boxes[:, :2] + boxes[:, 2:]) / 2)[there], origin[there]
+    spread, size = origin.std(0), np.median(np.linalg.norm(boxes[there, 2:] - boxes[there, :2], axis=1))
+    if np.linalg.norm(spread) < size / 2 or not (spread > 0).all() or not (middle.std(0) > 0).all():
+        return False
+    return float(np.mean([np.corrcoef(middle[:, axis], origin[:, axis])[0, 1] for axis in (0, 1)])) < FOLLOWING
 
 
 def _outliers(targets: PosedTargets, reading: Reading, model: Float | None) -> Iterator[SetFinding]:
