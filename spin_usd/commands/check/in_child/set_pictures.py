@@ -42,6 +42,7 @@ FIELDS = 16  # fields across a picture's look
 NEAR_UNIFORM = 4.0  # steps of 8 bits between the fields
 WHITE, BLACK = 250, 5
 SUBPIXEL_BITS = 4
+MAX_DIGIT, MAX_SHIFT = 64, 60  # of COCO's compressed run lengths: values and bits
 CODES = np.arange(1, 121)  # of 8 bits, where the curve's steps leave gaps
 MIN_CODES = 12  # different codes for a verdict on gaps
 
@@ -367,6 +368,8 @@ def _numbers(text: str) -> Iterator[int]:
     value, shift = 0, 0
     for character in text:
         digit = ord(character) - 48
+        if not 0 <= digit < MAX_DIGIT or shift > MAX_SHIFT:
+            raise InputError("holds damaged run lengths")
         value |= (digit & 0x1F) << shift
         shift += 5
         if not digit & 0x20:
