@@ -1,5 +1,6 @@
 """The folder of a data set of somebody else: its file names, listed once, and its lists, read with what is wrong."""
 
+import csv
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,6 +34,7 @@ class SetFolder:
         self.faults: list[Fault] = []
         """Faults that readers have met."""
         self.files = frozenset(self._walk())
+        self._sorted = sorted(self.files)
         self.renamed: dict[str, str] = {}
         """Images that lie elsewhere than lists say, or are spelled otherwise: their paths by their names there."""
         self._sizes: dict[str, tuple[int, int] | None] = {}
@@ -70,7 +72,7 @@ class SetFolder:
     def _by_name(self) -> dict[str, list[str]]:
         """Images by their names without folders, in lower case."""
         found: dict[str, list[str]] = {}
-        for file in sorted(self.files):
+        for file in self._sorted:
             if file.lower().endswith(IMAGES) and not LABELS.search(file):
                 found.setdefault(file.rpartition("/")[2].lower(), []).append(file)
         return found
@@ -78,7 +80,7 @@ class SetFolder:
     def matching(self, pattern: str) -> list[re.Match[str]]:
         """Return matches of the whole names with the pattern, in alphabetic order."""
         compiled = re.compile(pattern)
-        return [match for file in sorted(self.files) if (match := compiled.fullmatch(file))]
+        return [match for file in self._sorted if (match := compiled.fullmatch(file))]
 
     def first(self, *names: str) -> str:
         """Return the first of the names that is a file; "" if none is."""
@@ -142,6 +144,8 @@ class SetFolder:
                 yield f"{name}, line {line}", {key.strip(): cell for key, cell in row.items()}
         except InputError as error:
             self.fault("unreadable", str(error.where or name), error.found)
+        except csv.Error:
+            self.fault("unreadable", name, "is not CSV")
 
     def fault(self, rule: str, where: str, message: str) -> None:
         """Note a fault."""
