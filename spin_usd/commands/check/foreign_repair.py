@@ -59,6 +59,10 @@ def _holds(fields: PoseFields, head: str) -> bool:
     return all(any(key in head for key in keys) for keys in (fields.rotation, fields.position))
 
 
+def _listed(bodies: Any) -> list[dict[str, Any]]:
+    return [body for body in bodies if isinstance(body, dict)] if isinstance(bodies, list) else []
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Mending:
     """The changes to lists."""
@@ -70,47 +74,60 @@ class _Mending:
     def file(self, path: Path, name: str) -> Iterator[str]:
         """Mend the list at `path`, and yield a sentence if it changed."""
         before = len(self.changes)
-        if path.suffix == ".csv":
-            self._table(path, name)
-        else:
-            document = read_json_file(path, MAX_POSE_LIST)
-            for place, entry in self._entries(document):
-                self._entry(entry, name, place)
-            if len(self.changes) > before:
-                path.write_text(json.dumps(document), encoding="utf-8")
+        try:
+            if path.suffix == ".csv":
+                self._table(path, name)
+            else:
+                self._document(path, name)
+        except (InputError, UnicodeDecodeError, csv.Error):
+            yield f"{name}: left as it is, as it cannot be read"
         if count := len(self.changes) - before:
             yield f"{name}: {count} values; {TABLE} lists them"
+
+    def _document(self, path: Path, name: str) -> None:
+        document, before = read_json_file(path, MAX_POSE_LIST), len(self.changes)
+        for place, entry in self._entries(document):
+            self._entry(entry, name, place)
+        if len(self.changes) > before:
+            path.write_text(json.dumps(document), encoding="utf-8")
 
     def _entries(self, document: Any) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield the objects with poses of a JSON document, and their places."""
         if isinstance(document, dict) and "poses" not in document:
             for key, bodies in document.items():
-                yield from ((f"image {key}", body) for body in bodies if isinstance(body, dict))
+                yield from ((f"image {key}", body) for body in _listed(bodies))
         else:
             entries = document["poses"] if isinstance(document, dict) else document
-            yield from ((f"entry {place}", each) for place, each in enumerate(entries) if isinstance(each, dict))
+            listed = enumerate(entries) if isinstance(entries, list) else ()
+            yield from ((f"entry {place}", each) for place, each in listed if isinstance(each, dict))
 
     def _entry(self, entry: dict[str, Any], name: str, place: str) -> None:
         rotation, position = (
             next((key for key in keys if key in entry), "") for keys in (self.fields.rotation, self.fields.position)
         )
-        if rotation and position:
-            q, t = numbers(entry[rotation], len(entry[rotation])), numbers(entry[position], 3)
+        said = entry.get(rotation)
+        q = numbers(said, len(said)) if isinstance(said, list) and len(said) in (4, 9) else np.full(4, np.nan)
+        t = numbers(entry.get(position), 3)
+        if np.isfinite(q).all() and np.isfinite(t).all() and q.any():
             for key, values in zip((rotation, position), self._pose(q, t), strict=True):
                 self._set(entry, key, values.tolist(), name, place)
-        said = entry.get(self.fields.name)
-        if isinstance(said, str) and (right := self._named(said)):
+        image = entry.get(self.fields.name)
+        if isinstance(image, str) and (right := self._named(image)):
             self._set(entry, self.fields.name, right, name, place)
 
     def _table(self, path: Path, name: str) -> None:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, skipinitialspace=True)
             rows, columns = list(reader), list(reader.fieldnames or ())
+        if any(None in row for row in rows):
+            raise InputError("has a row with more cells than headings", where=name)
         before, keys = len(self.changes), (*self.fields.rotation, *self.fields.position)
         for place, row in enumerate(rows):
             if all(key in row for key in keys):
                 said = np.array([number(row[key]) for key in keys])
-                for key, value in zip(keys, np.concatenate(self._pose(said[:4], said[4:])), strict=True):
+                usable = np.isfinite(said).all() and said[:4].any()
+                made = np.concatenate(self._pose(said[:4], said[4:])) if usable else ()
+                for key, value in zip(keys, made, strict=bool(usable)):
                     self._set(row, key, repr(float(value)), name, f"line {place + 2}")
             if (said_name := row.get(self.fields.name)) and (right := self._named(said_name)):
                 self._set(row, self.fields.name, right, name, f"line {place + 2}")

@@ -14,6 +14,7 @@ from spin_usd.exchange.sets.set_folder import SetFolder, number, numbers
 from spin_usd.exchange.sets.set_format import PoseFields, SetFormat
 from spin_usd.geometry.camera import Camera
 
+MOST_DIGITS = 19  # of an image's number
 SCENE = r"(?P<at>(?:.*/)?)scene_gt(?P<sensor>(?!_info|_coco)(?:_[A-Za-z0-9-]+)?)\.json"
 FIELDS = PoseFields(files=SCENE, rotation=("cam_R_m2c",), position=("cam_t_m2c",))
 
@@ -45,7 +46,7 @@ def _scene(folder: SetFolder, name: str, at: str, sensor: str) -> Iterator[Annot
     info = f"{at}scene_gt_info{sensor}.json"
     seen = _object(folder, info) if info in folder.files else {}
     for key, bodies in poses.items():
-        if not key.isdecimal() or not isinstance(bodies, list):
+        if not (key.isdecimal() and len(key) < MOST_DIGITS) or not isinstance(bodies, list):
             folder.fault("unreadable", f"{name}, image {key!r}", "is no list of objects under a number")
             continue
         said = cameras.get(key)

@@ -6,7 +6,7 @@ import numpy as np
 
 from spin_usd.audit.annotated_set import AnnotatedPicture, AnnotatedSet, AnnotatedTarget, MaskSource
 from spin_usd.exchange.coco import ANNOTATIONS, HALF_PIXEL, HEAD, IMAGES
-from spin_usd.exchange.sets.set_folder import SetFolder, number, numbers
+from spin_usd.exchange.sets.set_folder import LARGEST, SetFolder, number, numbers
 from spin_usd.exchange.sets.set_format import SetFormat
 
 
@@ -31,17 +31,15 @@ def _read_set(folder: SetFolder) -> AnnotatedSet:
         document = document if isinstance(document, dict) else {}
         for each in _objects(document, "categories"):
             classes[str(each.get("id"))] = str(each.get("name"))
-        by_image: dict[Any, list[dict[str, Any]]] = {}
+        by_image: dict[str, list[dict[str, Any]]] = {}
         for each in _objects(document, ANNOTATIONS):
-            by_image.setdefault(each.get("image_id"), []).append(each)
+            by_image.setdefault(str(each.get("image_id")), []).append(each)
         split = name.rpartition("/")[2].removesuffix(".json")
         images = _objects(document, IMAGES)
-        if lost := by_image.keys() - {each.get("id") for each in images}:
-            folder.fault(
-                "files", name, f"{len(lost)} image_ids of annotations, such as {min(lost, key=str)}, are of no image"
-            )
+        if lost := by_image.keys() - {str(each.get("id")) for each in images}:
+            folder.fault("files", name, f"{len(lost)} image_ids of annotations, such as {min(lost)}, are of no image")
         for place, image in enumerate(images):
-            labels = by_image.get(image.get("id"), [])
+            labels = by_image.get(str(image.get("id")), [])
             pictures.append(_picture(folder, image, labels, split, f"{name}, image {place}"))
     return AnnotatedSet(pictures=pictures, classes=classes, faults=folder.faults)
 
@@ -58,8 +56,8 @@ def _picture(
     file = folder.image(name, f"images/{split}/", f"{split}/", "images/")
     size = (int(number(image.get(side))) if number(image.get(side)) > 0 else 0 for side in ("height", "width"))
     height, width = size
-    poses = {each.get("category_id"): each for each in image.get("poses") or () if isinstance(each, dict)}
-    targets = [_target(each, poses.pop(each.get("category_id"), {}), (height, width)) for each in labels]
+    poses = {str(each.get("category_id")): each for each in _objects(image, "poses")}
+    targets = [_target(each, poses.pop(str(each.get("category_id")), {}), (height, width)) for each in labels]
     targets += [_target({"category_id": key}, each, (height, width)) for key, each in poses.items()]
     return AnnotatedPicture(
         name=file or name,
@@ -89,8 +87,14 @@ def _target(said: dict[str, Any], pose: dict[str, Any], size: tuple[int, int]) -
     )
 
 
+def _are_runs(counts: Any) -> bool:
+    """Return whether the value is run lengths: text, or whole numbers."""
+    whole = isinstance(counts, list) and all(type(each) is int and abs(each) < LARGEST for each in counts)
+    return whole or isinstance(counts, str)
+
+
 def _mask(said: Any, size: tuple[int, int]) -> MaskSource | None:
-    if isinstance(said, dict) and isinstance(said.get("counts"), str | list):
+    if isinstance(said, dict) and _are_runs(said.get("counts")):
         stated = numbers(said.get("size"), 2)
         if np.isfinite(stated).all():
             size = (int(stated[0]), int(stated[1]))

@@ -72,7 +72,7 @@ def _times(folder: SetFolder, name: str) -> list[float]:
     for text in folder.head(name, MAX_POSE_LIST).splitlines() if name in folder.files else []:
         try:
             found.append(datetime.fromisoformat(text.strip()[:26]).timestamp())
-        except ValueError:
+        except (ValueError, OverflowError):
             found.append(nan)
     return found
 

@@ -1,5 +1,6 @@
 """The folder of a data set of somebody else: its file names, listed once, and its lists, read with what is wrong."""
 
+import csv
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from spin_usd.files.user_file import open_file
 from spin_usd.formats.json_file import read_json_file
 
 MAX_FILES = 4_000_000
+LARGEST = 9e18  # as whole numbers of 64 bits; in metres, pixels or nanoseconds no label is larger
 LABELS = re.compile(r"(^|/)[^/]*(mask|depth|seg|disp)[^/]*/", re.IGNORECASE)
 """Folders of images that no camera took."""
 IMAGES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp")
@@ -32,25 +34,45 @@ class SetFolder:
         self.faults: list[Fault] = []
         """Faults that readers have met."""
         self.files = frozenset(self._walk())
+        self._sorted = sorted(self.files)
         self.renamed: dict[str, str] = {}
         """Images that lie elsewhere than lists say, or are spelled otherwise: their paths by their names there."""
         self._sizes: dict[str, tuple[int, int] | None] = {}
 
     def _walk(self) -> Iterator[str]:
-        count = 0
-        for folder, folders, names in os.walk(self.root):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            at = os.path.relpath(folder, self.root)
-            count += len(names)
+        """Yield the regular files; links that lead out of the folder are faults, and none to folders is followed."""
+        count, folders, root = 0, [""], os.path.realpath(self.root)
+        outside: list[str] = []
+        while folders:
+            at = folders.pop()
+            for entry in self._entries_of(at):
+                name = f"{at}{entry.name}"
+                if entry.is_dir(follow_symlinks=False):
+                    folders += [] if entry.name.startswith(".") else [f"{name}/"]
+                elif entry.is_symlink() and not os.path.realpath(entry.path).startswith(f"{root}{os.sep}"):
+                    outside.append(name)
+                elif is_regular(entry):
+                    count += 1
+                    yield name
             if count > MAX_FILES:
                 raise InputError(f"holds more than {MAX_FILES} files", where=self.root, do="give a part of it")
-            yield from (name if at == "." else f"{at}/{name}" for name in names)
+        if outside:
+            message = f"{len(outside)} links lead out of the set's folder, and are not read"
+            self.fault("files", min(outside), message)
+
+    def _entries_of(self, at: str) -> list[os.DirEntry[str]]:
+        try:
+            with os.scandir(self.root / at) as entries:
+                return list(entries)
+        except OSError as error:
+            self.fault("unreadable", at or str(self.root), f"cannot be listed ({error.strerror})")
+            return []
 
     @cached_property
     def _by_name(self) -> dict[str, list[str]]:
         """Images by their names without folders, in lower case."""
         found: dict[str, list[str]] = {}
-        for file in sorted(self.files):
+        for file in self._sorted:
             if file.lower().endswith(IMAGES) and not LABELS.search(file):
                 found.setdefault(file.rpartition("/")[2].lower(), []).append(file)
         return found
@@ -58,7 +80,7 @@ class SetFolder:
     def matching(self, pattern: str) -> list[re.Match[str]]:
         """Return matches of the whole names with the pattern, in alphabetic order."""
         compiled = re.compile(pattern)
-        return [match for file in sorted(self.files) if (match := compiled.fullmatch(file))]
+        return [match for file in self._sorted if (match := compiled.fullmatch(file))]
 
     def first(self, *names: str) -> str:
         """Return the first of the names that is a file; "" if none is."""
@@ -122,10 +144,20 @@ class SetFolder:
                 yield f"{name}, line {line}", {key.strip(): cell for key, cell in row.items()}
         except InputError as error:
             self.fault("unreadable", str(error.where or name), error.found)
+        except csv.Error:
+            self.fault("unreadable", name, "is not CSV")
 
     def fault(self, rule: str, where: str, message: str) -> None:
         """Note a fault."""
         self.faults.append(Fault(rule=rule, where=where, message=message))
+
+
+def is_regular(entry: os.DirEntry[str]) -> bool:
+    """Return whether an entry of a folder is a regular file, or a link to one."""
+    try:
+        return entry.is_file()
+    except OSError:  # of links in a circle
+        return False
 
 
 def numbers(values: Any, count: int) -> Float:
@@ -138,11 +170,12 @@ def numbers(values: Any, count: int) -> Float:
 
 
 def number(value: Any) -> float:
-    """Return the number that a value, or its text, is; NaN if it is none."""
+    """Return the number that a value, or its text, is; NaN if it is none, infinite, or beyond LARGEST."""
     try:
-        return nan if isinstance(value, bool) else float(value)
+        found = nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):
         return nan
+    return found if abs(found) < LARGEST else nan
 
 
 def cells_or_nan(row: Mapping[str, str], columns: Sequence[str]) -> Float:

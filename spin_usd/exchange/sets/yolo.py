@@ -33,7 +33,8 @@ def _read_set(folder: SetFolder) -> AnnotatedSet:
     yaml = folder.first("data.yaml", "dataset.yaml")
     said = _yaml(folder, yaml) if yaml else {}
     names = said.get("names") or []
-    classes = {str(key): str(name) for key, name in (names.items() if isinstance(names, dict) else enumerate(names))}
+    listed = names.items() if isinstance(names, dict) else enumerate(names if isinstance(names, list) else [])
+    classes = {str(key): str(name) for key, name in listed}
     shape = numbers(said.get("kpt_shape"), 2)
     poses = {str(each.get("filename")): each for each in (folder.entries(POSES) if POSES in folder.files else [])}
     pictures = []
@@ -77,7 +78,7 @@ def _targets(
                 folder.fault("unreadable", f"{name}, line {line}", "is no class and four numbers or more")
             continue
         points, box, mask = None, None, None
-        count = int(shape[0] * shape[1]) if np.isfinite(shape).all() else 0
+        count = int(shape[0] * shape[1]) if shape[0] >= 1 and shape[1] in (2, 3) else 0
         if len(values) == 4 or len(values) == 4 + count:
             box = np.concatenate([values[:2] - values[2:4] / 2, values[:2] + values[2:4] / 2]) * np.tile(scale, 2)
             if count:

@@ -43,6 +43,8 @@ NEAR_UNIFORM = 4.0  # steps of 8 bits between a field and most of them
 FEWEST_FIELDS = 8  # that differ, below which all small targets look alike
 WHITE, BLACK = 250, 5
 SUBPIXEL_BITS = 4
+MAX_PIXEL = 1e5  # of an outline, beyond any picture
+MAX_DIGIT, MAX_SHIFT = 64, 60  # of COCO's compressed run lengths: values and bits
 CODES = np.arange(1, 121)  # of 8 bits, where the curve's steps leave gaps
 MIN_CODES = 12  # different codes for a verdict on gaps
 
@@ -147,7 +149,10 @@ class SetPicture:
             raise InputError("gives no size of its mask")
         if source.polygons:
             canvas = np.zeros((height, width), np.uint8)
-            rings = [_fixed(np.array(each).reshape(-1, 2) - 0.5) for each in source.polygons if len(each) >= 6]
+            outlines = [np.array(each, np.float64).reshape(-1, 2) for each in source.polygons if len(each) >= 6]
+            if not all(np.isfinite(each).all() for each in outlines):
+                raise InputError("has an outline of no numbers")
+            rings = [_fixed(np.clip(each, -MAX_PIXEL, MAX_PIXEL) - 0.5) for each in outlines]
             cv2.fillPoly(canvas, rings, 1, shift=SUBPIXEL_BITS)
             return canvas > 0, 0.0
         runs = _uncompressed(source.counts) if isinstance(source.counts, str) else source.counts
@@ -376,6 +381,8 @@ def _numbers(text: str) -> Iterator[int]:
     value, shift = 0, 0
     for character in text:
         digit = ord(character) - 48
+        if not 0 <= digit < MAX_DIGIT or shift > MAX_SHIFT:
+            raise InputError("holds damaged run lengths")
         value |= (digit & 0x1F) << shift
         shift += 5
         if not digit & 0x20:
