@@ -106,6 +106,8 @@ class AnnotatedSet:
     faults: Sequence[Fault] = ()
     q_cam_body: Callable[[Float], Float] = lambda q: q
     """Converts the layout's quaternions (N, 4), scalar first, to ours."""
+    other_axes: bool = False
+    """Whether the layout's poses are in other axes of the camera than OpenCV's."""
     scalar_last: bool = False
     """Whether the layout's quaternions have the scalar at the end."""
     masks_are_lossy: bool = False

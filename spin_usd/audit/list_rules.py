@@ -1,7 +1,7 @@
 """Rules on a set's lists: numbers, files, classes, boxes, splits and times, without a pixel."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -50,9 +50,10 @@ def _of_targets(
         if (amount := wrong(picture.labels, target)) > 0
     ]
     if found:
-        yield SetFinding(
-            rule=rule, message=message, remedy=remedy, pictures=worst_first(found), of=len(audited.pictures)
-        )
+        pictures = worst_first(found)
+        place = next(picture.labels.place for picture in audited.pictures if picture.name == pictures[0])
+        message = f"{message}, first in {place}"
+        yield SetFinding(rule=rule, message=message, remedy=remedy, pictures=pictures, of=len(audited.pictures))
 
 
 def _not_numbers(picture: AnnotatedPicture, target: AnnotatedTarget) -> float:
@@ -119,11 +120,11 @@ def _keypoint_outside(picture: AnnotatedPicture, target: AnnotatedTarget) -> flo
 
 CORRECT = "correct the list, or leave these pictures out"
 TARGET_RULES = (
-    ("pose-numbers", "a pose holds no number, NaN or infinity", CORRECT, _not_numbers),
+    ("pose-numbers", "a pose has values that are not finite numbers", CORRECT, _not_numbers),
     ("quaternion-norm", "a quaternion is not of length 1", "normalise it if its direction is right", _norm),
     ("rotation-matrix", "a matrix is not a rotation, or is left-handed", CORRECT, _no_rotation),
     ("behind-camera", "the target lies behind the camera", "check the axes of the camera and the direction", _behind),
-    ("box-empty", "a box has no area, or holds no number", CORRECT, _no_box),
+    ("box-empty", "a box has no area, or values that are not numbers", CORRECT, _no_box),
     ("box-outside", "a box reaches out of the frame", "clip it, or check its order and unit", _box_outside),
     ("visible-share", "a visible share is not from 0 to 1, or not that of the listed pixels", CORRECT, _visible_share),
     ("keypoint-flags", "a keypoint's visibility is none of 0, 1 and 2", CORRECT, _keypoint_flags),
@@ -181,9 +182,24 @@ def _files(audited: AuditedSet) -> Iterator[SetFinding]:
             rule="unlabelled", message=message, remedy="label them, or remove them", where=beside[0], severity=WARNING
         )
     counts = Counter((picture.name, picture.labels.split) for picture in pictures)
+    empty = [picture.name for picture in pictures if not picture.labels.targets]
+    if empty and len(empty) < len(pictures):
+        message, remedy = "an image has no labels", "none if it shows no target; else label it"
+        yield SetFinding(
+            rule="unannotated", message=message, remedy=remedy, pictures=empty, of=len(pictures), severity=WARNING
+        )
+    doubled = [picture.name for picture in pictures if _repeats(picture.labels.targets)]
+    if doubled:
+        message = "a target has the same labels twice in one image"
+        yield SetFinding(rule="listed-twice", message=message, remedy=CORRECT, pictures=doubled, of=len(pictures))
     if twice := [name for (name, _), count in counts.items() if count > 1]:
         message = "an image is listed more than once in one split"
         yield SetFinding(rule="listed-twice", message=message, remedy=CORRECT, pictures=twice, of=len(pictures))
+
+
+def _repeats(targets: Sequence[AnnotatedTarget]) -> bool:
+    boxes = [(target.id, target.box.tobytes()) for target in targets if target.box is not None]
+    return len(set(boxes)) < len(boxes)
 
 
 def _classes(audited: AuditedSet) -> Iterator[SetFinding]:

@@ -77,9 +77,9 @@ class TargetMeasures(Struct, frozen=True, kw_only=True):
     """Mean pixel of the mask."""
     grey: float = 0.0
     """Share of the mask's pixels that are neither black nor white."""
-    lit: tuple[float, float, float] | None = None
-    """Share of the picture's lit pixels inside the mask, or the box, and inside it mirrored left to right, and upside
-    down; None where the picture has no dark background."""
+    lit: tuple[float, float, float, float] | None = None
+    """Share of the picture's lit pixels inside the mask, or the box, and inside it mirrored left to right, upside down,
+    and both; None where the picture has no dark background."""
     depth: float | None = None
     """Median depth inside the mask, metres."""
     without_depth: float = 0.0

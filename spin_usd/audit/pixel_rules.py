@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -230,16 +229,16 @@ def _mirrored(read: Sequence[AuditedPicture], *, masks_alone: bool) -> Iterator[
     """Yield labels that hold more of what is lit when they are mirrored. masks_alone: boxes are wrong otherwise."""
     rows = [(name, target, each.lit) for name, target, each in _measured(read)]
     lit = [(name, of) for name, target, of in rows if of is not None and not (masks_alone and target.mask is None)]
-    for place, how in ((1, "left to right"), (2, "upside down")):
-        index: Literal[1, 2] = 1 if place == 1 else 2
-        found = [(name, of[index] - of[0]) for name, of in lit if of[index] > of[0] + MORE and of[0] < 0.5]
+    hidden = [name for name, of in lit if max(of) > of[0] + MORE and of[0] < 0.5]
+    for index, how in enumerate(("mirrored left to right", "mirrored upside down", "turned by 180 degrees"), 1):
+        found = [(name, of[index] - of[0]) for name, of in lit if name in hidden and of[index] == max(of)]
         if not found:
             continue
         apart = sum(of[0] > of[index] + MORE for _, of in lit)
         all_of_them = len(found) > MOST * (len(found) + apart)
-        which = "the set's labels are" if all_of_them else "a picture, or its label, is"
-        message = f"{which} mirrored {how}: what is lit lies inside the mirrored label"
-        remedy = "mirror the labels, or the images" if all_of_them else CORRECT
+        which = "most labels are" if all_of_them else "a picture, or its label, is"
+        message = f"{which} {how}: what is lit lies inside the label {how}"
+        remedy = "turn the labels, or the images, back" if all_of_them else CORRECT
         yield from _finding("mirrored", message, remedy, worst_first(found), len(lit))
 
 

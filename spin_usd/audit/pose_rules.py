@@ -21,7 +21,7 @@ from spin_usd.audit.readings import (
 )
 from spin_usd.audit.set_finding import Repair, SetFinding, worst_first
 from spin_usd.basics.arrays import Float
-from spin_usd.scene.finding import WARNING
+from spin_usd.scene.finding import ERROR, WARNING
 
 BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
 GOOD = 0.75  # overlap (IoU) of a reading that agrees
@@ -38,11 +38,12 @@ POWERS = (1e-3, 1e-2, 0.1, 0.3048, 10.0, 100.0, 1e3)
 UNITS = {1e-3: "metres read as if they were millimetres", 10.0: "decimetres", 100.0: "centimetres", 1e3: "millimetres"}
 OFF = 2.5  # ratio beyond which a distance is wrong rather than the craft seen from its narrow side
 SIZES_M = (0.03, 200.0)  # of craft
+NO_OUTLINES: Mapping[str, Outlines] = {}
 CORRECT = "correct the pose, or leave these pictures out"
 
 
 def pose_findings(
-    audited: AuditedSet, models: Mapping[str, Float], outlines: Mapping[str, Outlines]
+    audited: AuditedSet, models: Mapping[str, Float], outlines: Mapping[str, Outlines] = NO_OUTLINES
 ) -> Iterator[SetFinding]:
     """Yield the faults of poses. `models`: points (M, 3) of the targets' models, metres, by id; "" for all others.
     `outlines`: of targets without masks and boxes, by id."""
@@ -70,9 +71,9 @@ def _reading(targets: PosedTargets, model: Float | None, outlines: Outlines | No
         return own, list(_strangers(some)) if keypoints is None and outlines is None else []
     rule = "mirrored" if best.mirrored and best == Reading(mirrored=best.mirrored) else "pose-reading"
     remedy = "spin-usd check SET --repair-to FOLDER writes a copy that is read rightly"
-    repair = None if best.mirrored else Repair(reading=best)
+    repair = None if best.mirrored or (best.of_camera and targets.labels.other_axes) else Repair(reading=best)
     if repair is None:
-        remedy = "mirror the labels, or the images"
+        remedy = "mirror the labels, or the images" if best.mirrored else "convert the positions"
     return best, [
         SetFinding(
             rule=rule,
@@ -129,14 +130,16 @@ def _edges(outlines: Outlines) -> Iterator[SetFinding]:
         message = "the model's outline follows no edges where the pose puts it"
         yield _finding("pose-image", message, CORRECT, outlines.targets, np.flatnonzero(lost), 1 - own.each)
     elif own.score < CHANCE and len(outlines.targets) >= FEWEST:
-        message = f"the model's outline follows edges in no reading of the poses ({own.score:.2f}, 0.5 by chance)"
+        best = max(each.score for each in by_outlines(outlines))
+        message = f"the model's outline follows edges in no reading of the poses ({best:.2f}, 0.5 by chance)"
         remedy = "check that the lists are of these pictures, the model and its unit, and that K is of this size"
         yield _finding("pose-image", message, remedy, outlines.targets, np.arange(len(lost)), 1 - own.each)
 
 
 def _strangers(targets: PosedTargets) -> Iterator[SetFinding]:
     """Yield that poses agree with labels in no reading, as those of other pictures do."""
-    fit = by_keypoints(targets, Reading())
+    fits = [each for reading in readings(targets) if (each := by_keypoints(targets, reading))]
+    fit = max(fits, key=lambda each: each.score, default=None)
     if fit is not None and -fit.score > PIXELS:
         how = f"keypoints are {-fit.score:.3g} px off in the best"
     else:
@@ -188,32 +191,50 @@ def _outliers(targets: PosedTargets, reading: Reading, model: Float | None) -> I
 
 def _keypoints(targets: PosedTargets, fit: Fit, residuals: Float) -> Iterator[SetFinding]:
     usual = max(-fit.score, 0.1)
-    off = np.flatnonzero(fit.each > max(PIXELS, 10 * usual))
+    errors = np.linalg.norm(residuals, axis=2)
+    worst = np.full(len(targets), np.nan)
+    there = np.isfinite(errors).any(1)
+    worst[there] = np.nanmax(errors[there], axis=1)
+    off = np.flatnonzero(worst > max(2 * PIXELS, 10 * usual))
     if len(off) and usual < PIXELS:
-        yield _finding("keypoint-pose", "keypoints are not where the pose puts them", CORRECT, targets, off, fit.each)
+        yield _finding("keypoint-pose", "keypoints are not where the pose puts them", CORRECT, targets, off, worst)
     shift = np.nanmedian(residuals.reshape(-1, 2), axis=0)
-    if np.isfinite(shift).all() and ((SHIFT[0] < np.abs(shift)) & (np.abs(shift) < SHIFT[1])).all() and usual < 1:
-        message = f"keypoints are ({shift[0]:+.2f}, {shift[1]:+.2f}) px from where poses put them: half a pixel"
-        remedy = "check where K, or the labels, count the first pixel's centre: at (0, 0) or at (0.5, 0.5)"
-        yield _finding("half-pixel", message, remedy, targets, np.arange(len(targets)), fit.each, WARNING)
+    yield from _shifted(shift, "keypoints", "where poses put them", targets, np.arange(len(targets)), worst)
+
+
+def _shifted(
+    shift: Float, what: str, of: str, targets: PosedTargets, places: NDArray[np.intp], worse: Float
+) -> Iterator[SetFinding]:
+    """Yield labels that are shifted by the same pixels in all pictures."""
+    size = np.abs(shift)
+    if not np.isfinite(shift).all() or size.max() < SHIFT[0]:
+        return
+    half = bool((((size > SHIFT[0]) & (size < SHIFT[1])) | (size < 1 - SHIFT[1])).all())
+    message = f"{what} are ({shift[0]:+.2f}, {shift[1]:+.2f}) px from {of}" + ": half a pixel" * half
+    remedy = "check where K, or the labels, count the first pixel's centre: at (0, 0) or at (0.5, 0.5)"
+    rule = "half-pixel" if half else "shifted"
+    yield _finding(rule, message, remedy, targets, places, worse, WARNING if half else ERROR)
 
 
 def _distances(targets: PosedTargets, model: Float | None) -> Iterator[SetFinding]:
     """Yield a unit of positions that makes the target too large or small, or contradicts depth."""
-    boxes, z = targets.normalised(targets.boxes), targets.t[:, 2]
-    whole = np.isfinite(boxes).all(1) & (z > 0)
-    size = np.full(len(targets), np.nan)
-    size[whole] = np.linalg.norm(boxes[whole, 2:] - boxes[whole, :2], axis=1) * z[whole]
+    size = targets.diagonals
+    whole = np.isfinite(size)
     usual = float(np.nanmedian(size)) if whole.any() else np.nan
-    expected = None if model is None else 0.75 * float(np.linalg.norm(np.ptp(model, axis=0)))
-    if whole.sum() >= FEWEST and (expected or not SIZES_M[0] < usual < SIZES_M[1]):
-        ratio = usual / expected if expected else usual
-        if not 1 / OFF < ratio < OFF and (expected or not SIZES_M[0] < usual < SIZES_M[1]):
-            factor = _power(1 / ratio) if expected else (1e-3 if usual > SIZES_M[1] else 1e3)
-            beside = f"its model is {expected / 0.75:.3g} m across" if expected else "no craft is so large or small"
-            message = f"distances make the target {usual:.3g} m across, and {beside}"
-            yield _unit(message, targets, factor)
+    if whole.sum() < FEWEST:
+        yield from _depth(targets)
+        return
+    if model is not None:
+        expected = 0.75 * float(np.linalg.norm(np.ptp(model, axis=0)))  # a box is as long as a body seen aslant
+        if not 1 / OFF < usual / expected < OFF:
+            message = f"distances make the target {usual:.3g} m across, and its model is {expected / 0.75:.3g} m across"
+            remedy = "check the model's unit, --model-unit, and then the unit of positions"
+            yield _finding("unit", message, remedy, targets, np.flatnonzero(whole), size)
             return
+    elif not SIZES_M[0] < usual < SIZES_M[1]:
+        message = f"distances make the target {usual:.3g} m across, and no craft is so large or small"
+        yield _unit(message, targets, 1e-3 if usual > SIZES_M[1] else 1e3)
+        return
     yield from _depth(targets)
 
 
@@ -267,9 +288,9 @@ def _one_late(targets: PosedTargets, depth: Float) -> Iterator[SetFinding]:
         z, seen = targets.t[places, 2], depth[places]
         if len(places) < 3 or not name or (z <= 0).any():
             continue
-        own, following = np.log(seen[:-1] / z[:-1]), np.log(seen[:-1] / z[1:])
-        apart = np.nanmedian(np.abs(own)), np.nanmedian(np.abs(following))
-        if apart[0] > LATE and apart[1] < apart[0] / 2.5:
+        radius = RADIUS * np.nanmedian(targets.diagonals[places])
+        own, following = np.abs(seen[:-1] - z[:-1]), np.abs(seen[:-1] - z[1:])
+        if np.nanmedian(own) > radius > np.nanmedian(following):  # no surface is so far from the body's origin
             message = f"poses of {name} are one picture late: depth agrees with the distance that the next one has"
             remedy = "give each picture the pose of the next"
             yield _finding(
@@ -321,13 +342,11 @@ def _silhouettes(targets: PosedTargets) -> Iterator[SetFinding]:
         message = f"the edges of masks are {np.median(edge):+.2g} px from those of the model (median)"
         yield _finding("mask-edge", message, "check model, lens and half pixels", targets, places, worse, WARNING)
     shift = np.median([each.shift for _, each in seen], axis=0)
-    if len(seen) >= FEWEST and ((SHIFT[0] < np.abs(shift)) & (np.abs(shift) < SHIFT[1])).all():
-        message = f"masks are ({shift[0]:+.2f}, {shift[1]:+.2f}) px from the projected model: half a pixel"
-        remedy = "check where K counts the first pixel's centre: at (0, 0) or at (0.5, 0.5)"
-        yield _finding("half-pixel", message, remedy, targets, places, worse, WARNING)
+    if len(seen) >= FEWEST and np.median(iou) > SILHOUETTE:
+        yield from _shifted(shift, "masks", "the projected model", targets, places, worse)
 
 
-LATE = 0.05  # of distances, relative, between one picture and the next
+RADIUS = 0.75  # of a target's diagonal in the image, beyond which no surface lies from its origin
 SILHOUETTE = 0.8  # overlap (IoU) of mask and projection
 EDGE = 1.5  # pixels
 
@@ -339,7 +358,7 @@ def _finding(
     targets: PosedTargets,
     places: NDArray[np.intp],
     worse: Float,
-    severity: str = "error",
+    severity: str = ERROR,
 ) -> SetFinding:
     names = targets.names
     pictures = worst_first((names[place], float(np.nan_to_num(worse[place]))) for place in places)

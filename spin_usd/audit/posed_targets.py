@@ -151,6 +151,15 @@ class PosedTargets:
         return np.array([_label_box(target, measured) is None for _, _, target, measured in self.rows], bool)
 
     @cached_property
+    def diagonals(self) -> Float:
+        """(N,) lengths of the boxes' diagonals at the bodies' distances, metres; NaN where the frame cuts one off."""
+        boxes, z = self.normalised(self.boxes), self.t[:, 2]
+        whole = np.isfinite(boxes).all(1) & (z > 0)
+        found = np.full(len(self), np.nan)
+        found[whole] = np.linalg.norm(boxes[whole, 2:] - boxes[whole, :2], axis=1) * z[whole]
+        return found
+
+    @cached_property
     def unlabelled(self) -> NDArray[np.bool_]:
         """(N,) whether a target has neither box, mask nor keypoints, in an image that exists."""
         return np.array(

@@ -1,6 +1,7 @@
 """The labels that a data set of somebody else lacks, made from its poses, its camera and a model of its target."""
 
 import csv
+import shutil
 from pathlib import Path
 
 from spin_usd.audit.annotated_set import AnnotatedPicture, AnnotatedTarget
@@ -12,6 +13,7 @@ from spin_usd.errors import InputError, OutputError
 from spin_usd.exchange.cameras.speed_camera import camera_document
 from spin_usd.exchange.layout.index_file import write_json_file
 from spin_usd.formats.mesh.mesh_file import says_unit
+from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import quaternion_from_matrix
 
 COLUMNS = ("name", "qw", "qx", "qy", "qz", "x", "y", "z", "image")
@@ -21,10 +23,9 @@ def write_labels(out: Path, audited: AuditedSet, options: CheckOptions) -> str:
     """Author a stage from the set's poses and `options.model`, render its labels alone, and return a sentence on them.
 
     The folder `out` gets the stage, the dataset, and poses.csv, whose columns name and image are a picture's name here
-    and its image in the set. Raises InputError without a model, without poses, or for several targets or cameras.
+    and its image in the set. Raises InputError without poses, and for several targets or cameras; then there is no
+    folder.
     """
-    if options.model is None:
-        raise InputError("labels need a model of the target", do="give --model")
     rows = [(picture.labels, target) for picture in audited.pictures for target, _ in picture.targets()]
     posed = [(picture, target) for picture, target in rows if usable(target) and picture.camera is not None]
     cameras = {picture.camera for picture, _ in posed if picture.camera is not None}
@@ -36,7 +37,20 @@ def write_labels(out: Path, audited: AuditedSet, options: CheckOptions) -> str:
         out.mkdir(parents=True)
     except OSError as error:
         raise OutputError(f"cannot be made ({error.strerror})", where=out, do="give a new folder") from None
-    (camera,) = cameras
+    try:
+        return _made(out, audited, posed, cameras.pop(), options)
+    except BaseException:
+        shutil.rmtree(out, ignore_errors=True)
+        raise
+
+
+def _made(
+    out: Path,
+    audited: AuditedSet,
+    posed: list[tuple[AnnotatedPicture, AnnotatedTarget]],
+    camera: Camera,
+    options: CheckOptions,
+) -> str:
     write_json_file(camera_document(camera))(out / "camera.json")
     _write_poses(out / "poses.csv", audited, posed)
     _author(out, options)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.audit.readings import Reading
-from spin_usd.audit.set_finding import Repair, SetFinding
+from spin_usd.audit.set_finding import Repair
 from spin_usd.basics.arrays import Float
 from spin_usd.basics.progress import Progress
 from spin_usd.errors import InputError, OutputError
@@ -25,22 +25,19 @@ TABLE = "repaired.csv"
 
 
 def repaired_copy(
-    root: Path, out: Path, fields: PoseFields | None, findings: Sequence[SetFinding], progress: Progress
+    root: Path, out: Path, fields: PoseFields, repairs: Sequence[Repair], progress: Progress
 ) -> list[str]:
     """Copy the set in `root` to the new folder `out`, and return what was mended, a sentence for each list.
 
-    Every changed entry is in repaired.csv. Raises InputError if `out` exists or lies in the set, or if nothing can be
-    mended for sure; OutputError if it cannot be written.
+    Every changed entry is in repaired.csv. Raises OutputError if it cannot be written; then there is no copy.
     """
-    repairs = [each.repair for each in findings if each.repair is not None]
-    if fields is None or not repairs:
-        raise InputError("has no fault that can be mended for sure", where=root, do="follow the findings by hand")
-    if out.exists() or out.resolve().is_relative_to(root.resolve()):
-        raise InputError("exists, or lies inside the set", where=out, do="give a new folder")
     folder = SetFolder(root)
     lists = [match.group() for match in folder.matching(fields.files) if _holds(fields, folder.head(match.group()))]
     try:
         out.mkdir(parents=True)
+    except OSError as error:
+        raise OutputError(f"cannot be made ({error.strerror})", where=out, do="give another folder") from None
+    try:
         for done, name in enumerate(sorted(folder.files)):
             progress("copying: file", done, len(folder.files))
             (out / name).parent.mkdir(parents=True, exist_ok=True)
@@ -49,8 +46,11 @@ def repaired_copy(
         told = [each for name in lists for each in mending.file(out / name, name)]
         with open(out / TABLE, "w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([("list", "entry", "key", "before", "after"), *mending.changes])
-    except OSError as error:
-        raise OutputError(f"cannot be written ({error.strerror})", where=out, do="free some space") from None
+    except BaseException as error:
+        shutil.rmtree(out, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise OutputError(f"cannot be written ({error.strerror})", where=out, do="free some space") from None
+        raise
     return told
 
 
@@ -121,7 +121,9 @@ class _Mending:
             rows, columns = list(reader), list(reader.fieldnames or ())
         if any(None in row for row in rows):
             raise InputError("has a row with more cells than headings", where=name)
-        before, keys = len(self.changes), (*self.fields.rotation, *self.fields.position)
+        plain = {column.strip(): column for column in columns}
+        keys = [plain.get(key, key) for key in (*self.fields.rotation, *self.fields.position)]
+        before = len(self.changes)
         for place, row in enumerate(rows):
             if all(key in row for key in keys):
                 said = np.array([number(row[key]) for key in keys])

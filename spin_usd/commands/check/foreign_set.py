@@ -62,20 +62,20 @@ def checked_set(root: Path, options: CheckOptions) -> CheckedSet:
         )
     labels = _with_camera(found, options, notes)
     models = _models(root, labels, options)
+    points = _all_points(models, options, notes)
     measures = _measures(root, labels, models, options) if not options.without_pixels else []
     pictures = [
         AuditedPicture(labels=picture, measures=measures[place] if place < len(measures) else None)
         for place, picture in enumerate(labels.pictures)
     ]
     audited = AuditedSet(labels=labels, pictures=pictures)
-    points = {key: _points(path, unit) for key, (path, unit) in models.items()}
     outlines = {} if options.without_pixels else _outlines(root, audited, models, options)
     findings = [*list_findings(audited), *pixel_findings(audited), *pose_findings(audited, points, outlines)]
     return CheckedSet(audited=audited, layout=layout, notes=notes, findings=findings)
 
 
 def _with_camera(found: AnnotatedSet, options: CheckOptions, notes: list[str]) -> AnnotatedSet:
-    """Return the set with the camera of --camera where it has none; without any, add a note."""
+    """Return the set with the camera of --camera, if given, in all pictures; add a note where there is none."""
     lacking = sum(picture.camera is None for picture in found.pictures)
     posed = any(usable(target) for picture in found.pictures for target in picture.targets)
     if options.camera is not None:
@@ -97,10 +97,21 @@ def _models(root: Path, labels: AnnotatedSet, options: CheckOptions) -> dict[str
     return own | {"": (str(given), options.model_unit)}
 
 
-def _points(path: str, unit: float) -> Float:
-    """Return the points (M, 3) of a model's hull, metres."""
-    (task,) = done_in_order([Task(call=MODEL_POINTS, request=ModelFile(path=path, unit=unit), tries=READING_TRIES)], 1)
-    return np.array(task.result, np.float64)
+def _all_points(models: dict[str, tuple[str, float]], options: CheckOptions, notes: list[str]) -> dict[str, Float]:
+    """Return the points (M, 3) of each model's hull, metres, and leave out those of the set that cannot be read, with a
+    note. Raises the error of the user's own."""
+    found = {}
+    for key, (path, unit) in list(models.items()):
+        request = ModelFile(path=path, unit=unit)
+        (task,) = done_in_order([Task(call=MODEL_POINTS, request=request, tries=READING_TRIES)], 1)
+        if isinstance(task.failure, SpinError):
+            if path == str(options.model):
+                raise task.failure
+            notes.append(f"{path} {task.failure.found}: nothing is compared with this model")
+            del models[key]
+        else:
+            found[key] = np.array(task.result, np.float64)
+    return found
 
 
 def _measures(

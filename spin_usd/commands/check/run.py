@@ -10,13 +10,10 @@ from msgspec import structs
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.check.calls import CROSS_PICTURE, CheckPicture
 from spin_usd.commands.check.dataset import dataset_findings
-from spin_usd.commands.check.foreign_labels import write_labels
-from spin_usd.commands.check.foreign_repair import repaired_copy
-from spin_usd.commands.check.foreign_set import checked_set
+from spin_usd.commands.check.foreign_run import check_foreign, refuse_foreign_options
 from spin_usd.commands.check.options import CheckOptions
 from spin_usd.commands.check.repair import repair
 from spin_usd.commands.check.report import CheckReport
-from spin_usd.commands.check.set_page import write_set_page
 from spin_usd.commands.check.stage import stage_answer, stage_task
 from spin_usd.errors import InputError, SpinError
 from spin_usd.options import takes
@@ -40,7 +37,8 @@ def check(options: CheckOptions) -> CheckReport:
     """Check a stage or a dataset for faults: conventions, schemas, digests, label consistency.
 
     Raises InputError if `path` is neither a stage nor a dataset, or not a dataset with `repair` or `cross`, and for
-    `cross_pictures` without `cross`; UnsupportedError if `cross` lacks Blender.
+    `cross_pictures` without `cross`, and for options of third-party data sets with anything else; UnsupportedError if
+    `cross` lacks Blender.
     """
     path, progress = Path(options.path), options.progress
     if options.cross_pictures is not None and not options.cross:
@@ -49,6 +47,7 @@ def check(options: CheckOptions) -> CheckReport:
         refuse_cross(path, options.cross_pictures)
     if is_foreign(path):
         return check_foreign(path, options)
+    refuse_foreign_options(options)
     if options.repair:
         report: CheckReport = repair(path, progress=progress, note=options.note)
     else:
@@ -75,28 +74,6 @@ def check_folder(path: Path, *, progress: Progress) -> CheckReport:
 def is_foreign(path: Path) -> bool:
     """Return whether `path` is a folder of neither a stage nor a dataset."""
     return path.is_dir() and not Store(root=path).is_dataset() and not os.path.isfile(root_layer(path))
-
-
-def check_foreign(path: Path, options: CheckOptions) -> CheckReport:
-    """Check the data set of somebody else in the folder `path`. Raises InputError for one in no known layout, and for
-    --repair, which is for our own."""
-    if options.repair:
-        raise InputError("is no dataset of spin-usd, which --repair needs", where=path, do="give --repair-to FOLDER")
-    checked = checked_set(path, options)
-    findings = [each.finding(str(path)) for each in checked.findings]
-    for note in checked.notes:
-        options.note(note)
-    repaired = None
-    if options.repair_to is not None:
-        repaired = repaired_copy(
-            path, Path(options.repair_to), checked.layout.fields, checked.findings, options.progress
-        )
-    if options.report is not None:
-        write_set_page(path, Path(options.report), checked)
-    notes = list(checked.notes)
-    if options.labels_to is not None:
-        options.note(write_labels(Path(options.labels_to), checked.audited, options))
-    return CheckReport(kind="set", findings=findings, layout=checked.layout.name, reasons=notes, repaired=repaired)
 
 
 def check_stage(root: Path, *, progress: Progress) -> CheckReport:

@@ -44,6 +44,8 @@ def evidence(options: EvidenceOptions) -> EvidenceReport:
     Raises InputError, StageError, OutputError, and MissingPackageError without the extra [evidence].
     """
     EXTRAS["evidence"].require()
+    if Path(options.out).is_file():
+        raise InputError("is a file", where=options.out, do="give --out a folder")
     domain, out = read_domain(Path(options.domain)), Path(options.out).absolute()
     if is_foreign(Path(options.dataset)):
         return _of_foreign_set(options, domain, out)
@@ -122,6 +124,9 @@ def _report(options: EvidenceOptions, covered: Covered, datasets: Sequence[Datas
 
 def _refuse(options: EvidenceOptions, datasets: Sequence[Dataset], out: Path) -> None:
     """Raise InputError for a dataset without pictures, and where the evidence cannot be written."""
+    roots = [dataset.root.resolve() for dataset in datasets]
+    if twice := next((root for root in roots if roots.count(root) > 1), None):
+        raise InputError("is given twice", where=twice, do="leave it out of --also")
     for dataset in datasets:
         if not len(dataset):
             raise InputError("holds no picture", where=dataset.root, do="render some first")

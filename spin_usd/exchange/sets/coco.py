@@ -11,10 +11,7 @@ from spin_usd.exchange.sets.set_format import SetFormat
 
 
 def _recognises(folder: SetFolder) -> str:
-    names = (
-        name for name in _set_lists(folder) if '"annotations"' in folder.head(name) or HEAD.match(folder.head(name))
-    )
-    name = next(names, "")
+    name = next(iter(_set_lists(folder)), "")
     return f"{name} begins as COCO's lists of images and annotations do" if name else ""
 
 

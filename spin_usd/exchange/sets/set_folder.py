@@ -37,7 +37,6 @@ class SetFolder:
         self._sorted = sorted(self.files)
         self.renamed: dict[str, str] = {}
         """Images that lie elsewhere than lists say, or are spelled otherwise: their paths by their names there."""
-        self._sizes: dict[str, tuple[int, int] | None] = {}
 
     def _walk(self) -> Iterator[str]:
         """Yield the regular files; links that lead out of the folder are faults, and none to folders is followed."""
@@ -109,14 +108,10 @@ class SetFolder:
             return ""
 
     def size(self, name: str) -> tuple[int, int] | None:
-        """Return width and height of an image by its head, None if it has none. Images of one folder are of one size
-        nearly always, and one that is not is found when it is read: the first of each folder is looked at."""
+        """Return width and height of an image by its head, None if it has none."""
         from spin_usd.formats.image_file import image_size  # not above: OpenImageIO is slow to load
 
-        at = name.rpartition("/")[0]
-        if at not in self._sizes:
-            self._sizes[at] = image_size(self.root / name)
-        return self._sizes[at]
+        return image_size(self.root / name)
 
     def json(self, name: str) -> Any:
         """Return the JSON of the file; None, and a fault, if it cannot be read."""

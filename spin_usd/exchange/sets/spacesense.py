@@ -37,7 +37,7 @@ def _read(folder: SetFolder) -> AnnotatedSet:
     pictures = []
     for match in folder.matching(LIST):
         at = match["at"] or ""
-        craft = at.split("/")[0]
+        craft = (at.rstrip("/").split("/")[-2:] or [""])[0]
         for place, row in folder.rows(match.group()):
             stamp = row.get("timestamp", "").strip()
             image = folder.first(f"{at}image/{stamp}.png")
@@ -60,7 +60,7 @@ def _read(folder: SetFolder) -> AnnotatedSet:
                     time=number(stamp),
                 )
             )
-    return AnnotatedSet(pictures=pictures, faults=folder.faults, q_cam_body=_q_cam_body)
+    return AnnotatedSet(pictures=pictures, faults=folder.faults, q_cam_body=_q_cam_body, other_axes=True)
 
 
 def _q_cam_body(q: Float) -> Float:

@@ -47,7 +47,9 @@ def _read_set(folder: SetFolder) -> AnnotatedSet:
                 )
             )
     mirror = np.array([1, 1, -1, 1])
-    return AnnotatedSet(pictures=pictures, faults=folder.faults, q_cam_body=lambda q: q * mirror, scalar_last=True)
+    return AnnotatedSet(
+        pictures=pictures, faults=folder.faults, q_cam_body=lambda q: q * mirror, other_axes=True, scalar_last=True
+    )
 
 
 URSO_SET = SetFormat(

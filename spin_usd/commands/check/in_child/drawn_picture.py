@@ -94,10 +94,10 @@ def _shown(boxes: Float, width: int, height: int) -> tuple[int, int, int]:
     there are none or they are large."""
     boxes = boxes[np.isfinite(boxes).all(1)]
     if not len(boxes):
-        return 0, 0, width
+        return 0, 0, max(width, height)
     low, high = boxes[:, :2].min(0).clip(0, (width, height)), boxes[:, 2:].max(0).clip(0, (width, height))
     side = int(max(AROUND * (high - low).max(), SMALLEST))
-    if side >= width:
-        return 0, 0, width
+    if side >= max(width, height):
+        return 0, 0, max(width, height)
     x0, y0 = (np.clip((low + high - side) / 2, 0, np.maximum(np.array([width, height]) - side, 0))).astype(int).tolist()
     return x0, y0, side

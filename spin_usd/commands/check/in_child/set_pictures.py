@@ -3,6 +3,7 @@
 import os
 import zipfile
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from spin_usd.audit.annotated_set import DepthSource, MaskSource
 from spin_usd.audit.picture_measures import (
@@ -126,7 +127,7 @@ class SetPicture:
         try:
             with reading(target.mask.file or self.files.name):
                 mask, grey = self._decoded(target.mask)
-        except (SpinError, ValueError, IndexError) as error:
+        except (SpinError, ValueError, IndexError, TypeError) as error:
             self.errors[target.mask.file or f"{self.files.name}: mask"] = getattr(error, "found", "is damaged")
             return None
         return (mask, grey) if self._fits(mask, size) else None
@@ -190,7 +191,7 @@ class SetPicture:
         if region is None and target.box is not None and lit is not None:
             region = _filled(target.box, lit.shape)
         if lit is not None and region is not None and region.any():
-            mirrored = (region, region[:, ::-1], region[::-1])
+            mirrored = (region, region[:, ::-1], region[::-1], region[::-1, ::-1])
             inside = tuple(_share(lit & each, lit) for each in mirrored)
         seen = None if depth is None else (depth > 0 if mask is None else mask & (depth > 0))
         rows, columns = np.nonzero(mask) if mask is not None else (np.zeros(0), np.zeros(0))
@@ -199,7 +200,7 @@ class SetPicture:
             pixels=len(rows),
             centre=(float(columns.mean()) + 0.5, float(rows.mean()) + 0.5) if len(rows) else None,
             grey=0.0 if read is None else read[1],
-            lit=(inside[0], inside[1], inside[2]) if inside else None,
+            lit=(inside[0], inside[1], inside[2], inside[3]) if inside else None,
             depth=float(np.median(depth[seen])) if depth is not None and seen is not None and seen.any() else None,
             without_depth=_without(mask, depth),
             beside_mask=_beside(mask, depth) if alone else 0.0,
@@ -280,7 +281,9 @@ def _fans(part: MeshPart) -> NDArray[np.int64]:
 def model_points(request: ModelFile) -> list[list[float]]:
     """Return the points of a model's convex hull, metres."""
     points, _ = _mesh(request.path)
-    hull: list[list[float]] = (points[ConvexHull(points).vertices] * request.unit).tolist()
+    with suppress(QhullError):  # a flat model has no hull
+        points = points[ConvexHull(points).vertices]
+    hull: list[list[float]] = (points * request.unit).tolist()
     return hull
 
 
