@@ -59,7 +59,7 @@ class Silhouette(Struct, frozen=True, kw_only=True):
     """A mask beside the projected model."""
 
     iou: float
-    """Intersection over union."""
+    """Intersection over union, pixels at the projection's edge forgiven."""
     shift: tuple[float, float]
     """Mean of the mask's pixels less the projection's, pixels."""
     edge: float

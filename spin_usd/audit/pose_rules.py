@@ -27,7 +27,7 @@ BETTER = 0.05  # of overlap (IoU) by which another reading must agree better
 GOOD = 0.75  # overlap (IoU) of a reading that agrees
 FOLLOWED, CHANCE = 0.66, 0.57  # mean rank of edges under outlines that follow them, and that do not
 STRANGE = 0.5  # overlap (IoU) that poses of other pictures reach at most
-FOLLOWING = 0.3  # correlation of what is lit with the body's origin, which poses of other pictures do not reach
+FOLLOWING = 0.4  # correlation of what is lit with the body's origin, which poses of other pictures do not reach
 WINS = 0.75  # share of the pictures in which it must agree better
 CLEARLY = 5.0  # ratio of errors of keypoints
 PIXELS = 2.0  # error of keypoints, above which labels are not merely rounded
@@ -36,6 +36,7 @@ APART = 4.0  # pixels between the sides of two boxes that are not merely of roun
 SHIFT = (0.35, 0.65)  # pixels, of a half
 POWERS = (1e-3, 1e-2, 0.1, 0.3048, 10.0, 100.0, 1e3)
 UNITS = {1e-3: "metres read as if they were millimetres", 10.0: "decimetres", 100.0: "centimetres", 1e3: "millimetres"}
+ASLANT = 0.75  # of a body's diagonal, its box's diagonal in the image seen from a usual side
 OFF = 2.5  # ratio beyond which a distance is wrong rather than the craft seen from its narrow side
 SIZES_M = (0.03, 200.0)  # of craft
 NO_OUTLINES: Mapping[str, Outlines] = {}
@@ -163,7 +164,7 @@ def _elsewhere(targets: PosedTargets) -> bool:
         return False
     middle, origin = ((boxes[:, :2] + boxes[:, 2:]) / 2)[there], origin[there]
     spread, size = origin.std(0), np.median(np.linalg.norm(boxes[there, 2:] - boxes[there, :2], axis=1))
-    if np.linalg.norm(spread) < size / 2 or not (spread > 0).all() or not (middle.std(0) > 0).all():
+    if np.linalg.norm(spread) < size / 4 or not (spread > 0).all() or not (middle.std(0) > 0).all():
         return False
     return float(np.mean([np.corrcoef(middle[:, axis], origin[:, axis])[0, 1] for axis in (0, 1)])) < FOLLOWING
 
@@ -198,6 +199,8 @@ def _keypoints(targets: PosedTargets, fit: Fit, residuals: Float) -> Iterator[Se
     off = np.flatnonzero(worst > max(2 * PIXELS, 10 * usual))
     if len(off) and usual < PIXELS:
         yield _finding("keypoint-pose", "keypoints are not where the pose puts them", CORRECT, targets, off, worst)
+    if not there.any():
+        return
     shift = np.nanmedian(residuals.reshape(-1, 2), axis=0)
     yield from _shifted(shift, "keypoints", "where poses put them", targets, np.arange(len(targets)), worst)
 
@@ -224,16 +227,16 @@ def _distances(targets: PosedTargets, model: Float | None) -> Iterator[SetFindin
     if whole.sum() < FEWEST:
         yield from _depth(targets)
         return
-    if model is not None:
-        expected = 0.75 * float(np.linalg.norm(np.ptp(model, axis=0)))  # a box is as long as a body seen aslant
-        if not 1 / OFF < usual / expected < OFF:
-            message = f"distances make the target {usual:.3g} m across, and its model is {expected / 0.75:.3g} m across"
-            remedy = "check the model's unit, --model-unit, and then the unit of positions"
-            yield _finding("unit", message, remedy, targets, np.flatnonzero(whole), size)
-            return
-    elif not SIZES_M[0] < usual < SIZES_M[1]:
+    across = None if model is None else float(np.linalg.norm(np.ptp(model, axis=0)))
+    likely = SIZES_M[0] < usual < SIZES_M[1]
+    if not likely and (across is None or SIZES_M[0] < across < SIZES_M[1]):
         message = f"distances make the target {usual:.3g} m across, and no craft is so large or small"
         yield _unit(message, targets, 1e-3 if usual > SIZES_M[1] else 1e3)
+        return
+    if across is not None and not 1 / OFF < usual / (ASLANT * across) < OFF:
+        message = f"distances make the target {usual:.3g} m across, and its model is {across:.3g} m across"
+        remedy = "check the model's unit, --model-unit, and then the unit of positions"
+        yield _finding("unit", message, remedy, targets, np.flatnonzero(whole), size)
         return
     yield from _depth(targets)
 
@@ -288,9 +291,12 @@ def _one_late(targets: PosedTargets, depth: Float) -> Iterator[SetFinding]:
         z, seen = targets.t[places, 2], depth[places]
         if len(places) < 3 or not name or (z <= 0).any():
             continue
-        radius = RADIUS * np.nanmedian(targets.diagonals[places])
+        diagonals = targets.diagonals[places]
+        radius = RADIUS * float(np.nanmedian(diagonals)) if np.isfinite(diagonals).any() else np.inf
         own, following = np.abs(seen[:-1] - z[:-1]), np.abs(seen[:-1] - z[1:])
-        if np.nanmedian(own) > radius > np.nanmedian(following):  # no surface is so far from the body's origin
+        if np.isfinite(own).any() and np.nanmedian(own) > radius > np.nanmedian(
+            following
+        ):  # no surface is so far from the body's origin
             message = f"poses of {name} are one picture late: depth agrees with the distance that the next one has"
             remedy = "give each picture the pose of the next"
             yield _finding(

@@ -16,7 +16,7 @@ from tests.audit.synthetic import CAMERA, audited, measured, picture, synthetic
 
 SIZE = np.array([CAMERA.width, CAMERA.height], np.float64)
 MASKED = AnnotatedTarget(id="a", box=np.array([100.0, 50, 200, 90]), mask=MaskSource(file="m.png"), pixels=3000)
-SEEN = TargetMeasures(box=[100.0, 50, 200, 90], pixels=3000, centre=(150.0, 70.0), lit=(0.98, 0.1, 0.1))
+SEEN = TargetMeasures(box=[100.0, 50, 200, 90], pixels=3000, centre=(150.0, 70.0), lit=(0.98, 0.1, 0.1, 0.1))
 corner = st.floats(0, 300)
 side = st.floats(20, 300)
 
@@ -111,8 +111,9 @@ def test_a_right_picture_has_no_finding() -> None:
         ("equal-channels", {}, {"equal_channels": True}),
         ("encoded-twice", {}, {"twice_encoded": True}),
         ("box-mask", {"box": [300.0, 200, 340, 240]}, {}),
-        ("mirrored", {"lit": (0.1, 0.9, 0.1)}, {}),
-        ("mirrored", {"lit": (0.1, 0.1, 0.9)}, {}),
+        ("mirrored", {"lit": (0.1, 0.9, 0.1, 0.1)}, {}),
+        ("mirrored", {"lit": (0.1, 0.1, 0.9, 0.1)}, {}),
+        ("mirrored", {"lit": (0.1, 0.1, 0.1, 0.9)}, {}),
         ("mask-empty", {"box": None, "pixels": 0}, {}),
         ("mask-pixels", {"pixels": 2000}, {}),
         ("mask-grey", {"grey": 0.3}, {}),

@@ -143,10 +143,12 @@ def test_distances_of_some_pictures_that_are_ten_times_wrong(factor) -> None:
     assert sorted(found.pictures) == [f"img{place:03}.png" for place in range(0, 40, 8)]
 
 
-@pytest.mark.parametrize(("factor", "mends"), [(1000.0, 0.001), (0.001, 1000.0), (100.0, 0.01), (0.1, 10.0)])
+@pytest.mark.parametrize(("factor", "mends"), [(1000.0, 0.001), (0.001, 1000.0), (10.0, None), (0.1, None)])
 def test_units_of_positions_beside_a_model(factor, mends) -> None:
+    """A craft of 16 m may be one, and its model's unit wrong: only what no craft can be is repaired."""
     wrong = changed(synthetic(20), lambda each: replace(each, t_cam_body=each.t_cam_body * factor))
-    assert rules(wrong, BODY)["unit"].repair.length == mends
+    repair = rules(wrong, BODY)["unit"].repair
+    assert (repair and repair.length) == mends
 
 
 @pytest.mark.parametrize(("factor", "mends"), [(1000.0, 0.001), (0.001, 1000.0)])

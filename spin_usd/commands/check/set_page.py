@@ -36,7 +36,7 @@ def write_set_page(root: Path, out: Path, checked: CheckedSet) -> None:
     text = "\n".join((head(f"Check of {root.name}", STYLE), *_page(root, checked, drawn)))
     try:
         out.mkdir(parents=True, exist_ok=True)
-        (out / "index.html").write_text(text, encoding="utf-8")
+        (out / "index.html").write_text(text, encoding="utf-8", errors="replace")
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=out, do="choose another folder") from None
 

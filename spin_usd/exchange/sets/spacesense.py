@@ -19,6 +19,8 @@ SIDE, VIEW_DEG = 1024, 50.0
 FOCAL = SIDE / 2 / tan(radians(VIEW_DEG / 2))
 CAMERA = Camera(width=SIDE, height=SIDE, fx=FOCAL, fy=FOCAL, cx=SIDE / 2, cy=SIDE / 2)
 NOTHING_M = 1e4
+SPLITS = ("train", "val", "test")
+"""Folders between that of a craft and those of its sequences."""
 T_CV_AIRSIM = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 Q_CV_AIRSIM = np.array([0.5, -0.5, -0.5, -0.5])  # the same rotation
 LIST = r"(?P<at>.*/)?pose_ground_truth\.csv"
@@ -37,7 +39,8 @@ def _read(folder: SetFolder) -> AnnotatedSet:
     pictures = []
     for match in folder.matching(LIST):
         at = match["at"] or ""
-        craft = (at.rstrip("/").split("/")[-2:] or [""])[0]
+        above = [part for part in at.split("/")[:-2] if part not in SPLITS]
+        craft = above[-1] if above else "target"
         for place, row in folder.rows(match.group()):
             stamp = row.get("timestamp", "").strip()
             image = folder.first(f"{at}image/{stamp}.png")

@@ -15,8 +15,6 @@ HARD = {
     "two bodies": ("range=4..10 inside=1 sun.direction=0,0,-1:70",
                    ("--also", "cubesat:distance=1..2 attitude=uniform")),
 }  # fmt: skip
-FALSE = {("tiny", "bop"), ("two bodies", "bop")}
-"""Sets in which `mask-model` is a false error still: masks of few pixels, and masks that another body covers."""
 LAYOUTS = {"speedplus": (), "coco": (), "bop": (), "spark": ("--option", "layout=2024-stream1")}
 
 
@@ -35,9 +33,7 @@ def hard(request, tmp_path_factory, spin_usd):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAYOUTS)
-def test_hard_pictures_are_no_errors(request, hard, tmp_path, spin_usd, name) -> None:
-    if (request.node.callspec.params["hard"], name) in FALSE:
-        request.applymarker(pytest.mark.xfail(reason="mask-model is a false error", strict=True))
+def test_hard_pictures_are_no_errors(hard, tmp_path, spin_usd, name) -> None:
     spin_usd("export", hard / "dataset", "--to", name, *LAYOUTS[name], "--out", tmp_path / "set")
     options = {"camera": hard / "camera.json"} if name == "coco" else {}
     found = check(tmp_path / "set", **options).findings

@@ -2,7 +2,7 @@
 
 import os
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
@@ -70,10 +70,9 @@ class SetPicture:
         lit = None if grey is None else _lit(grey)
         masks = [self.mask(target, size) for target in self.files.targets]
         depth = self._depth(self.files.depth, size) if self.files.depth else None
-        alone = len(masks) == 1
         targets = [
-            self._target(target, mask, depth, lit, alone)
-            for target, mask in zip(self.files.targets, masks, strict=True)
+            self._target(target, read, depth, lit, _union([each[0] for each in masks if each and each is not read]))
+            for target, read in zip(self.files.targets, masks, strict=True)
         ]
         several = None if image is None or image.ndim == 2 else image[..., :3]
         return PictureMeasures(
@@ -184,8 +183,9 @@ class SetPicture:
         read: tuple[Mask, float] | None,
         depth: Float | None,
         lit: Mask | None,
-        alone: bool,
+        others: Mask | None,
     ) -> TargetMeasures:
+        """Return the measures of a target; `others`: pixels of all other targets."""
         mask = None if read is None else read[0]
         inside, region = None, mask
         if region is None and target.box is not None and lit is not None:
@@ -203,22 +203,35 @@ class SetPicture:
             lit=(inside[0], inside[1], inside[2], inside[3]) if inside else None,
             depth=float(np.median(depth[seen])) if depth is not None and seen is not None and seen.any() else None,
             without_depth=_without(mask, depth),
-            beside_mask=_beside(mask, depth) if alone else 0.0,
-            silhouette=self._silhouette(target, mask) if mask is not None and len(rows) else None,
+            beside_mask=_beside(mask, depth) if len(self.files.targets) == 1 else 0.0,
+            silhouette=self._silhouette(target, mask, others) if mask is not None and len(rows) else None,
         )
 
-    def _silhouette(self, target: TargetFiles, mask: Mask) -> Silhouette | None:
+    def _silhouette(self, target: TargetFiles, mask: Mask, others: Mask | None) -> Silhouette | None:
         model = self.request.models.get(target.id, self.request.models.get(""))
         lens = self.files.lens
         if model is None or target.pose is None or lens is None or (mask.shape[1], mask.shape[0]) != lens.size:
             return None
         projected = projected_mask(model, np.array(target.pose), camera_of(lens))
+        if others is not None:
+            projected &= ~others  # which may hide it
         if not projected.any():
             return Silhouette(iou=0.0, shift=(0.0, 0.0), edge=0.0)
-        iou = _share(mask & projected, mask | projected)
+        differing = (mask ^ projected) & ~_rim(projected)
+        iou = 1 - _share(differing, mask | projected)
         apart = [np.array([axis.mean() for axis in np.nonzero(each)[::-1]]) for each in (mask, projected)]
         shift = apart[0] - apart[1]
         return Silhouette(iou=iou, shift=(float(shift[0]), float(shift[1])), edge=_edge_offset(mask, projected))
+
+
+def _union(masks: Sequence[Mask]) -> Mask | None:
+    return np.any(masks, axis=0) if masks else None
+
+
+def _rim(mask: Mask) -> Mask:
+    """Return the pixels at the edge of a mask, one inside and one outside, which may be rounded to either."""
+    whole, near = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
+    return (cv2.dilate(whole, near) > 0) & ~(cv2.erode(whole, near, borderValue=1) > 0)
 
 
 def projected_mask(model: tuple[str, float], T: Float, camera: Camera) -> Mask:
