@@ -188,7 +188,7 @@ def test_file_names_outside_of_unicode(folder, spin_usd, tmp_path) -> None:
 def huge_png() -> bytes:
     """A PNG whose head claims 65,535 x 65,535 pixels."""
 
-    def chunk(kind, data):
+    def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     head = struct.pack(">IIBBBBB", 65535, 65535, 16, 6, 0, 0, 0)

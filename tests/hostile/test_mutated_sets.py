@@ -7,6 +7,7 @@ import shutil
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,7 @@ from tests.cases.foreign_sets import LAYOUTS
 
 SECONDS = 36.0  # of the slow test, over all layouts
 LISTS = (".json", ".csv", ".txt", ".yaml")
-VALUES = [
+VALUES: list[Any] = [
     None, True, "", "x", "../../etc/passwd", "/etc/passwd", "\x1b[31m\n\x00",
     -1, 0, 1, 1e308, -1e-320, 10**400, float("nan"),
     float("inf"), float("-inf"), [], {}, [[]], [None], [1, 2], {"id": 1}, "1e999", "9" * 5000, [float("nan")] * 12,

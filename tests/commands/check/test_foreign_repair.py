@@ -129,7 +129,7 @@ def test_an_existing_copy_or_one_in_the_set_is_refused(foreign_sets, tmp_path, s
 
 @pytest.mark.parametrize("name", ["spark 2022", "coco"])
 def test_a_set_without_such_faults_is_not_copied(foreign_sets, tmp_path, name) -> None:
-    notes = []
+    notes: list[str] = []
     report = check(foreign_sets.export(name), repair_to=tmp_path / "out", without_pixels=True, on_note=notes.append)
     assert report.repaired == []
     assert any(note.startswith("no copy was made") for note in notes)

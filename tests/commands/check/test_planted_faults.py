@@ -76,7 +76,12 @@ def is_scaled(factor) -> Callable[[PlantedSet], None]:
 def shuffle(planted) -> None:
     """Give each picture the pose of another."""
     poses: list[Any] = []
-    planted.poses(lambda *pose: (poses.append(pose), pose)[1])
+
+    def kept(*pose):
+        poses.append(pose)
+        return pose
+
+    planted.poses(kept)
     order = cycle(np.random.default_rng(1).permutation(len(poses)))
     planted.poses(lambda *pose: poses[next(order)])
 
