@@ -20,7 +20,6 @@ from spin_usd.planning.machine_speed import TRIAL_S, keep_trial
 from spin_usd.processes.child import IN_PROCESS
 from spin_usd.processes.processors import hold_to, share_of
 from spin_usd.store.json_schema import valid
-from tests.cases.foreign_sets import ForeignSets
 from tests.library import library_of
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
@@ -243,6 +242,8 @@ def _render_three(spin_usd, stage, folder) -> None:
 @pytest.fixture(scope="session")
 def foreign_sets(library, spin_usd):
     """A dataset in the layouts of others: see tests/cases/foreign_sets.py."""
+    from tests.cases.foreign_sets import ForeignSets  # not above: copies of this file alone are made
+
     return ForeignSets(library, spin_usd)
 
 

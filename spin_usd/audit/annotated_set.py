@@ -18,8 +18,6 @@ class MaskSource(Struct, frozen=True, kw_only=True):
 
     file: str = ""
     """Path of an image in the set's folder, 0 or dark where the target is not."""
-    colours: list[tuple[int, int, int]] = []
-    """Colours of the target in the image; empty for all that are not dark."""
     size: tuple[int, int] | None = None
     """Height and width of run lengths."""
     counts: str | list[int] = ""
@@ -81,6 +79,11 @@ class AnnotatedPicture:
     """Time in a unit of the layout's own, which only its order is compared in."""
     said_size: tuple[int, int] | None = None
     """Width and height that a list gives the image."""
+
+    @property
+    def list(self) -> str:
+        """Name of the list that has it."""
+        return self.place.rpartition(",")[0]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -163,7 +163,7 @@ def _files(audited: AuditedSet) -> Iterator[SetFinding]:
     if lost:
         remedy = "check the names and their endings, or download the set again"
         message = "a list names an image that is not there"
-        yield SetFinding(rule="image-missing", message=message, remedy=remedy, pictures=lost, of=len(pictures))
+        yield SetFinding(rule="image-lost", message=message, remedy=remedy, pictures=lost, of=len(pictures))
     if renamed := audited.labels.renamed:
         said, file = next(iter(renamed.items()))
         message = f"{len(renamed)} images, such as {said}, lie elsewhere or are spelled otherwise: {file}"

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ SHIFT = (0.35, 0.65)  # pixels, of a half
 POWERS = (1e-3, 1e-2, 0.1, 0.3048, 10.0, 100.0, 1e3)
 UNITS = {1e-3: "metres read as if they were millimetres", 10.0: "decimetres", 100.0: "centimetres", 1e3: "millimetres"}
 ASLANT = 0.75  # of a body's diagonal, its box's diagonal in the image seen from a usual side
+MOST_LISTS = 6  # whose readings are compared: each takes half a second
 OFF = 2.5  # ratio beyond which a distance is wrong rather than the craft seen from its narrow side
 SIZES_M = (0.03, 200.0)  # of craft
 NO_OUTLINES: Mapping[str, Outlines] = {}
@@ -50,7 +52,10 @@ def pose_findings(
     `outlines`: of targets without masks and boxes, by id."""
     for key, targets in audited.posed.items():
         model = models.get(key, models.get(""))
-        reading, found = _reading(targets, model, outlines.get(key))
+        found = _of_lists(targets, model) if key not in outlines else []
+        reading = Reading()
+        if not found:
+            reading, found = _reading(targets, model, outlines.get(key))
         yield from found
         if not found and key in outlines:
             yield from _edges(outlines[key])
@@ -58,6 +63,29 @@ def pose_findings(
             yield from _outliers(targets, reading, model)
             yield from _distances(targets, model)
         yield from _silhouettes(targets)
+
+
+def _of_lists(targets: PosedTargets, model: Float | None) -> list[SetFinding]:
+    """Return findings on single lists whose poses have another reading than those of the others."""
+    places: dict[str, list[int]] = defaultdict(list)
+    for place, (picture, *_) in enumerate(targets.rows):
+        places[picture.labels.list].append(place)
+    if not 1 < len(places) <= MOST_LISTS or min(map(len, places.values())) < FEWEST:
+        return []
+    found, own = [], 0
+    for name, own_places in places.items():
+        reading, findings = _reading(targets.at(own_places), model, None)
+        own += reading == Reading()
+        found += [
+            replace(
+                each,
+                message=f"in {name} alone {each.message}",
+                repair=each.repair and replace(each.repair, lists=frozenset({name})),
+            )
+            for each in findings
+            if reading != Reading()
+        ]
+    return found if own else []
 
 
 def _reading(targets: PosedTargets, model: Float | None, outlines: Outlines | None) -> tuple[Reading, list[SetFinding]]:

@@ -119,6 +119,10 @@ class PosedTargets:
         """Return at most about `count` of them, evenly spread."""
         return PosedTargets(rows=self.rows[:: -(-len(self) // count)], labels=self.labels)
 
+    def at(self, places: Sequence[int]) -> "PosedTargets":
+        """Return those at some places."""
+        return PosedTargets(rows=[self.rows[place] for place in places], labels=self.labels)
+
     def keypoints(self, count: int) -> Float:
         """Return (N, count, 3) keypoints, NaN where a target has none."""
         none = np.full((count, 3), np.nan)

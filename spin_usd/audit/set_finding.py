@@ -19,6 +19,8 @@ class Repair:
     """Factor on positions."""
     names: Mapping[str, str] = field(default_factory=dict)
     """Paths of images by the names that lists give them."""
+    lists: frozenset[str] = frozenset()
+    """Lists that it is for; empty for all."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -103,8 +103,8 @@ def test_wide_and_narrow_lenses_are_no_faults() -> None:
 def test_images_that_are_not_there_or_in_no_list() -> None:
     lost = replace(picture("a.png", RIGHT), exists=False)
     found = rules([lost, picture("b.png", RIGHT)], unlabelled=["c.png"], renamed={"B.png": "b.png"})
-    assert found.keys() == {"image-missing", "unlabelled", "image-name"}
-    assert list(found["image-missing"].pictures) == ["a.png"]
+    assert found.keys() == {"image-lost", "unlabelled", "image-name"}
+    assert list(found["image-lost"].pictures) == ["a.png"]
     assert found["image-name"].repair.names == {"B.png": "b.png"}
     assert {found[rule].severity for rule in ("unlabelled", "image-name")} == {"warning"}
 

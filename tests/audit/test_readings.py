@@ -88,6 +88,20 @@ def test_wrong_poses_are_named_with_the_reading_that_mends_them(reading, keypoin
     assert reading.name in found.message
 
 
+@pytest.mark.parametrize("keypoints", [True, False], ids=["keypoints", "boxes"])
+def test_one_list_of_several_that_is_written_otherwise_is_named_and_repaired_alone(keypoints) -> None:
+    first, second = (synthetic(20, seed=seed, keypoints=keypoints) for seed in (1, 2))
+    wrong = changed(second, lambda each: written_as(each, WRONG[1]))
+    lists = [
+        *(replace(each, place=f"train.json, entry {n}") for n, each in enumerate(first)),
+        *(replace(each, name=f"b{n}.png", place=f"test.json, entry {n}") for n, each in enumerate(wrong)),
+    ]
+    found = rules(lists)["pose-reading"]
+    assert sorted(found.pictures) == sorted(f"b{n}.png" for n in range(20))
+    assert found.repair.lists == {"test.json"}
+    assert found.repair.reading == WRONG[1]
+
+
 @pytest.mark.parametrize("how", ["left to right", "upside down"])
 def test_mirrored_keypoints_are_named_and_not_repaired(how) -> None:
     found = rules(changed(synthetic(30, keypoints=True), lambda each: mirrored(each, how)))["mirrored"]

@@ -74,7 +74,7 @@ def test_links_that_lead_out_are_neither_read_nor_copied(folder, tmp_path) -> No
     (folder / "more").symlink_to(outside)
     found = rules(folder)
     assert "3 links lead out" in found["files"]
-    assert "1 of 10" in found["image-missing"]
+    assert "1 of 10" in found["image-lost"]
     assert SECRET not in str(found)
     assert not {"images/img3.png", "test.json", "more/test.json"} & SetFolder(folder).files
 
@@ -85,13 +85,13 @@ def test_links_in_circles_end(folder) -> None:
     (folder / "images" / "again").symlink_to(folder)
     (folder / "a.json").symlink_to("b.json")
     (folder / "b.json").symlink_to("a.json")
-    assert "image-missing" in rules(folder)
+    assert "image-lost" in rules(folder)
 
 
 def test_links_inside_the_folder_are_read(folder) -> None:
     (folder / "images" / "img3.png").rename(folder / "images" / "other.png")
     (folder / "images" / "img3.png").symlink_to("other.png")
-    assert "image-missing" not in rules(folder)
+    assert "image-lost" not in rules(folder)
 
 
 @pytest.mark.parametrize("name", ["images/img3.png", "camera.json", "validation.json"])
@@ -99,7 +99,7 @@ def test_a_pipe_is_not_waited_for(folder, name) -> None:
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     found = rules(folder)
-    assert ("image-missing" in found) == name.startswith("images")
+    assert ("image-lost" in found) == name.startswith("images")
 
 
 def test_a_folder_that_cannot_be_listed_is_said(folder, monkeypatch) -> None:
@@ -138,7 +138,7 @@ def test_lists_in_other_encodings(folder, encoding) -> None:
     (folder / "test.json").write_bytes(text.encode("utf-8"))
     (folder / "train.json").write_bytes(text.encode(encoding))
     with_others = rules(folder)
-    assert "image-missing" in with_others  # of the list that can be read
+    assert "image-lost" in with_others  # of the list that can be read
     (folder / "test.json").unlink()
     with pytest.raises(InputError):
         check(folder)
@@ -159,7 +159,7 @@ def test_deeply_nested_json(folder, opening) -> None:
 def test_names_that_lead_out_find_nothing(folder, tmp_path, name) -> None:
     (tmp_path / "outside.png").write_bytes(png())
     listed(folder, [*(entry(number) for number in range(1, COUNT)), entry(0, filename=name)])
-    assert "1 of 10" in rules(folder, report=tmp_path / "page")["image-missing"]
+    assert "1 of 10" in rules(folder, report=tmp_path / "page")["image-lost"]
 
 
 def test_text_of_a_set_is_escaped_on_the_terminal_and_on_the_page(folder, tmp_path, spin_usd) -> None:

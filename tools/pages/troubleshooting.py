@@ -11,7 +11,7 @@ from pathlib import Path
 from pages.markdown import cell, table
 
 from spin_usd import errors
-from spin_usd.commands.check.rules import DATASET, RULES, STAGE
+from spin_usd.commands.check.rules import DATASET, FOREIGN, RULES, STAGE
 
 PACKAGE = Path(errors.__file__).parent
 KINDS = {name for name, kind in inspect.getmembers(errors, inspect.isclass) if issubclass(kind, errors.SpinError)}
@@ -45,7 +45,8 @@ addEventListener("DOMContentLoaded", () => {{
 def page() -> str:
     """Return the page, in Markdown."""
     lines = [HEAD]
-    for title, rules in (("Findings on a stage", STAGE), ("Findings on a dataset", DATASET)):
+    ours = (("Findings on a stage", STAGE), ("Findings on a dataset", DATASET))
+    for title, rules in (*ours, ("Findings on a third-party data set", FOREIGN)):
         rows = ((f"`{code}`", cell(rule.meaning), cell(rule.remedy)) for code, rule in rules.items())
         lines += [f"## {title}\n", table(("code", "meaning", "what to do"), rows), ""]
     said = table(("message", "what to do"), ((cell(found), cell(do)) for found, do in messages()))

@@ -109,7 +109,7 @@ class _Mending:
         q = numbers(said, len(said)) if isinstance(said, list) and len(said) in (4, 9) else np.full(4, np.nan)
         t = numbers(entry.get(position), 3)
         if np.isfinite(q).all() and np.isfinite(t).all() and q.any():
-            for key, values in zip((rotation, position), self._pose(q, t), strict=True):
+            for key, values in zip((rotation, position), self._pose(q, t, name), strict=True):
                 self._set(entry, key, values.tolist(), name, place)
         image = entry.get(self.fields.name)
         if isinstance(image, str) and (right := self._named(image)):
@@ -128,7 +128,7 @@ class _Mending:
             if all(key in row for key in keys):
                 said = np.array([number(row[key]) for key in keys])
                 usable = np.isfinite(said).all() and said[:4].any()
-                made = np.concatenate(self._pose(said[:4], said[4:])) if usable else ()
+                made = np.concatenate(self._pose(said[:4], said[4:], name)) if usable else ()
                 for key, value in zip(keys, made, strict=bool(usable)):
                     self._set(row, key, repr(float(value)), name, f"line {place + 2}")
             if (said_name := row.get(self.fields.name)) and (right := self._named(said_name)):
@@ -148,9 +148,11 @@ class _Mending:
             self.changes.append((name, place, key, json.dumps(entry[key]), json.dumps(value)))
             entry[key] = value
 
-    def _pose(self, rotation: Float, position: Float) -> tuple[Float, Float]:
-        """Return the numbers of a pose with all repairs."""
+    def _pose(self, rotation: Float, position: Float, name: str) -> tuple[Float, Float]:
+        """Return the numbers of a pose in the list of that `name` with all repairs."""
         for repair in self.repairs:
+            if repair.lists and name not in repair.lists:
+                continue
             if repair.reading is not None:
                 rotation, position = self._reread(repair.reading, rotation, position)
             position = position * repair.length

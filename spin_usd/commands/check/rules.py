@@ -295,7 +295,7 @@ FOREIGN = {
     "visible-share": Rule(meaning="A visible share does not match its pixels.", remedy=_LABELS),
     "keypoint-flags": Rule(meaning="A keypoint's visibility is none of 0, 1 and 2.", remedy=_LABELS),
     "keypoint-outside": Rule(meaning="A visible keypoint lies outside the frame.", remedy=_LABELS),
-    "image-missing": Rule(meaning="A listed image is not there.", remedy="Check names; download the set again."),
+    "image-lost": Rule(meaning="A listed image is not there.", remedy="Check names; download the set again."),
     "image-name": Rule(meaning="An image has another name or place than listed.", remedy="`--repair-to FOLDER`."),
     "image-size": Rule(meaning="An image has another size than its camera or list.", remedy="Scale K."),
     "label-size": Rule(meaning="A mask or depth has another size than its image.", remedy=_LABELS),

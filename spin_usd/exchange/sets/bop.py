@@ -139,11 +139,8 @@ def _entry(info: Any, place: int) -> dict[str, Any]:
 
 BOP_SET = SetFormat(
     name="bop",
-    holds="BOP: scenes of images, masks, depth, poses",
     recognises=_recognises(False),
     read=_read,
     fields=FIELDS,
 )
-SWISSCUBE_SET = SetFormat(
-    name="swisscube", holds="SwissCube: sequences of scenes", recognises=_recognises(True), read=_read, fields=FIELDS
-)
+SWISSCUBE_SET = SetFormat(name="swisscube", recognises=_recognises(True), read=_read, fields=FIELDS)

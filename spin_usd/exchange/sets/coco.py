@@ -101,6 +101,4 @@ def _mask(said: Any, size: tuple[int, int]) -> MaskSource | None:
     return None
 
 
-COCO_SET = SetFormat(
-    name="coco", holds="COCO: boxes, masks, keypoints, and poses of our exports", recognises=_recognises, read=_read_set
-)
+COCO_SET = SetFormat(name="coco", recognises=_recognises, read=_read_set)

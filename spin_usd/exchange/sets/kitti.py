@@ -77,4 +77,4 @@ def _times(folder: SetFolder, name: str) -> list[float]:
     return found
 
 
-KITTI_SET = SetFormat(name="kitti", holds="KITTI: images, depth, times", recognises=_recognises, read=_read)
+KITTI_SET = SetFormat(name="kitti", recognises=_recognises, read=_read)

@@ -29,8 +29,6 @@ class SetFormat:
 
     name: str
     """As the exports are named."""
-    holds: str
-    """Phrase for it."""
     recognises: Callable[[SetFolder], str]
     """Returns the reasons to think that the folder has this layout, as a phrase; "" for none."""
     read: Callable[[SetFolder], AnnotatedSet]

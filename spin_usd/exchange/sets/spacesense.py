@@ -75,7 +75,6 @@ def _q_cam_body(q: Float) -> Float:
 
 SPACESENSE_SET = SetFormat(
     name="spacesense",
-    holds="SpaceSense-Bench: poses, parts, depth",
     recognises=_recognises,
     read=_read,
     fields=PoseFields(files=LIST, rotation=QUATERNION, position=POSITION),

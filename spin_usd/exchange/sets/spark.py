@@ -77,7 +77,6 @@ def _labelled(folder: SetFolder, row: Mapping[str, str], masks: str, label: str)
 
 SPARK_SET = SetFormat(
     name="spark",
-    holds="SPARK: poses of stream 2, or boxes, masks and depth",
     recognises=_recognises,
     read=_read_set,
     fields=PoseFields(files=TABLE, rotation=QUATERNION, position=POSITION, name="filename", scalar_last=True),

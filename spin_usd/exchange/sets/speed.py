@@ -122,11 +122,11 @@ def _is_speed(folder: SetFolder, name: str, at: str, split: str) -> bool:
     return f'"{QUATERNION[1]}"' in folder.head(name)
 
 
-def _format(name: str, holds: str, of: Callable[[SetFolder, str, str, str], bool], why: str) -> SetFormat:
-    return SetFormat(name=name, holds=holds, recognises=_recognised(of, why), read=_read, fields=FIELDS)
+def _format(name: str, of: Callable[[SetFolder, str, str, str], bool], why: str) -> SetFormat:
+    return SetFormat(name=name, recognises=_recognised(of, why), read=_read, fields=FIELDS)
 
 
-SPE3R_SET = _format("spe3r", "SPE3R: craft with images, masks, poses", _is_spe3r, "in labels.json of each craft")
-SHIRT_SET = _format("shirt", "SHIRT: trajectories with poses", _is_shirt, "and is named as SHIRT's trajectories are")
-SPEED_SET = _format("speed", "SPEED (2019): poses", _is_speed, "under q_vbs2tango")
-SPEEDPLUS_SET = _format("speedplus", "SPEED+: poses, masks", lambda *_: True, "under q_vbs2tango_true")
+SPE3R_SET = _format("spe3r", _is_spe3r, "in labels.json of each craft")
+SHIRT_SET = _format("shirt", _is_shirt, "and is named as SHIRT's trajectories are")
+SPEED_SET = _format("speed", _is_speed, "under q_vbs2tango")
+SPEEDPLUS_SET = _format("speedplus", lambda *_: True, "under q_vbs2tango_true")

@@ -54,7 +54,6 @@ def _read_set(folder: SetFolder) -> AnnotatedSet:
 
 URSO_SET = SetFormat(
     name="urso",
-    holds="URSO: poses in Unreal's axes",
     recognises=_recognises,
     read=_read_set,
     fields=PoseFields(files=LIST, rotation=QUATERNION, position=POSITION, scalar_last=True),

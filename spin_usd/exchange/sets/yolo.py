@@ -95,6 +95,4 @@ def _targets(
     return found
 
 
-YOLO_SET = SetFormat(
-    name="yolo", holds="YOLO of Ultralytics: boxes, outlines, keypoints", recognises=_recognises, read=_read_set
-)
+YOLO_SET = SetFormat(name="yolo", recognises=_recognises, read=_read_set)

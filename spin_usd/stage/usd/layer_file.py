@@ -32,9 +32,10 @@ def reload_layers() -> None:
     """Read the layers that this process holds again where their files have changed since. Those whose files are gone or
     damaged stay as they were."""
     for layer in Sdf.Layer.GetLoadedLayers():
-        # a layer expires when the reload of another one ends the last stage that holds it
+        # a layer expires when the reload of another one ends the last stage that holds it, and at any moment when the
+        # collector ends it: then a method of the layer raises ArgumentError, a TypeError
         if not layer.expired and not layer.anonymous and not layer.dirty:
-            with suppress(Tf.ErrorException):
+            with suppress(Tf.ErrorException, TypeError):
                 layer.Reload()
 
 

@@ -185,9 +185,9 @@ def exchange_times(planted) -> None:
 
 
 FILES = (
-    ("an image lost", IMAGES, lose_an_image, "image-missing"),
+    ("an image lost", IMAGES, lose_an_image, "image-lost"),
     ("an image without a time lost", ("kitti",), lose_an_image, "files"),
-    ("images renamed", MIXED, rename_images, "image-missing"),
+    ("images renamed", MIXED, rename_images, "image-lost"),
     ("names in another case", (*LISTED, "spark stream 2", "urso", "coco"), upper_case, "image-name"),
     ("images cut short", LAYOUTS, cut_short, "unreadable"),
     ("the bytes of another image", LAYOUTS, same_bytes, "duplicate split-overlap"),
