@@ -34,8 +34,8 @@ def reload_layers() -> None:
     for layer in Sdf.Layer.GetLoadedLayers():
         # a layer expires when the reload of another one ends the last stage that holds it, and at any moment when the
         # collector ends it: then a method of the layer raises ArgumentError, a TypeError
-        if not layer.expired and not layer.anonymous and not layer.dirty:
-            with suppress(Tf.ErrorException, TypeError):
+        with suppress(Tf.ErrorException, TypeError):
+            if not layer.expired and not layer.anonymous and not layer.dirty:
                 layer.Reload()
 
 
