@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from spin_usd.basics.arrays import Float, finite, frozen, shaped
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import cross, parts
+from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
 
@@ -89,6 +90,8 @@ class MeshPart:
     displayColor."""
     groups: tuple[str, ...] = ()
     """Names of its groups in the file, such as the nodes above its own."""
+    labels: Mapping[str, str] = field(default_factory=dict)
+    """Semantic labels by taxonomy, beside its name."""
     copies: Float | None = None
     """(N, 4, 4) rotations, scales and translations of its copies in body axes, the first of which is the part itself;
     None for one alone."""
@@ -142,8 +145,20 @@ class MeshPart:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Hinge:
+    """The hinge by which a part is driven."""
+
+    part: str
+    """Name of the part."""
+    axis: str
+    """Axis of the body that it turns about: X, Y or Z."""
+    at: Float
+    """(3,) a point on that axis, metres."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MeshAsset:
-    """A model from a mesh file."""
+    """A model from a mesh file, or a craft from a seed."""
 
     name: str
     parts: tuple[MeshPart, ...]
@@ -154,6 +169,10 @@ class MeshAsset:
     """Length of the file's unit."""
     up: str = ""
     """The file's up axis; empty if not stated."""
+    keypoints: Keypoints | None = None
+    hinges: tuple[Hinge, ...] = ()
+    symmetries: tuple[Float, ...] = ()
+    """(4,) quaternions, scalar first, of the rotations that leave its shape and materials as they are."""
 
     def __post_init__(self) -> None:
         if not self.parts:

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from spin_usd.basics.progress import Progress, no_progress
-from spin_usd.commands.author.asked_pictures import asked_pictures
+from spin_usd.commands.author.asked_pictures import AskedPictures, asked_pictures
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.authoring import Authoring
+from spin_usd.commands.author.craft_files import with_craft
 from spin_usd.commands.author.looks import give_materials
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.options import AuthorOptions, listed
@@ -38,6 +40,11 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
     Raises InputError for invalid input, OutputError if it cannot be written; then the folder does not exist.
     """
     options, pictures = asked_pictures(AuthorOptions(**given), progress)
+    with TemporaryDirectory(prefix="spin_usd-") as crafts:
+        return _author(with_craft(options, Path(crafts)), pictures, progress)
+
+
+def _author(options: AuthorOptions, pictures: AskedPictures, progress: Progress) -> AuthorReport:
     sources = open_sources(options, pictures.files)
     out, models_root = Path(options.out), Path(options.root) if options.root else None
     with model_roots(sources.models, models_root), new_folder(out) as folder:

@@ -57,7 +57,8 @@ class AuthorOptions(Listening):
     target: Annotated[
         str | Path | None,
         Option(
-            f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file.",
+            f"{named('target')}; an OBJ, PLY, STL, glTF, COLLADA, FBX, .blend, STEP or USD file; craft:SEED or a "
+            "craft.toml, for a craft that is made from it.",
             NAME_OR_FILE,
             words=bundled("target"),
             name_or_path=True,

@@ -54,11 +54,12 @@ def keypoints_layer(keypoints: Keypoints, documentation: str) -> Sdf.Layer:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=KEYPOINTS.name, documentation=documentation)
     stage = stage_on(layer)
-    _author(UsdGeom.Points.Define(stage, KEYPOINTS), keypoints)
+    author_keypoints(UsdGeom.Points.Define(stage, KEYPOINTS), keypoints)
     return layer
 
 
-def _author(points: UsdGeom.Points, keypoints: Keypoints) -> None:
+def author_keypoints(points: UsdGeom.Points, keypoints: Keypoints) -> None:
+    """Author named points of a body, metres."""
     prim = points.GetPrim()
     points.CreatePointsAttr(vec3f_array(keypoints.points))
     if keypoints.names:

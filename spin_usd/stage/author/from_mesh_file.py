@@ -55,7 +55,7 @@ def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
     look = _layer(prim, "Materials, and which part has which.")
     payload = _layer(prim, "Everything below the interface: the look over the geometry.")
     payload.subLayerPaths = ["./look.usda", "./geometry.usdc"]
-    _author_geometry(geometry, root, paths, asset)
+    author_geometry(geometry, root, paths, asset)
     _author_look(look, root, root.AppendChild(MATERIALS), paths, asset)
     interface = _interface(prim, asset, name)
     write_images(asset, folder)
@@ -78,13 +78,14 @@ def _layer(prim: str, documentation: str) -> Sdf.Layer:
 
 def _interface(prim: str, asset: MeshAsset, name: str) -> Sdf.Layer:
     layer = _layer(prim, f"The target {asset.name}, made by spin-usd author from a mesh file.")
-    _author_model(stage_on(layer), prim, asset, name)
+    author_interface(stage_on(layer), prim, asset, name)
     # As a spec once the stage is closed, because the payload is not there yet to be composed.
     layer.GetPrimAtPath(f"/{prim}").payloadList.prependedItems = [Sdf.Payload("./payload.usda")]
     return layer
 
 
-def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> None:
+def author_interface(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> None:
+    """Author the root of a model: its kind, its name, its extent and its class."""
     root = UsdGeom.Xform.Define(stage, f"/{prim}").GetPrim()
     model = Usd.ModelAPI(root)
     model.SetKind(Kind.Tokens.component)
@@ -105,7 +106,8 @@ def _used_points(part: MeshPart) -> Float:
     return np.concatenate([corners @ copy[:3, :3].T + copy[:3, 3] for copy in part.copies])
 
 
-def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+def author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+    """Author the meshes of the asset's parts at `paths`."""
     instancers = {path.GetParentPath(): "PointInstancer" for path in paths if path.GetParentPath() != root}
     stage = _stage_of(layer, {root: "Xform", **instancers, **dict.fromkeys(paths, "Mesh")})
     for path, part in zip(paths, asset.parts, strict=True):
@@ -149,6 +151,8 @@ def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
     _author_primvars(mesh, part)
     mesh.GetPrim().SetDisplayName(part.name)
     _label(mesh.GetPrim(), "part", part.name)
+    for taxonomy, label in part.labels.items():
+        _label(mesh.GetPrim(), taxonomy, label)
     if part.groups:
         _label(mesh.GetPrim(), "group", *part.groups)
 
@@ -179,10 +183,10 @@ def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[
     made = {i: author_material(stage, scope.AppendChild(names[i]), materials[i], files) for i in sorted(used)}
     layer.GetPrimAtPath(root).specifier = Sdf.SpecifierOver
     for path, part in zip(paths, asset.parts, strict=True):
-        _bind(stage.OverridePrim(path), part.face_material % len(materials), made)
+        bind_faces(stage.OverridePrim(path), part.face_material % len(materials), made)
 
 
-def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdShade.Material]) -> None:
+def bind_faces(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdShade.Material]) -> None:
     """Bind the whole mesh when it has one material, else a partition of its faces."""
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
     used = np.unique(face_material)

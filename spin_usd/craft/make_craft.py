@@ -1,0 +1,185 @@
+"""A craft from a seed: a bus of a family, wings of the area that its power needs, and equipment with free views."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from spin_usd.basics.arrays import Float
+from spin_usd.craft.buses import FAMILIES, Bus, Site
+from spin_usd.craft.craft import CraftPart, GeneratedCraft, keeps
+from spin_usd.craft.equipment import EQUIPMENT, SUNK, Mount, WingDesign, adapter_ring, body_array, main_engine, wing
+from spin_usd.errors import InputError
+
+DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, table 10-28: 20 to 172, mean 79
+POWER = (0.4, 1.6)  # W/kg; the same, tables 10-8 to 10-10 and A-1: about 1, less for large craft
+ARRAY = (
+    230.0  # W/m2 at the end of life: 1361 W/m2 x 0.28 (triple-junction cells) x 0.85 (packing) x 0.7 (heat, angle, age)
+)
+MAX_PANEL_ASPECT = 1.6
+GAP = 0.004  # of the craft's width: what parts keep apart
+
+
+@dataclass(frozen=True, kw_only=True)
+class CraftChoice:
+    """A craft that is wanted: what is None is drawn from the seed."""
+
+    seed: int = 0
+    family: str | None = None
+    size: float | None = None
+    """The bus's longest edge, or its diameter, metres."""
+    finish: str | None = None
+    """Material of the bus's skin."""
+    wings: int | None = None
+    """0, 1 or 2."""
+    panels: int | None = None
+    """Of each wing."""
+    driven: bool | None = None
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Numbers of equipment by the keys of EQUIPMENT."""
+
+
+def make_craft(choice: CraftChoice) -> GeneratedCraft:
+    """Make the craft of a choice; the same choice gives the same craft. Raises InputError for a family that there is
+    not."""
+    rng = _stream(choice.seed, "bus")
+    family = choice.family or str(rng.choice(list(FAMILIES)))
+    if family not in FAMILIES:
+        raise InputError(f"there is no family {family!r} of craft", do=f"choose one of {', '.join(FAMILIES)}")
+    bus = FAMILIES[family](rng, choice.size, choice.finish)
+    craft = _Assembly(choice=choice, bus=bus, parts=list(bus.parts))
+    craft.add_wings(family)
+    craft.add_ends(family)
+    for key in EQUIPMENT:
+        craft.add_equipment(key, family)
+    craft.add_body_arrays(family)
+    parts = tuple(craft.parts)
+    return GeneratedCraft(name=f"craft_{choice.seed}", family=family, parts=parts, symmetries=_symmetries(parts))
+
+
+def _stream(seed: int, word: str) -> np.random.Generator:
+    """Return the random numbers of one kind of decision, which others do not shift."""
+    return np.random.default_rng([seed, *word.encode()])
+
+
+def _symmetries(parts: Sequence[CraftPart]) -> tuple[Float, ...]:
+    """Return the turns by halves about x, y and z, and by parts of a circle about z, that keep the craft as it is."""
+    turns = [(axis, 2) for axis in (0, 1)] + [(2, n) for n in (2, 3, 4, 6, 8)]
+    found: dict[bytes, Float] = {}
+    for axis, n in turns:
+        for k in range(1, n):
+            rotation = np.round(_turn(axis, 2 * np.pi * k / n), 12) + 0.0
+            if rotation.tobytes() not in found and keeps(parts, rotation):
+                found[rotation.tobytes()] = rotation
+    return tuple(found.values())
+
+
+def _turn(axis: int, angle: float) -> Float:
+    c, s = np.cos(angle), np.sin(angle)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    rotation = np.eye(3)
+    rotation[a, a] = rotation[b, b] = c
+    rotation[a, b], rotation[b, a] = -s, s
+    return rotation
+
+
+@dataclass(kw_only=True, eq=False)
+class _Assembly:
+    """A craft that is being put together."""
+
+    choice: CraftChoice
+    bus: Bus
+    parts: list[CraftPart]
+
+    @property
+    def scale(self) -> float:
+        """Return the bus's typical width, metres."""
+        return float(self.bus.volume ** (1 / 3))
+
+    def mount(self, site: Site, name: str, rng: np.random.Generator) -> Mount:
+        return Mount(bus=self.bus, site=site, scale=self.scale, name=name, rng=rng)
+
+    def accept(self, part: CraftPart | None, *, within: str = "") -> bool:
+        """Add a part where it touches no other but the bus, is in no other's view, and sees none; it may stand `within`
+        a ring of that name."""
+        if part is None:
+            return False
+        others = [each for each in self.parts[1:] if each.name != within]
+        for other in others:
+            if _overlap(part, other, GAP * self.scale) or (other.view and other.view.sees(part.samples)):
+                return False
+        if part.view and any(part.view.sees(other.samples) for other in self.parts):
+            return False
+        self.parts.append(part)
+        return True
+
+    def add_wings(self, family: str) -> None:
+        rng, choice = _stream(self.choice.seed, "wings"), self.choice
+        usual = {"cylinder": (1.0, 0.0, 0.0), "cubesat": (0.45, 0.1, 0.45)}.get(family, (0.15, 0.15, 0.7))
+        count = int(rng.choice(3, p=usual)) if choice.wings is None else choice.wings
+        density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
+        area = max(self.bus.volume * density * power / ARRAY, 0.25 * self.bus.volume ** (2 / 3))
+        driven = bool(rng.uniform() < 0.6) if choice.driven is None else choice.driven
+        angle = float(rng.uniform(-80, 80)) if driven else float(rng.choice((0, 0, 90, -90)))
+        design = self._design(rng, area / max(count, 1), angle, driven)
+        for name in self.bus.wings[:count]:
+            site = self.bus.sites[name]
+            if self.accept(wing(site, design, f"Wing{name}", -SUNK * self.scale)):
+                site.taken.append((0.0, 0.0, 0.2 * self.scale, 0.2 * self.scale))
+
+    def _design(self, rng: np.random.Generator, area: float, angle: float, driven: bool) -> WingDesign:
+        """Return the design of wings of `area` each: as many panels as keep each about as long as it is wide."""
+        chord = float(2 * self.bus.sites[self.bus.wings[0]].half[1] * rng.uniform(0.7, 1.2))
+        panels = self.choice.panels or int(np.clip(np.ceil(area / (MAX_PANEL_ASPECT * chord**2)), 1, 6))
+        length = float(np.clip(area / (panels * chord), 0.4 * chord, MAX_PANEL_ASPECT * chord))
+        reach = chord * 0.5 * abs(np.sin(np.radians(angle)))  # of a panel that is turned across the bus
+        standoff = max(0.3 * self.scale, 0.6 * reach)
+        return WingDesign(panels=panels, length=length, chord=chord, standoff=standoff, angle_deg=angle, driven=driven)
+
+    def add_ends(self, family: str) -> None:
+        """Add the ring to the launcher, and an engine in it."""
+        rng = _stream(self.choice.seed, "ends")
+        site = self.bus.sites["MinusZ"]
+        if family == "cubesat":
+            return
+        self.accept(adapter_ring(self.mount(site, "AdapterRing", rng)))
+        if rng.uniform() < 0.6:
+            self.accept(main_engine(self.mount(site, "MainEngine", rng)), within="AdapterRing")
+
+    def add_equipment(self, key: str, family: str) -> None:
+        """Add as many of a kind as find a place."""
+        kind, rng = EQUIPMENT[key], _stream(self.choice.seed, key)
+        most = kind.most if family != "cubesat" else kind.most_of_cubesat
+        wanted = int(rng.integers(0, most + 1))
+        wanted = max(wanted, 1) if key in ("omnis", "barrels") else wanted
+        wanted = self.choice.counts.get(key, wanted)
+        sites = [site for name, site in self.bus.sites.items() if kind.ends or not name.endswith("Z")]
+        sites = sites or list(self.bus.sites.values())
+        made = 0
+        for _ in range(6 * wanted):
+            site = sites[int(rng.integers(len(sites)))]
+            kept = list(site.taken)
+            if self.accept(kind.make(self.mount(site, f"{kind.name}{made + 1}", rng))):
+                made += 1
+            else:
+                site.taken = kept
+            if made == wanted:
+                return
+
+    def add_body_arrays(self, family: str) -> None:
+        """Cover bare sides with cells: of a craft without wings most of them, of one with wings few."""
+        rng = _stream(self.choice.seed, "arrays")
+        winged = any(part.kind == "wing" for part in self.parts)
+        share = 0.9 if not winged else 0.25
+        for site in self.bus.sides:
+            if rng.uniform() < share:
+                self.accept(body_array(self.mount(site, f"BodyArray{site.name}", rng)))
+
+
+def _overlap(part: CraftPart, other: CraftPart, gap: float) -> bool:
+    """Return whether the boxes around two of their solids come nearer than `gap`."""
+    return any(_near(a.points, b.points, gap) for a in part.solids for b in other.solids)
+
+
+def _near(a: Float, b: Float, gap: float) -> bool:
+    return bool(np.all(a.min(0) - gap < b.max(0)) and np.all(b.min(0) - gap < a.max(0)))
