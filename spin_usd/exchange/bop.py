@@ -95,7 +95,7 @@ def depth_scale(dataset: ExportedDataset) -> float:
 
 def amodal_known(survey: Survey) -> None:
     """Raise UnsupportedError if a body can hide another, and pictures lack the label of hidden parts."""
-    if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
+    if survey.several and survey.kinds[AMODAL] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
 

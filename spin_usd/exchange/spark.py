@@ -96,7 +96,7 @@ def _detection(
 
 
 def _files_2021(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split, file = dataset.target, picture.split, f"{picture.name}.png"
+    label, split, file = picture.target.name, picture.split, f"{picture.name}.png"
     yield any_image(picture, f"{split}_rgb/{label}/{file}")
     depth = ""
     if dataset.options["depth"] != "none":
@@ -106,13 +106,13 @@ def _files_2021(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[
 
 
 def _files_2022(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split, file = dataset.target, picture.split, f"{picture.name}.png"
+    label, split, file = picture.target.name, picture.split, f"{picture.name}.png"
     yield any_image(picture, f"{split}/{file}")
     yield IndexRow(path=f"{split}.csv", value=(file, label, rows_first(picture)))
 
 
 def _files_2024(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split = dataset.target, picture.split
+    label, split = picture.target.name, picture.split
     image, mask = f"{picture.name}_img.jpg", f"{picture.name}_layer.jpg"
     yield any_image(picture, f"images/{label}/{split}/{image}")
     yield MadeFile(path=f"mask/{label}/{split}/{mask}", write=partial(_write_layers, picture))

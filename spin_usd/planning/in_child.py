@@ -150,9 +150,11 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
 def stage_content(reader: StageReader) -> StageContent:
     """Return the bodies for dataset.json, and the camera's facts for a plan."""
     scene = reader.scene(reader.frames[0])
+    hidden = list(reader.bodies.hidden_targets_at(reader.frames[0].time_code))
+    targets = sorted((*scene.targets, *hidden), key=lambda body: body.id)
     return StageContent(
-        targets=[described_target(body) for body in scene.targets],
-        parts=dict(described_parts(reader.numbering.bodies, scene.bodies)),
+        targets=[described_target(body) for body in targets],
+        parts=dict(described_parts(reader.numbering.bodies, (*scene.bodies, *hidden))),
         bodies=len(reader.bodies),
         camera=[scene.camera.width, scene.camera.height],
         lidar=scene.lidar is not None,

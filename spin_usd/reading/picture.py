@@ -219,7 +219,8 @@ class Picture:
         path = self.root / record_of(self.variant, self.frame)
         with _reading_record(path):
             found = Targets(map(PicturedTarget.of, self.recorded.targets))
-        if _named(found) != _named(self.description.targets):
+        ids = [each.id for each in found]  # hidden ones are in no record
+        if _named(found) != _named(each for each in self.description.targets if each.id in ids):
             said = f"has the targets {_named(found)}, and dataset.json {_named(self.description.targets)}"
             raise InputError(said, where=path, do=CHECK)
         return Targets(target.seen_in(self.window) for target in found) if self.window else found
@@ -234,7 +235,7 @@ class Picture:
         pixel's centre lies. Raises InputError if the target is not visible.
         """
         margin = margin_of(margin)
-        box = self.target_of(1 if target is None else target).box_visible
+        box = (self.targets[0] if target is None else self.target_of(target)).box_visible
         if np.isnan(box).any():
             where, do = f"{self.root}: {self.frame} of {self.variant}", 'leave it out: dataset.where("visible > 0")'
             raise InputError("shows nothing of the target to crop to", where=where, do=do)
@@ -260,9 +261,16 @@ class Picture:
         return self.recorded.camera.camera
 
     def target_of(self, target: int | str) -> PicturedTarget:
-        """Return the target of that id or name. Raises InputError if there is none."""
-        found = self.description.target(target).id
-        return next(each for each in self.targets if each.id == found)
+        """Return the target of that id or name. Raises InputError if there is none, or it is hidden in this
+        picture."""
+        found = self.description.target(target)
+        shown = next((each for each in self.targets if each.id == found.id), None)
+        if shown is None:
+            where = f"{self.root}: {self.frame} of {self.variant}"
+            raise InputError(
+                f"does not show {found.name!r}: it is hidden there", where=where, do="take another picture"
+            )
+        return shown
 
     def mask(self, target: int | str) -> NDArray[np.bool_]:
         """Return (H, W) bool: the pixels that show the target of that id or name. Raises InputError if there is
@@ -281,8 +289,8 @@ class Picture:
 
     @property
     def keypoints(self) -> Keypoints:
-        """The first target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
-        return self.description.targets[0].keypoints
+        """The first shown target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self.description.target(self.recorded.targets[0].id).keypoints
 
     @cached_property
     def keypoint_pixels(self) -> Float:

@@ -514,12 +514,12 @@ class Record(JsonStruct, frozen=True, kw_only=True, tag_field="schema", tag="rec
         Meta(description="The same as UTC; absent if the start is unknown."),
     ] = UNSET
     camera: RecordedCamera
-    pose: Annotated[RecordedPose, Meta(description="The first target's.")]
+    pose: Annotated[RecordedPose, Meta(description="The first shown target's.")]
     targets: Annotated[
         list[RecordedTarget],
         Meta(
             min_length=1,
-            description="The targets in order of their ids, which are the numbers in the label instance.",
+            description="The shown targets in order of their ids, which are the numbers in the label instance.",
         ),
     ]
     sun: Annotated[

@@ -82,33 +82,35 @@ def sample_poses(
     chosen: Sequence[PartPicture],
     seed: int,
     camera: Camera,
-    hull: Float,
+    hulls: Sequence[Float],
     source: str,
     progress: Progress = no_progress,
 ) -> PoseList:
-    """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
+    """Sample the poses of the `chosen` pictures; `hulls`: of each the corners (N, 3) of the target that it shows, body
+    frame, metres, the same in all of a sequence.
 
     Raises InputError that names the picture or the sequence that cannot be sampled.
     """
 
+    hull_of = {picture.sequence_name: hull for picture, hull in zip(chosen, hulls, strict=True)}
+
     @cache
     def sequence(part: SamplingPart, number: int) -> tuple[Float, Float]:
-        picture = PartPicture(part=part, sequence=number, picture=0)
-        rng = stream(seed, "sequence", picture.sequence_name)
+        name = PartPicture(part=part, sequence=number, picture=0).sequence_name
         assert not isinstance(part.law, PoseLaw)
-        return part.law.sample(rng, camera, hull, part.table.pictures)
+        return part.law.sample(stream(seed, "sequence", name), camera, hull_of[name], part.table.pictures)
 
-    def pose(picture: PartPicture) -> tuple[Float, Float]:
+    def pose(picture: PartPicture, hull: Float) -> tuple[Float, Float]:
         if isinstance(picture.part.law, PoseLaw):
             return picture.part.law.sample(stream(seed, "pose", picture.name), camera, hull)
         q, t = sequence(picture.part, picture.sequence)
         return q[picture.picture], t[picture.picture]
 
     found = []
-    for done, picture in enumerate(chosen):
+    for done, (picture, hull) in enumerate(zip(chosen, hulls, strict=True)):
         progress("sampling: pose", done, len(chosen))
         try:
-            found.append(pose(picture))
+            found.append(pose(picture, hull))
         except InputError as error:
             raise type(error)(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
     q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))

@@ -35,7 +35,7 @@ def hull():
 
 def sampled(text, hull, count=None, seed=0):
     spec = open_spec(text)
-    return sample_poses(part_pictures(spec, count), seed, LENS, hull, spec.source)
+    return sample_poses(part_pictures(spec, count), seed, LENS, [hull] * len(part_pictures(spec, count)), spec.source)
 
 
 def authored(folder, sample, **choices):

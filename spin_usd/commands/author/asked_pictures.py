@@ -3,8 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
+from spin_usd.basics.arrays import Float
 from spin_usd.basics.faults import reading
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.options import AuthorOptions
@@ -20,12 +21,15 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.specifications.part_pictures import part_pictures, sample_light, sample_poses
 from spin_usd.specifications.sampling_spec import open_spec
 from spin_usd.stage.augment.sampled_values import SampledValues
-from spin_usd.stage.author.source_bounds import box_corners, hull_corners
-from spin_usd.stage.author.target_asset import TargetAsset
 
 FIXED = "fixed"
 OF_SPEC = ("target", "camera", "preset", "lights", "environment")
 """The options in whose place a specification may have names of its own."""
+
+
+Corners: TypeAlias = Callable[[bool], Sequence[Float]]
+"""Returns for each picture corners (N, 3) of the target that it shows, body axes, metres: of its convex hull if True,
+of its box otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +40,10 @@ class AskedPictures:
     """Source files, by their roles."""
     whole: int
     """How many there were to choose from."""
-    poses: Callable[[Camera, TargetAsset], PoseList]
+    poses: Callable[[Camera, Corners], PoseList]
+    """Returns the poses for a camera, and the corners of what is shown."""
+    sequences: Sequence[str]
+    """Names of the sequences that its pictures belong to; a picture alone is one."""
     light: Callable[[Any], SampledValues] | None = None
     """Returns the sampled values for the opened stage; None for a pose list."""
     laws: Sequence[PoseLaw | TrajectoryLaw] | None = None
@@ -60,7 +67,13 @@ def _of_scenario(options: AuthorOptions, progress: Progress) -> tuple[AuthorOpti
         pictures = ScenarioPictures(options.scenario, options.frames, progress)
     files, whole = pictures.files, pictures.whole
     environment = options.environment or (ENVIRONMENT if options.background is None else None)
-    asked = AskedPictures(files=files, whole=whole, poses=pictures.poses, light=pictures.light)
+    asked = AskedPictures(
+        files=files,
+        whole=whole,
+        poses=lambda camera, corners: pictures.poses,
+        sequences=("",) * len(pictures.poses),
+        light=pictures.light,
+    )
     return replace(options, environment=environment), asked
 
 
@@ -71,7 +84,9 @@ def _listed(options: AuthorOptions) -> tuple[AuthorOptions, AskedPictures]:
     listed = smooth_poses(found, found.times)
     chosen = chosen_frames(listed, options.frames)
     files = {"poses": Path(options.poses)}
-    return options, AskedPictures(files=files, whole=len(listed), poses=lambda camera, asset: chosen)
+    return options, AskedPictures(
+        files=files, whole=len(listed), poses=lambda camera, corners: chosen, sequences=chosen.names
+    )
 
 
 def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions, AskedPictures]:
@@ -86,10 +101,9 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
         raise InputError(f"names no {missing}", where=spec.source, do=f"give {missing} too")
     laws = [picture.part.law for picture in chosen]
 
-    def poses(camera: Camera, asset: TargetAsset) -> PoseList:
-        framed = any(law.inside for law in laws)  # nothing else needs the hull
-        hull = hull_corners(asset) if framed else box_corners(asset)
-        sampled = sample_poses(chosen, options.seed, camera, hull, spec.source, progress)
+    def poses(camera: Camera, corners: Corners) -> PoseList:
+        shown = corners(any(law.inside for law in laws))  # nothing else needs the hull
+        sampled = sample_poses(chosen, options.seed, camera, shown, spec.source, progress)
         return smooth_poses(sampled, sampled.times)
 
     def light(stage: Any) -> SampledValues:
@@ -102,6 +116,7 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
         files=files,
         whole=len(made),
         poses=poses,
+        sequences=[each.name if isinstance(each.part.law, PoseLaw) else each.sequence_name for each in chosen],
         light=light,
         laws=laws,
         drawn=frozenset(each.parameter for each in entries) - once.keys(),

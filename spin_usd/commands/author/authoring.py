@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.asked_pictures import AskedPictures
+from spin_usd.commands.author.craft_files import CraftTurns
 from spin_usd.commands.author.options import AuthorOptions
 from spin_usd.commands.author.plausible_target import ModelUnit
 from spin_usd.commands.author.sources import Sources
@@ -23,6 +24,8 @@ class Authoring:
     folder: Path
     """Where the stage is written until it is whole."""
     progress: Progress
+    turns: CraftTurns | None = None
+    """The craft that the pictures show in turn; None for one target in all."""
     target: TargetAsset = field(init=False)
     unit: ModelUnit = field(init=False)
     """Unit of the target's model."""

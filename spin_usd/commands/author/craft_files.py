@@ -1,37 +1,86 @@
-"""Craft from seeds, written as targets that `author` takes."""
+"""Craft from seeds, written as targets that `author` takes: one, or many that pictures show in turn."""
 
 import re
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from spin_usd.basics.arrays import Float
 from spin_usd.commands.author.options import AuthorOptions, listed
 from spin_usd.craft.make_craft import make_craft
 from spin_usd.craft.model import model_of
+from spin_usd.errors import InputError
+from spin_usd.sampling.sample import stream
+from spin_usd.scene.asset import MeshAsset
+from spin_usd.scene.shape import hull_points
 from spin_usd.specifications.craft_spec import craft_choices, is_craft
 from spin_usd.stage.author.craft_layer import write_crafts
 
 SEED_WITH_POSES = re.compile(r"(craft:\d+|[^:]+\.toml)(:.+|)")
 
 
-def with_craft(options: AuthorOptions, folder: Path) -> AuthorOptions:
-    """Return the options with the craft of seeds and specifications as files, which are written into `folder`. Raises
-    InputError, OutputError."""
-    if options.target is not None and is_craft(str(options.target)):
-        options = replace(options, target=_written(str(options.target), folder))
-    return replace(options, also=[_further(each, folder) for each in listed(options.also)])
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CraftTurns:
+    """Craft that the pictures of a stage show in turn, each alone."""
+
+    hulls: Mapping[str, Float]
+    """Corners (N, 3) of each craft's convex hull, body axes, metres, by its name; all are shown."""
+    shown: tuple[str, ...]
+    """Name of the craft in each picture."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.hulls)
+
+    def pictures_of(self, name: str) -> list[int]:
+        """Return the pictures that show the craft of that name."""
+        return [place for place, each in enumerate(self.shown) if each == name]
+
+
+def with_craft(
+    options: AuthorOptions, folder: Path, sequences: Sequence[str]
+) -> tuple[AuthorOptions, CraftTurns | None]:
+    """Return the options with the craft of seeds and specifications as files, which are written into `folder`, and the
+    turns of several; `sequences`: of each picture the name of its sequence, which shows one craft. Raises InputError,
+    OutputError."""
+    turns = None
+    if options.target is not None and is_craft(given := str(options.target)):
+        models = [model_of(make_craft(each)) for each in craft_choices(given)]
+        if len(models) > 1:
+            if options.also:
+                raise InputError("several craft in turn are given with further bodies", do="leave --also out")
+            models, turns = _in_turn(models, options.seed, sequences)
+        file = folder / f"{'crafts' if turns else _name(given, models)}.usdc"
+        write_crafts(models, file, f"Made by spin-usd author from {Path(given).name}.")
+        options = replace(options, target=file)
+    return replace(options, also=[_further(each, folder) for each in listed(options.also)]), turns
+
+
+def _in_turn(models: Sequence[MeshAsset], seed: int, sequences: Sequence[str]) -> tuple[list[MeshAsset], CraftTurns]:
+    """Return the craft that are shown, and their turns: all equally often, as far as that goes, in an order that is
+    drawn from the seed."""
+    units = list(dict.fromkeys(sequences))
+    rng = stream(seed, "craft")
+    drawn = np.concatenate([rng.permutation(len(models)) for _ in range(-(-len(units) // len(models)))])
+    of_unit = dict(zip(units, drawn.tolist(), strict=False))
+    places = [of_unit[each] for each in sequences]
+    used = [models[place] for place in sorted(set(places))]
+    hulls = {each.name: hull_points(np.concatenate([part.points for part in each.parts])) for each in used}
+    return used, CraftTurns(hulls=hulls, shown=tuple(models[place].name for place in places))
+
+
+def _name(given: str, models: Sequence[MeshAsset]) -> str:
+    return models[0].name if given.startswith("craft:") else Path(given).stem
 
 
 def _further(given: str, folder: Path) -> str:
     """Return a further body whose model, if it is a craft, is a file."""
     model, poses = found.groups() if (found := SEED_WITH_POSES.fullmatch(given)) else (given, "")
-    return f"{_written(model, folder)}{poses}" if is_craft(model) else given
-
-
-def _written(given: str, folder: Path) -> Path:
-    """Write the craft that are `given`; return their layer."""
-    choices = craft_choices(given)
-    crafts = [model_of(make_craft(each)) for each in choices]
-    name = crafts[0].name if given.startswith("craft:") else Path(given).stem
-    file = folder / f"{name}.usdc"
-    write_crafts(crafts, file, f"Made by spin-usd author from {given if file.stem == name else Path(given).name}.")
-    return file
+    if not is_craft(model):
+        return given
+    models = [model_of(make_craft(each)) for each in craft_choices(model)]
+    file = folder / f"{_name(model, models)}.usdc"
+    write_crafts(models, file, f"Made by spin-usd author from {Path(model).name}.")
+    return f"{file}{poses}"

@@ -1,15 +1,18 @@
 """`spin-usd author`: pose list or sampling specification + model + camera -> a layered stage."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from spin_usd.basics.arrays import Float
 from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.commands.author.asked_pictures import AskedPictures, asked_pictures
 from spin_usd.commands.author.augment import augment_stage
 from spin_usd.commands.author.authoring import Authoring
-from spin_usd.commands.author.craft_files import with_craft
+from spin_usd.commands.author.craft_files import CraftTurns, with_craft
 from spin_usd.commands.author.looks import give_materials
 from spin_usd.commands.author.model import axes_note, model_unit, write_model
 from spin_usd.commands.author.options import AuthorOptions, listed
@@ -24,7 +27,9 @@ from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.stage.augment.sun_and_planet import has_sun
 from spin_usd.stage.author.poses_layer import author_clock
-from spin_usd.stage.author.source_bounds import box_corners, target_notes
+from spin_usd.stage.author.source_bounds import box_corners, hull_corners, target_notes
+from spin_usd.stage.author.target_asset import TargetAsset
+from spin_usd.stage.author.targets_in_turn import add_targets_in_turn
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.store.new_folder import new_folder
@@ -41,19 +46,26 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
     """
     options, pictures = asked_pictures(AuthorOptions(**given), progress)
     with TemporaryDirectory(prefix="spin_usd-") as crafts:
-        return _author(with_craft(options, Path(crafts)), pictures, progress)
+        options, turns = with_craft(options, Path(crafts), pictures.sequences)
+        return _author(options, pictures, turns, progress)
 
 
-def _author(options: AuthorOptions, pictures: AskedPictures, progress: Progress) -> AuthorReport:
+def _author(
+    options: AuthorOptions, pictures: AskedPictures, turns: CraftTurns | None, progress: Progress
+) -> AuthorReport:
     sources = open_sources(options, pictures.files)
     out, models_root = Path(options.out), Path(options.root) if options.root else None
     with model_roots(sources.models, models_root), new_folder(out) as folder:
-        making = Authoring(options=options, pictures=pictures, sources=sources, folder=folder, progress=progress)
+        making = Authoring(
+            options=options, pictures=pictures, sources=sources, turns=turns, folder=folder, progress=progress
+        )
         root = folder / ROOT
         _write_target(making)
         _place_target(making)
         write_stage(folder, sources.stage, poses=making.poses, target=making.target, outputs=OUTPUTS)
         write_others(making)
+        if turns:
+            add_targets_in_turn(root, _crafts(making, turns), making.poses, turns.shown)
         added = sources.additions.write(root, [each.name for each in sources.stage.further], making.model_materials)
         sources.additions.write_light(root, len(making.poses), pictures.light)
         if making.poses.times is not None:
@@ -81,6 +93,8 @@ def _write_target(making: Authoring) -> None:
     file, units = sources.target_file, options.units_per_metre
     leaves, chosen = listed(options.leave_out), (options.prim, options.model_time, sources.variants)
     making.target, notes = write_model(file, making.folder, units, *chosen, leaves)
+    if making.turns:
+        making.target = replace(making.target, name=making.turns.names[0])
     making.unit = model_unit(file, making.target, units)
     making.notes += notes
     making.notes += axes_note(file, making.target, "poses are meant in these")
@@ -94,12 +108,25 @@ def _place_target(making: Authoring) -> None:
         # poses are sampled for it, and would never have all of it in the picture
         refuse_size(box_corners(making.target), making.unit)
     try:
-        poses = making.poses = making.pictures.poses(making.sources.lens, making.target)
+        poses = making.poses = making.pictures.poses(making.sources.lens, partial(_corners, making))
     except NotFramedError as error:
         raise not_framed(error, box_corners(making.target), making.unit) from None
     if poses.lists:
         making.notes.append(f"{poses.source}: read {poses.lists}")
     making.notes += poses.notes
+
+
+def _corners(making: Authoring, whole: bool) -> Sequence[Float]:
+    """Return for each picture corners (N, 3) of the target that it shows, as Corners has them."""
+    if making.turns:
+        return [making.turns.hulls[name] for name in making.turns.shown]
+    corners = hull_corners(making.target) if whole else box_corners(making.target)
+    return [corners] * len(making.pictures.sequences)
+
+
+def _crafts(making: Authoring, turns: CraftTurns) -> list[TargetAsset]:
+    """Return the craft in turn, root prims of one layer of which the target is the first."""
+    return [replace(making.target, name=name, prim=f"/{name}") for name in turns.names]
 
 
 def _unused(making: Authoring) -> Iterator[str]:

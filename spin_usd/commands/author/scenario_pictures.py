@@ -13,7 +13,6 @@ from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
-from spin_usd.geometry.camera import Camera
 from spin_usd.orbits.attitudes import AnyAttitude
 from spin_usd.orbits.epochs import CREDIT, stars
 from spin_usd.orbits.orbits import AnyOrbit
@@ -21,7 +20,6 @@ from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.augment.placed_sky import PlacedSky
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base
-from spin_usd.stage.author.target_asset import TargetAsset
 
 ENVIRONMENT = "near_earth"
 KINDS = {"orbit": AnyOrbit, "attitude": AnyAttitude}
@@ -32,7 +30,7 @@ ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquit
 class ScenarioPictures:
     """The pictures of the scenario in a file that `frames` selects.
 
-    files: their sources, by their roles · whole: the number of all pictures.
+    files: their sources, by their roles · whole: the number of all pictures · poses: the target's, with their rates.
     """
 
     def __init__(self, given: str | Path, frames: str | None, progress: Progress) -> None:
@@ -56,11 +54,7 @@ class ScenarioPictures:
             if not where.startswith(str(file.parent)):
                 where = f"{file}, {where}" if where else str(file)
             raise InputError(error.found, where=where, do=error.do) from None
-        self._poses = _listed(self._seen, rows, scenario, str(file))
-
-    def poses(self, camera: Camera, asset: TargetAsset) -> PoseList:
-        """Return the target's poses, with their rates."""
-        return self._poses
+        self.poses = _listed(self._seen, rows, scenario, str(file))
 
     def light(self, stage: Any) -> SampledValues:
         """Return the values that place Sun, planets and stars in the opened `stage`."""

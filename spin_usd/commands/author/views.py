@@ -1,5 +1,6 @@
 """Summarise what the pictures of a new stage show, from its first picture and its poses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -36,22 +37,23 @@ class ComposedTarget:
     """Whether pictures are, though it is not."""
 
 
-def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget:
-    """Read the target of the stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError
-    and GeometryError as a render would, of whichever picture."""
-    count = len(poses)
+def read_composed_target(reader: StageReader, poses: PoseList, chosen: Sequence[int]) -> ComposedTarget:
+    """Read the target of the stage of the `reader`, which was made of the `poses`, in the `chosen` pictures, which show
+    it. Raises StageError, UnsupportedError and GeometryError as a render would, of whichever of them."""
+    frames, count = [reader.frames[i] for i in chosen], len(chosen)
     looked_at = {0} if reader.light_is_still else set(np.linspace(0, count - 1, min(LIGHTS_READ, count)).astype(int))
     suns = {}
-    for i, frame in enumerate(reader.frames):  # all, as a render does: any of them may be refused
+    for i, frame in enumerate(frames):  # all, as a render does: any of them may be refused
         scene = reader.scene(frame)
         if i in looked_at:
             suns[i] = suns_of(scene)
     if reader.light_is_still:
         suns = dict.fromkeys(range(count), suns[0])
-    scene = reader.scene(reader.frames[0])
-    rotations = matrices_from_quaternions(poses.q_cam_body)
+    scene, rows = reader.scene(frames[0]), list(chosen)
+    rotations = matrices_from_quaternions(poses.q_cam_body[rows])
     target = scene.bodies[0].target
-    found = views_of(target.mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
+    names = [poses.names[i] for i in rows]
+    found = views_of(target.mesh, scene.camera, names, rotations, poses.t_cam_body[rows], suns)
     return ComposedTarget(mesh=target.mesh, views=found, grey=target.coloured and scene.sensor.channels == "mono")
 
 

@@ -32,16 +32,19 @@ def read_written_target(making: Authoring) -> tuple[str, ...]:
     try:
         reader = StageReader(making.folder / ROOT)
         units, at_rest = options.units_per_metre, options.model_time is None
-        notes = check_written(reader, sources.target_file, making.target, units, selected, at_rest=at_rest)
+        notes: tuple[str, ...] = ()
+        if not making.turns:  # these are ours, and the first picture may show any of them
+            notes = check_written(reader, sources.target_file, making.target, units, selected, at_rest=at_rest)
         if any(map(is_users, sources.models)):
             notes += tuple(in_sentences(_coincident(reader)))
-        making.composed = read_composed_target(reader, making.poses)
+        first = making.turns.pictures_of(making.turns.names[0]) if making.turns else range(len(making.poses))
+        making.composed = read_composed_target(reader, making.poses, first)
     except (StageError, UnsupportedError, GeometryError) as refused:
         gone = f"{making.folder}/"
         where = str(refused.where).replace(gone, "") if refused.where else None
         raise type(refused)(refused.found.replace(gone, ""), where=where, do=refused.do) from None
     hull = making.composed.mesh.hull
-    if not options.any_size:
+    if not (options.any_size or making.turns):
         refuse_implausible(hull, making.unit, making.sources.lens, making.poses)
     making.notes += notes_on_far_keypoints(sources.additions.keypoints, hull)
     return notes

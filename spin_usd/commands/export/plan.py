@@ -28,6 +28,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.options import names_in
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.splits import pose_bytes, poses_of, split_of_each
+from spin_usd.scene.body import OCCLUDER
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.scene.scene import NOMINAL
 from spin_usd.scene.target import MAX_PARTS
@@ -72,9 +73,9 @@ def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:
         target=_target(dataset, request.target),
         options=options,
     )
-    bodies = len({part.target for part in dataset.parts.values()})
+    occluders = any(part.target == OCCLUDER for part in dataset.parts.values())
     survey = Survey(
-        format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies
+        format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, occluders=occluders
     )
     kept, identity = _survey_pictures(chosen, layout, survey, progress)
     for limit in layout.limits:

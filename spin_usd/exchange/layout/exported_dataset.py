@@ -35,7 +35,7 @@ class ExportedPicture:
     split: str
     """Name of the split in the format."""
     target_name: str
-    """The target that formats of one target hold."""
+    """The target that formats of one target hold, where it is shown."""
 
     @property
     def variant(self) -> str:
@@ -59,8 +59,8 @@ class ExportedPicture:
 
     @property
     def target(self) -> PicturedTarget:
-        """The target that formats of one target hold."""
-        return self.picture.targets[self.target_name]
+        """The target that formats of one target hold; the first that is shown where that is hidden."""
+        return next((each for each in self.targets if each.name == self.target_name), self.targets[0])
 
     @property
     def image(self) -> NDArray[Any]:

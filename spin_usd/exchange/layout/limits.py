@@ -44,7 +44,7 @@ no_distortion = undistorted("export to speedplus, or render with a camera withou
 
 def bodies_told_apart(survey: Survey) -> None:
     """Raise UnsupportedError if there are several bodies, and pictures lack the label of the body at each pixel."""
-    if survey.bodies > 1 and survey.kinds[INSTANCE] < survey.tally.total():
+    if survey.several and survey.kinds[INSTANCE] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE}")
 

@@ -32,8 +32,10 @@ class Survey:
     """How many the dataset lists."""
     targets: tuple[DescribedTarget, ...]
     """The dataset's."""
-    bodies: int
-    """How many bodies have parts, occluders together counted as one."""
+    occluders: bool
+    """Whether some bodies are no targets."""
+    together: int = 0
+    """The most targets that a picture shows."""
     cameras: dict[Camera, str] = field(default_factory=dict)
     """Each camera, with the first picture that has it."""
     file_sets: dict[tuple[str, ...], str] = field(default_factory=dict)
@@ -52,6 +54,11 @@ class Survey:
     give the camera as seen from the target, in the body's axes. "sun" is the angle between the directions from the
     target to the Sun and to the camera, degrees. "visible" is the visible share."""
 
+    @property
+    def several(self) -> bool:
+        """Return whether a picture shows several bodies, of which one can hide another."""
+        return self.together + self.occluders > 1
+
     def add(self, picture: ExportedPicture) -> None:
         """Count one more picture."""
         target = picture.target
@@ -59,6 +66,7 @@ class Survey:
         self.file_sets.setdefault(picture.file_set, picture.name)
         for each in picture.targets:
             self.farthest = max(self.farthest, (float(each.t_cam_body[2]), picture.name))
+        self.together = max(self.together, len(picture.targets))
         self.tally[picture.split, picture.variant] += 1
         self.kinds.update(picture.picture.files.keys())
         self.grey += "image" in picture.picture.files and picture.picture.files["image"].channels == 1

@@ -96,7 +96,8 @@ class KeyMaker:
         (body,) = scene.bodies
         own = body.target.mesh.key, body.target.cut_out_key, self._keypoints(body.target)
         moves = body.motion.key if body.motion else ""
-        of = (body.T_cam_body, moves, *own, scene.camera.key, scene.rig, scene.range_finder)
+        numbers = tuple(_numbers(scene))
+        of = (body.T_cam_body, moves, *own, scene.camera.key, scene.rig, scene.range_finder, numbers)
         if of not in self._posed:
             self._posed[of] = geometry_key(scene), self._targets(scene)
         return self._posed[of]
@@ -141,12 +142,17 @@ def geometry_key(scene: Scene) -> str:
     renderers. Of several bodies only those in the frame count."""
     if not scene.several:
         target, pose = scene.bodies[0].target, scene.bodies[0].T_cam_body
-        return digest(
-            VISIBILITY, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key
-        )
+        where = pose.rotation, pose.translation, scene.camera.key
+        return digest(VISIBILITY, target.mesh.key, target.cut_out_key, *where, *_numbers(scene))
     each = zip(scene.bodies, scene.part_offsets, scene.one_body_scenes, strict=True)
     shown = [[*placed(body), before] for body, before, one in each if not one.region.empty]
     return digest(VISIBILITY, shown, scene.camera.key)
+
+
+def _numbers(scene: Scene) -> list[int]:
+    """Return the target's id in labels, and the offset of its parts' ids; none where these are the usual ones."""
+    numbers = [scene.bodies[0].id, scene.part_offsets[0]]
+    return [] if numbers == [1, 0] else numbers
 
 
 def placed(body: Body) -> list[Any]:

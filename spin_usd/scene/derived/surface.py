@@ -171,7 +171,8 @@ def _points(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
 
 def _points_of_one(scene: OneBody, face: NDArray[np.int32], xy: Float) -> Points:
     """Return the same where the target is the only body, and nothing need be moved."""
-    return np.zeros(len(face), np.intp), face, parts_of(scene.target.mesh, face), *surface_points(scene, face, xy)
+    part = parts_of(scene.target.mesh, face) + np.uint16(scene.part_offsets[0])
+    return np.zeros(len(face), np.intp), face, part, *surface_points(scene, face, xy)
 
 
 def surface_points(scene: OneBody, face: NDArray[np.int32], xy: Float) -> tuple[Float, Float]:

@@ -144,10 +144,10 @@ def merged(parts: Sequence[Views]) -> Views | None:
 
 
 class ViewCollector:
-    """Looks at the target of that id in one scene after another, and works out many at once; the pictures' names begin
-    with `prefix`."""
+    """Looks at the target of that id in one scene after another that shows it, or at the first that each shows, and
+    works out many at once; the pictures' names begin with `prefix`."""
 
-    def __init__(self, prefix: str = "", *, target: int = 1) -> None:
+    def __init__(self, prefix: str = "", *, target: int | None = None) -> None:
         self._prefix, self._target = prefix, target
         self._parts: list[Views] = []
         self._waiting: list[tuple[str, Float, Float, Suns]] = []
@@ -157,7 +157,9 @@ class ViewCollector:
 
     def add(self, scene: Scene) -> None:
         """Look at one picture."""
-        shown = next(body for body in scene.bodies if body.id == self._target)
+        shown = next((body for body in scene.bodies if self._target in (None, body.id)), None)
+        if shown is None:
+            return
         mesh, camera, pose = shown.target.mesh, scene.camera, shown.T_cam_body
         if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
             self._collect()

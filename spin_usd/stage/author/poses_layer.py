@@ -4,6 +4,7 @@ Time code i is frame i. The camera stands at the world's origin, looks along +Y 
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -73,11 +74,11 @@ def author_poses(prim: Sdf.PrimSpec, poses: PoseList) -> None:
         _samples(prim, name, Sdf.ValueTypeNames.Double3, [vec3d(row) for row in rows])
 
 
-def author_pose_samples(prim: Sdf.PrimSpec, q: Float, t: Float) -> None:
-    """Author the quaternions (N, 4), scalar first, and the positions (N, 3) as the prim's pose at time codes 0 to N -
-    1."""
-    _samples(prim, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t])
-    _samples(prim, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q])
+def author_pose_samples(prim: Sdf.PrimSpec, q: Float, t: Float, time_codes: Sequence[int] | None = None) -> None:
+    """Author the quaternions (N, 4), scalar first, and the positions (N, 3) as the prim's pose at the time codes, 0 to
+    N - 1 if not given."""
+    _samples(prim, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t], time_codes)
+    _samples(prim, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q], time_codes)
     order = Sdf.AttributeSpec(prim, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
     order.default = ["xformOp:translate", "xformOp:orient"]
 
@@ -98,11 +99,17 @@ def by_short_ways(q: Float) -> Float:
     return np.concatenate([q[:1], q[1:] * np.cumprod(turns)[:, None]])
 
 
-def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:
-    """Author one time sample for each time code; no attribute without values."""
+def _samples(
+    prim: Sdf.PrimSpec,
+    name: str,
+    kind: Sdf.ValueTypeName,
+    values: list[object],
+    time_codes: Sequence[int] | None = None,
+) -> None:
+    """Author one time sample for each time code, from 0 if not given; no attribute without values."""
     if not values:
         return
     attribute = Sdf.AttributeSpec(prim, name, kind)
     layer, path = prim.layer, attribute.path
-    for time_code, value in enumerate(values):
+    for time_code, value in zip(time_codes or range(len(values)), values, strict=True):
         layer.SetTimeSample(path, float(time_code), value)

@@ -30,7 +30,7 @@ from spin_usd.stage.usd.transforms import (
     placement,
     placement_below,
 )
-from spin_usd.stage.usd.visibility import ancestors
+from spin_usd.stage.usd.visibility import ancestors, is_invisible
 
 OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
 """Opens the reader of the contents of a prim's axes, at a time."""
@@ -76,6 +76,7 @@ class BodyReader:
         self._motion = KnownMotion.of(self.prim, clock)
         self.moves_smoothly: bool = self._motion is not None
         self._seen_still = not (moves(camera) or any(moves(prim) for prim in ancestors(self.prim)[-1:]))
+        self._chain = [each for each in (*ancestors(self.prim), self.prim) if _may_hide(each)]
         self._above = common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))
         self.shared = None if shared is None else shared.of(camera, self.prim)
@@ -120,6 +121,22 @@ class BodyReader:
         velocity = R_cam_parent @ motion.velocity * (scale * self._metres)
         return BodyMotion(velocity=velocity, angular_velocity=R_cam_parent @ motion.rate)
 
+    def is_hidden(self, time: Usd.TimeCode) -> bool:
+        """Return whether the body is invisible as a whole at a time; if so its shape is forgotten, since the craft of a
+        set of many would take much memory."""
+        hidden = any(is_invisible(prim, time) for prim in self._chain)
+        if hidden:
+            self._last = self._scale = None
+        return hidden
+
+    def first_shown(self) -> Usd.TimeCode:
+        """Return the first time sample at which it is visible; the earliest where it never is."""
+        samples = sorted(
+            {t for prim in self._chain for t in UsdGeom.Imageable(prim).GetVisibilityAttr().GetTimeSamples()}
+        )
+        shown = (Usd.TimeCode(t) for t in samples if not self.is_hidden(Usd.TimeCode(t)))
+        return next(shown, Usd.TimeCode.EarliestTime())
+
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
         """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the
         same mesh where materials alone did; None for an occluder that is not visible at all. Raises StageError for such
@@ -152,6 +169,10 @@ class BodyReader:
         if self._roots:
             return occluder_variation(self.prim, self._roots, reader.visited)
         return target_variation(self.prim, reader.visited)
+
+
+def _may_hide(prim: Usd.Prim) -> bool:
+    return bool(prim.IsA(UsdGeom.Imageable)) and UsdGeom.Imageable(prim).GetVisibilityAttr().HasAuthoredValue()
 
 
 def common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:

@@ -75,7 +75,7 @@ class BodyReaders:
         Where nothing is authored of the shutter, those move whose rates are known, and it is an instant where none of
         them moves by STILL_PX."""
         time = Usd.TimeCode(opening.middle)
-        placed = [(reader, *reader.placed(time, world)) for reader in self._readers]
+        placed = [(reader, *reader.placed(time, world)) for reader in self._shown(time)]
         shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
         bodies = [
             Body(
@@ -94,10 +94,26 @@ class BodyReaders:
         poses = read_poses(opening, list(map(partial(_pose_at, opening), shown, bodies)), self._camera.GetPath())
         return tuple(replace(body, poses=own) if own else body for body, own in zip(bodies, poses, strict=True))
 
+    def _shown(self, time: Usd.TimeCode) -> list[BodyReader]:
+        """Return the bodies without the hidden targets; where all targets are hidden, with the first."""
+        shown = [each for each in self._readers if each.id == OCCLUDER or not each.is_hidden(time)]
+        return shown if shown and shown[0].id != OCCLUDER else [self._readers[0], *shown]
+
+    def hidden_targets_at(self, time_code: float) -> Iterator[Body]:
+        """Read the targets that are hidden at a time code, each as it is when it first is visible. Raises StageError
+        for one that never is."""
+        for reader in self._readers:
+            if reader.id != OCCLUDER and reader.is_hidden(Usd.TimeCode(time_code)):
+                time = reader.first_shown()
+                pose, scale = reader.placed(time, UsdGeom.XformCache(time))
+                target = reader.target_at(time, scale)
+                assert target  # else it was refused
+                yield Body(id=reader.id, target=target, T_cam_body=pose, part_offset=reader.part_offset)
+
     def target_at(self, time_code: float) -> Target:
         """Read the first target alone at a time code, metres."""
         time = Usd.TimeCode(time_code)
-        first = self._readers[0]
+        first = self._shown(time)[0]
         target = first.target_at(time, first.placed(time, UsdGeom.XformCache(time))[1])
         assert target  # else it was refused
         return target
@@ -121,7 +137,7 @@ class BodyReaders:
         """Read all targets at a time code, metres, by their ids."""
         time = Usd.TimeCode(time_code)
         world = UsdGeom.XformCache(time)
-        targets = (body for body in self._readers if body.id != OCCLUDER)
+        targets = (body for body in self._shown(time) if body.id != OCCLUDER)
         found = {body.id: body.target_at(time, body.placed(time, world)[1]) for body in targets}
         return {number: target for number, target in found.items() if target}
 

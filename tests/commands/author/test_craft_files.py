@@ -1,5 +1,8 @@
 """Craft from seeds as targets of `author`: labels of their parts, the same stage twice, both looks."""
 
+import csv
+import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -54,3 +57,65 @@ def test_a_file_and_a_further_body_can_be_craft_too(tmp_path: Path) -> None:
     assert names == ["mine", "craft_9"]
     with pytest.raises(InputError, match="no seed"):
         authored(tmp_path / "no", "craft:x")
+
+
+@pytest.fixture(scope="module")
+def in_turn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset of eight pictures of four craft."""
+    folder = tmp_path_factory.mktemp("turns")
+    sample = "range=9 u_share=0.45..0.55 v_share=0.45..0.55 count=8"
+    author_stage(sample=sample, target="craft:0..3", camera="spark", resolution="120x75", out=folder / "stage", seed=1)
+    labels = "depth,segmentation,dense_pose,instance"
+    spin_usd.render(folder / "stage/dataset.usda", out=folder / "set", renderer="raycast", labels=labels)
+    return folder
+
+
+def test_pictures_show_craft_in_turn_as_often_as_one_another(in_turn: Path) -> None:
+    dataset = spin_usd.Dataset(in_turn / "set")
+    assert [target.name for target in dataset.targets] == [f"craft_{i}" for i in range(4)]
+    shown = [[target.name for target in picture.targets] for picture in dataset]
+    assert {len(each) for each in shown} == {1}
+    assert Counter(name for (name,) in shown) == dict.fromkeys((f"craft_{i}" for i in range(4)), 2)
+    assert shown[:4] != sorted(shown[:4])
+
+
+def test_labels_are_of_the_craft_that_is_shown(in_turn: Path) -> None:
+    dataset = spin_usd.Dataset(in_turn / "set")
+    classes: dict[str, set[str]] = {}
+    for picture in dataset:
+        (target,) = picture.targets
+        seen = set(np.unique(picture.segmentation).tolist()) - {0}
+        assert {dataset.parts[part].target for part in seen} == {target.id}
+        assert set(np.unique(picture.label("instance")).tolist()) == {0, target.id}
+        craft = make_craft(CraftChoice(seed=int(target.name.removeprefix("craft_"))))
+        assert picture.keypoints.names == tuple(craft.keypoints)
+        np.testing.assert_allclose(picture.keypoints.points, list(craft.keypoints.values()), atol=1e-6)
+        classes[target.name] = {dataset.parts[part].class_name for part in seen}
+    assert set.union(*classes.values()) <= set(KINDS.values())
+    assert not [finding for finding in spin_usd.check(in_turn / "set").findings if finding.severity == "error"]
+    assert not [finding for finding in check_stage(in_turn / "stage/dataset.usda") if finding.severity == "error"]
+
+
+def test_a_picture_of_a_set_in_turn_is_made_again(in_turn: Path) -> None:
+    last = list(spin_usd.Dataset(in_turn / "set"))[-1]
+    assert spin_usd.reproduce(in_turn / "set", last.frame).same
+
+
+def test_exports_name_the_craft_of_each_picture(in_turn: Path, tmp_path: Path) -> None:
+    dataset = spin_usd.Dataset(in_turn / "set")
+    of_frame = {picture.frame: picture.targets[0] for picture in dataset}
+    spin_usd.export(in_turn / "set", to="bop", out=tmp_path / "bop")
+    poses = json.loads(next((tmp_path / "bop").rglob("scene_gt.json")).read_text())
+    assert sorted(row["obj_id"] for rows in poses.values() for row in rows) == sorted(t.id for t in of_frame.values())
+    assert len(list((tmp_path / "bop/models").glob("*.ply"))) == 4
+    spin_usd.export(in_turn / "set", to="coco", out=tmp_path / "coco")
+    found = json.loads(
+        next(path for path in (tmp_path / "coco").rglob("*.json") if "annotations" in path.read_text()).read_text()
+    )
+    images = {each["id"]: Path(each["file_name"]).stem for each in found["images"]}
+    names = {each["id"]: each["name"] for each in found["categories"]}
+    shown = {images[each["image_id"]]: names[each["category_id"]] for each in found["annotations"]}
+    assert shown == {frame: target.name for frame, target in of_frame.items()}
+    spin_usd.export(in_turn / "set", to="spark", out=tmp_path / "spark", option=["layout=2022-stream1"])
+    rows = list(csv.DictReader((tmp_path / "spark/train.csv").open()))
+    assert {Path(row["filename"]).stem: row["class"] for row in rows} == {k: t.name for k, t in of_frame.items()}

@@ -43,7 +43,7 @@ def sampled(name, count=None, seed=0, step=1):
     camera = lens_of(open_camera_layer(bundled("camera", spec.table.camera)))
     hull = hull_corners(describe(bundled("target", spec.table.target), spec.table.target))
     chosen = part_pictures(spec, count)[::step]
-    return camera, chosen, sample_poses(chosen, seed, camera, hull, name)
+    return camera, chosen, sample_poses(chosen, seed, camera, [hull] * len(chosen), name)
 
 
 def offsets(camera, t):
