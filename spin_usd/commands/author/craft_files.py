@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.basics.arrays import Float
+from spin_usd.basics.progress import Progress
 from spin_usd.commands.author.options import AuthorOptions, listed
-from spin_usd.craft.make_craft import make_craft
+from spin_usd.craft.make_craft import CraftChoice, make_craft
 from spin_usd.craft.model import model_of
 from spin_usd.errors import InputError
 from spin_usd.sampling.sample import stream
@@ -18,7 +19,7 @@ from spin_usd.scene.shape import hull_points
 from spin_usd.specifications.craft_spec import craft_choices, is_craft
 from spin_usd.stage.author.craft_layer import write_crafts
 
-SEED_WITH_POSES = re.compile(r"(craft:\d+|[^:]+\.toml)(:.+|)")
+SEED_WITH_POSES = re.compile(r"(craft:[0-9.]+|[^:]+\.toml)(:.+|)")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,39 +41,51 @@ class CraftTurns:
 
 
 def with_craft(
-    options: AuthorOptions, folder: Path, sequences: Sequence[str]
+    options: AuthorOptions, folder: Path, sequences: Sequence[str], progress: Progress
 ) -> tuple[AuthorOptions, CraftTurns | None]:
     """Return the options with the craft of seeds and specifications as files, which are written into `folder`, and the
     turns of several; `sequences`: of each picture the name of its sequence, which shows one craft. Raises InputError,
     OutputError."""
     turns = None
     if options.target is not None and is_craft(given := str(options.target)):
-        models = [model_of(make_craft(each)) for each in craft_choices(given)]
-        if len(models) > 1:
-            if options.also:
-                raise InputError("several craft in turn are given with further bodies", do="leave --also out")
-            models, turns = _in_turn(models, options.seed, sequences)
-        file = folder / f"{'crafts' if turns else _name(given, models)}.usdc"
-        write_crafts(models, file, f"Made by spin-usd author from {Path(given).name}.")
+        choices = craft_choices(given)
+        if len(choices) > 1 and options.also:
+            raise InputError("several craft in turn are given with further bodies", do="leave --also out")
+        places = _turns(len(choices), options.seed, sequences)
+        used = sorted(set(places))
+        models = {place: _made(choices[place], done, len(used), progress) for done, place in enumerate(used)}
+        if len(choices) > 1:
+            turns = CraftTurns(
+                hulls={each.name: _hull(each) for each in models.values()},
+                shown=tuple(models[place].name for place in places),
+            )
+        file = folder / f"{'crafts' if turns else _name(given, choices)}.usdc"
+        write_crafts([*models.values()], file, f"Made by spin-usd author from {Path(given).name}.")
         options = replace(options, target=file)
     return replace(options, also=[_further(each, folder) for each in listed(options.also)]), turns
 
 
-def _in_turn(models: Sequence[MeshAsset], seed: int, sequences: Sequence[str]) -> tuple[list[MeshAsset], CraftTurns]:
-    """Return the craft that are shown, and their turns: all equally often, as far as that goes, in an order that is
+def _turns(count: int, seed: int, sequences: Sequence[str]) -> list[int]:
+    """Return which of `count` craft each picture shows: all equally often, as far as that goes, in an order that is
     drawn from the seed."""
     units = list(dict.fromkeys(sequences))
     rng = stream(seed, "craft")
-    drawn = np.concatenate([rng.permutation(len(models)) for _ in range(-(-len(units) // len(models)))])
+    drawn = np.concatenate([rng.permutation(count) for _ in range(-(-len(units) // count))])
     of_unit = dict(zip(units, drawn.tolist(), strict=False))
-    places = [of_unit[each] for each in sequences]
-    used = [models[place] for place in sorted(set(places))]
-    hulls = {each.name: hull_points(np.concatenate([part.points for part in each.parts])) for each in used}
-    return used, CraftTurns(hulls=hulls, shown=tuple(models[place].name for place in places))
+    return [of_unit[each] for each in sequences]
 
 
-def _name(given: str, models: Sequence[MeshAsset]) -> str:
-    return models[0].name if given.startswith("craft:") else Path(given).stem
+def _made(choice: CraftChoice, done: int, count: int, progress: Progress) -> MeshAsset:
+    progress("making: craft", done, count)
+    return model_of(make_craft(choice))
+
+
+def _hull(model: MeshAsset) -> Float:
+    return hull_points(np.concatenate([part.points for part in model.parts]))
+
+
+def _name(given: str, choices: Sequence[CraftChoice]) -> str:
+    return f"craft_{choices[0].seed}" if given.startswith("craft:") else Path(given).stem
 
 
 def _further(given: str, folder: Path) -> str:
@@ -80,7 +93,9 @@ def _further(given: str, folder: Path) -> str:
     model, poses = found.groups() if (found := SEED_WITH_POSES.fullmatch(given)) else (given, "")
     if not is_craft(model):
         return given
-    models = [model_of(make_craft(each)) for each in craft_choices(model)]
-    file = folder / f"{_name(model, models)}.usdc"
-    write_crafts(models, file, f"Made by spin-usd author from {Path(model).name}.")
+    choices = craft_choices(model)
+    file = folder / f"{_name(model, choices)}.usdc"
+    write_crafts(
+        [model_of(make_craft(each)) for each in choices], file, f"Made by spin-usd author from {Path(model).name}."
+    )
     return f"{file}{poses}"

@@ -46,7 +46,7 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
     """
     options, pictures = asked_pictures(AuthorOptions(**given), progress)
     with TemporaryDirectory(prefix="spin_usd-") as crafts:
-        options, turns = with_craft(options, Path(crafts), pictures.sequences)
+        options, turns = with_craft(options, Path(crafts), pictures.sequences, progress)
         return _author(options, pictures, turns, progress)
 
 
