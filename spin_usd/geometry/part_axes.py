@@ -10,6 +10,7 @@ from spin_usd.geometry.triangles import areas, cross, dot, lengths, unit_normals
 NEAR = 0.01  # of the longest edge of the part's box, within which it meets the rest
 TIE = 0.01  # share by which two widths may differ and count as equal
 MAX_POINTS = 512  # of each side, evenly chosen, whose distances are taken
+ALONG = np.cos(np.radians(1))  # of a direction to a body axis, to which it is rounded then
 TINY = np.finfo(float).tiny
 
 
@@ -42,7 +43,8 @@ class PartAxes:
     @property
     def longest(self) -> Float:
         """(3,) unit direction in which the surface is widest spread, outwards from the root. Where two widths are equal
-        within TIE, the body axis nearest to both decides, x before y before z."""
+        within TIE, the body axis nearest to both decides, x before y before z; within 1 degree of a body axis it is
+        that axis."""
         size, directions = np.linalg.eigh(self._spread)
         return self._outwards(_decided(directions[:, size >= size[2] * (1 - TIE)]))
 
@@ -59,7 +61,8 @@ class PartAxes:
         """Return the direction (3,) square to `x` in which the surface is least spread."""
         square = np.eye(3) - np.outer(x, x)
         size, directions = np.linalg.eigh(square @ self._spread @ square + np.trace(self._spread) * np.outer(x, x))
-        return _decided(directions[:, size <= size[0] + TIE * size[1]])
+        found = _decided(directions[:, size <= size[0] + TIE * size[1]])
+        return np.asarray(unit_vectors(found - (found @ x) * x))
 
     def bend_frame(self, along: Float) -> tuple[Float, float]:
         """Return the frame (4, 4) of a bend along that direction (3,), and its length: from the root outwards, in the
@@ -98,11 +101,9 @@ class PartAxes:
 
 def _decided(directions: Float) -> Float:
     """Return one unit vector of the space of `directions` (3, N)."""
-    if directions.shape[1] == 1:
-        return np.asarray(directions[:, 0])
     within = directions @ directions.T
     decided: Float = unit_vectors(within[:, np.argmax(np.diag(within).round(6))])
-    return decided
+    return np.round(decided) if np.abs(decided).max() > ALONG else decided
 
 
 def _some(corners: Float) -> Float:

@@ -47,7 +47,7 @@ def test_a_wing_on_its_longer_edge_turns_about_that_and_bends_away_from_it() -> 
 
 
 def test_a_slanted_rod_has_its_own_direction_outwards() -> None:
-    rod = box((3, 0.01, 0.01), (0, 0, 0), turned=np.radians(150)) + (-1.8, 0.75, 0)
+    rod = box((3, 0.01, 0.01), (0, 0, 0), turned=np.radians(150)) + np.array([-1.8, 0.75, 0])
     np.testing.assert_allclose(PartAxes.of(rod, BODY).longest, (-np.cos(np.pi / 6), 0.5, 0), atol=1e-6)
 
 

@@ -36,7 +36,8 @@ def test_each_kind_of_split_covers_its_triangle() -> None:
         split = split_edges(triangle, np.array([[0, 1, 2]]), chosen)
         areas = np.cross(*np.moveaxis(split.points[split.corners][:, 1:] - split.points[split.corners][:, :1], 1, 0))
         assert len(split.corners) == len(edges) + 1
-        assert (areas[:, 2] > 0).all() and np.isclose(areas[:, 2].sum(), 1)
+        assert (areas[:, 2] > 0).all()
+        assert np.isclose(areas[:, 2].sum(), 1)
 
 
 def test_it_stops_before_there_are_too_many(monkeypatch) -> None:
