@@ -43,7 +43,7 @@ def test_identity_values_give_the_same_labels_to_the_byte_and_an_old_record(data
 
 def test_the_dense_pose_of_a_moved_part_is_T_times_the_drawn_surface(dataset, stage) -> None:
     reader = StageReader(stage)
-    target = reader.scene(reader.frames[0]).target
+    target = reader.scene(reader.frames[0]).bodies[0].target
     seen = 0
     for picture in pictures(dataset, "moved"):
         shapes = {part["name"]: np.array(part["T_body_drawn"]) for part in picture.record["targets"][0]["shape"]}
