@@ -8,10 +8,11 @@ from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
 from spin_usd.scene.environment import BACKGROUND
 from spin_usd.scene.material import LIMITS, Limits
-from spin_usd.stage.augment import camera, lights, materials, part_shape, planet
+from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
 from spin_usd.stage.augment.material_variation import VARIATION, variation
-from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, NUMBER, TRUTH, Parameter
+from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
+from spin_usd.stage.augment.part_shape import PART_PARAMETERS
 from spin_usd.stage.read import event_sensor as event_limits
 from spin_usd.stage.read import optics as optics_limits
 from spin_usd.stage.read import sensor as sensor_limits
@@ -43,11 +44,6 @@ def _event(name: str, description: str, unit: str = "") -> Parameter:
 def _lens(name: str, description: str, unit: str = "") -> Parameter:
     full = f"lens.{name}"
     return Parameter(name=full, description=description, make=camera.lens, unit=unit, group="lens", changes=False)
-
-
-def _part(field: str, description: str, unit: str = "", limits: Range = FINITE, kind: str = NUMBER) -> Parameter:
-    name, make = f"part.NAME.{field}", part_shape.part_shape
-    return Parameter(name=name, description=description, make=make, unit=unit, limits=limits, kind=kind, group="part")
 
 
 def _strength(name: str, description: str, unit: str = "") -> Parameter:
@@ -210,16 +206,6 @@ _ALL = (
     ),
     Parameter(name="earth.visible", description="Whether the planet is shown.", make=planet.visible, kind=TRUTH),
 )
-LENGTHS = Range(-1e6, 1e6)
-_PARTS = (
-    _part("turn", "Turn of the part about `axis` through its root, where it meets the craft.", "deg", Range(-360, 360)),
-    _part("axis", "Axis of `turn` and direction of `bent`, body axes; default: its longest.", kind=DIRECTION),
-    *(_part(f"shift.{axis}", f"Shift of the part along the body's {axis}.", "m", LENGTHS) for axis in "xyz"),
-    _part("scale", "Factor on the part's size, about its root.", limits=Range(1e-3, 1e3)),
-    _part("missing", "Whether the part is missing.", kind=TRUTH),
-    _part("bent", "Angle between the directions of the part's root and end, as an arc.", "deg", Range(-180, 180)),
-    _part("bulged", "Height of a smooth bulge of the part's flat faces outwards.", "m", LENGTHS),
-)
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
 """All parameters by name; parameters of NUMBERED, `material.NAME.INPUT`, `material.NAME.INPUT.factor`,
 `material.NAME.variation` and attributes by their paths are accepted too."""
@@ -231,7 +217,7 @@ NUMBERED: Mapping[str, Parameter] = {
         kind=DIRECTION,
     ),
     rf"sun\.[1-{lights.MAX_SUNS}]\.factor": _strength("sun.N.factor", "Factor on the irradiance of Sun N alone."),
-    **{rf"part\..+\.{re.escape(each.name.removeprefix('part.NAME.'))}": each for each in _PARTS},
+    **PART_PARAMETERS,
 }
 """Parameters with a number N or the NAME of a part in their names, by patterns of those."""
 

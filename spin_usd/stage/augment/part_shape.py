@@ -1,5 +1,6 @@
 """part.NAME.*: parts of a target that are not quite as drawn, with the keypoints on them."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +17,7 @@ from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.scene.target import Part
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, ParameterValues
 from spin_usd.stage.augment.body_axes import cam_from_body
+from spin_usd.stage.augment.parameter import DIRECTION, NUMBER, TRUTH, Parameter
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.bodies.body_parts import BodyParts
 from spin_usd.stage.read.bodies.find_bodies import find_targets
@@ -24,7 +26,7 @@ from spin_usd.stage.read.bodies.part_labels import labels_of_target
 from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import Notes
-from spin_usd.stage.usd.values import read
+from spin_usd.stage.usd.values import FINITE, Range, read
 
 ON_PART = 0.01  # of the longest edge of the target's box: how far from a part's surface its keypoints may lie
 PLACED = ("turn", "axis", "shift", "scale")
@@ -225,3 +227,26 @@ class PieceChange:
 
 def _matrix(matrix: Float) -> Gf.Matrix4d:
     return Gf.Matrix4d(matrix.T.tolist())
+
+
+def _part(field: str, description: str, unit: str = "", limits: Range = FINITE, kind: str = NUMBER) -> Parameter:
+    name = f"part.NAME.{field}"
+    return Parameter(
+        name=name, description=description, make=part_shape, unit=unit, limits=limits, kind=kind, group="part"
+    )
+
+
+LENGTHS = Range(-1e6, 1e6)
+_ALL = (
+    _part("turn", "Turn of the part about `axis` through its root, where it meets the craft.", "deg", Range(-360, 360)),
+    _part("axis", "Axis of `turn` and direction of `bent`, body axes; default: its longest.", kind=DIRECTION),
+    *(_part(f"shift.{axis}", f"Shift of the part along the body's {axis}.", "m", LENGTHS) for axis in "xyz"),
+    _part("scale", "Factor on the part's size, about its root.", limits=Range(1e-3, 1e3)),
+    _part("missing", "Whether the part is missing.", kind=TRUTH),
+    _part("bent", "Angle between the directions of the part's root and end, as an arc.", "deg", Range(-180, 180)),
+    _part("bulged", "Height of a smooth bulge of the part's flat faces outwards.", "m", LENGTHS),
+)
+PART_PARAMETERS: Mapping[str, Parameter] = {
+    rf"part\..+\.{re.escape(each.name.removeprefix('part.NAME.'))}": each for each in _ALL
+}
+"""The parameters by patterns of their names."""
