@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import spin_usd
+from spin_usd.commands.diff.run import diff
 from spin_usd.geometry.part_axes import nearest
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.shaped import BENT, BULGED, VARIANTS, WING, author_shaped
@@ -97,6 +98,12 @@ def test_every_picture_is_reproduced_to_the_byte(dataset) -> None:
 def test_the_checks_find_no_error(dataset, stage) -> None:
     for path in (dataset.root, stage):
         assert not [each for each in spin_usd.check(path).findings if each.severity == "error"]
+
+
+def test_the_difference_from_the_drawn_craft_is_listed(stage) -> None:
+    report = diff(stage, "nominal", "every", progress=lambda *_: None)
+    changed = {each.where.rpartition("/")[2] for each in report.differences}
+    assert {"WingPlusX.xformOp:transform:shape", "WingPlusX.spin:shape:bend", "Body.spin:shape:bulge"} <= changed
 
 
 def test_it_is_planned_and_resumed(dataset, stage) -> None:
