@@ -77,8 +77,9 @@ class DrawnTarget:
             raise InputError("is a part without a visible surface", where=parts[0].path, do="leave it as it is")
         return PartAxes.of(self._corners[own], self._corners[~own])
 
+    @cached_property
     def keypoint_parts(self) -> tuple[ChangedAttribute, Any] | None:
-        """Return the attribute for the part of each keypoint, with its value; None without keypoints."""
+        """The attribute for the part of each keypoint, with its value; None without keypoints."""
         prim = find_keypoints(self.prim)
         _, points = read_keypoints(self.prim, self.base.first)
         if not prim or not len(points):
@@ -95,32 +96,31 @@ class DrawnTarget:
 def part_shape(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Return the change that all part.NAME.* make together: NAME+NAME is one piece, with one root. Raises InputError
     for a part that no target has, that cannot be overridden, or that is in two pieces."""
-    by_piece: dict[str, list[str]] = {}
-    for parameter in names:
-        piece, field = split_name(parameter)
-        by_piece.setdefault(piece, []).append(field)
+    fields: dict[str, list[str]] = {}
+    for piece, field in map(split_name, names):
+        fields.setdefault(piece, []).append(field)
     targets = [DrawnTarget(prim, base) for prim in find_targets(base.stage)]
+    changes = [each for piece in fields for each in _changes(targets, piece, fields[piece])]
     found: dict[str, Changed] = {}
-    fixed, apis = [], []
-    for piece, fields in by_piece.items():
-        where = f"part.{piece}"
-        for target, parts in _pieces(targets, piece, where):
-            axes = target.axes(parts)
-            fixed += [each for each in [target.keypoint_parts()] if each]
-            for part in parts:
-                prim = _prim(target, part, where)
-                apis.append((part.path, schema.SHAPE_API))
-                fixed += _order(prim) if any(field.split(".")[0] in PLACED for field in fields) else []
-                for changed in PieceChange(target=target, axes=axes, piece=piece, fields=fields).of(prim):
-                    if found.setdefault(str(changed[0]), changed) is not changed:
-                        raise InputError(f"changes {part.path} twice", where=where, do="name each part once")
+    for changed in (changed for change, prim in changes for changed in change.of(prim)):
+        if found.setdefault(str(changed[0]), changed) is not changed:
+            raise InputError(f"changes {changed[0].prim} twice", where=names[0], do="name each part once")
+    fixed = [each for change, prim in changes for each in change.fixed(prim)]
     return AttributeChange(
         parameters=names,
         attributes=tuple(attribute for attribute, _ in found.values()),
         values=lambda sampled, time: tuple(make(sampled, time) for _, make in found.values()),
-        fixed=tuple({str(each): (each, value) for each, value in fixed}.values()),
-        apis=tuple(apis),
+        fixed=tuple({str(attribute): (attribute, value) for attribute, value in fixed}.values()),
+        apis=tuple((str(prim.GetPath()), schema.SHAPE_API) for _, prim in changes),
     )
+
+
+def _changes(targets: list[DrawnTarget], piece: str, fields: list[str]) -> Iterator[tuple["PieceChange", Usd.Prim]]:
+    """Yield the changes of the pieces that NAME means, with each prim of theirs."""
+    where = f"part.{piece}"
+    for target, parts in _pieces(targets, piece, where):
+        change = PieceChange(target=target, axes=target.axes(parts), piece=piece, fields=fields)
+        yield from ((change, _prim(target, part, where)) for part in parts)
 
 
 def split_name(parameter: str) -> tuple[str, str]:
@@ -154,11 +154,6 @@ def _prim(target: DrawnTarget, part: Part, where: str) -> Usd.Prim:
     return prim
 
 
-def _order(prim: Usd.Prim) -> list[tuple[ChangedAttribute, Any]]:
-    at = ChangedAttribute(prim=str(prim.GetPath()), name="xformOpOrder", type="token[]", uniform=True)
-    return [(at, Vt.TokenArray([schema.SHAPE_OP, *(read(UsdGeom.Xformable(prim).GetXformOpOrderAttr()) or [])]))]
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PieceChange:
     """The changes of the prims of one piece."""
@@ -174,7 +169,7 @@ class PieceChange:
         def at(name: str, of_type: str) -> ChangedAttribute:
             return ChangedAttribute(prim=str(prim.GetPath()), name=name, type=of_type)
 
-        if any(field.split(".")[0] in PLACED for field in self.fields):
+        if self._is_placed:
             yield at(schema.SHAPE_OP, "matrix4d"), lambda values, time: self._placed(prim, values, time)
         if "missing" in self.fields:
             own = UsdGeom.Imageable(prim).GetVisibilityAttr()
@@ -191,6 +186,19 @@ class PieceChange:
             yield at(schema.SHAPE_BEND, "double"), lambda values, _: float(self._value(values, "bent", 0))
             yield at(schema.SHAPE_BEND_FRAME, "matrix4d"), lambda values, _: _matrix(self._bend(values)[0])
             yield at(schema.SHAPE_BEND_LENGTH, "double"), lambda values, _: self._bend(values)[1]
+
+    def fixed(self, prim: Usd.Prim) -> Iterator[tuple[ChangedAttribute, Any]]:
+        """Yield the attributes that every value needs: the operations of the prim, and the parts of keypoints."""
+        if self._is_placed:
+            order = read(UsdGeom.Xformable(prim).GetXformOpOrderAttr()) or []
+            at = ChangedAttribute(prim=str(prim.GetPath()), name="xformOpOrder", type="token[]", uniform=True)
+            yield at, Vt.TokenArray([schema.SHAPE_OP, *order])
+        if self.target.keypoint_parts:
+            yield self.target.keypoint_parts
+
+    @property
+    def _is_placed(self) -> bool:
+        return any(field.split(".")[0] in PLACED for field in self.fields)
 
     @property
     def _metres(self) -> float:

@@ -11,7 +11,7 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.bend import Bend
 from spin_usd.geometry.bulge import bulged, bulged_normals, flat_faces, longest_edge
 from spin_usd.geometry.part_axes import nearest
-from spin_usd.geometry.splitting import split_edges
+from spin_usd.geometry.splitting import Split, split_edges
 from spin_usd.geometry.triangles import affine, lengths
 from spin_usd.scene.target import ChangedPart, TargetShape
 from spin_usd.stage.read.bodies.gprim import PlacedGprim
@@ -47,9 +47,7 @@ class ShapedPart:
         if self.surfaces:
             corners, moves = (np.concatenate(each) for each in zip(*self.surfaces, strict=True))
             for i, face in enumerate(nearest(drawn, corners)[1]):
-                ways = np.vstack([corners[face].T - drawn[i][:, None], np.full(3, np.ptp(corners[face], axis=0).max())])
-                shares = np.clip(np.linalg.lstsq(ways, ways[-1, 0] * np.eye(4)[-1])[0], 0, 1)
-                drawn[i] += shares @ moves[face] / shares.sum()
+                drawn[i] += _shares(drawn[i], corners[face]) @ moves[face]
         return affine(self.placed[:3], self.bend.points(drawn))
 
     def record(self, metres: float) -> ChangedPart:
@@ -150,6 +148,14 @@ class PartShapes:
         return above[-1] if above else None
 
 
+def _shares(point: Float, corners: Float) -> Float:
+    """Return (3,) the shares of a triangle's `corners` (3, 3) in its place that is nearest to a point (3,), or so."""
+    size = float(np.ptp(corners, axis=0).max())
+    ways = np.vstack([corners.T - point[:, None], np.full(3, size)])
+    shares = np.clip(np.linalg.lstsq(ways, [0, 0, 0, size])[0], 0, 1)
+    return np.asarray(shares / max(shares.sum(), np.finfo(float).tiny))
+
+
 def _moved(point: Float, above: tuple[ShapedPart, ...]) -> Float:
     """Move a keypoint (3,) with the changed parts that it belongs to, the outermost first."""
     if not above:
@@ -160,19 +166,25 @@ def _moved(point: Float, above: tuple[ShapedPart, ...]) -> Float:
     return np.asarray(moved[0])
 
 
+def _split(drawn: Triangles, part: ShapedPart) -> Split:
+    """Split the triangles of a part so that they can follow its shape."""
+    longest = longest_edge(drawn.points, drawn.corners) if part.bulge else np.inf
+
+    def too_long(a: Float, b: Float) -> NDArray[np.bool_]:
+        of_bulge: NDArray[np.bool_] = lengths(b - a) > longest
+        return of_bulge | part.bend.too_long(a, b) if part.bend.angle else of_bulge
+
+    return split_edges(drawn.points, drawn.corners, too_long)
+
+
 def _deformed(triangles: Triangles, part: ShapedPart, where: object) -> tuple[Triangles, Int]:
     """Return the triangles bulged and bent, and (T,) the triangle before of which each is a piece."""
     drawn = triangles.transformed(np.linalg.inv(part.placed).T, where)
-    faces, longest = flat_faces(drawn.points, drawn.corners), longest_edge(drawn.points, drawn.corners)
-
-    def too_long(a: Float, b: Float) -> NDArray[np.bool_]:
-        of_bulge = lengths(b - a) > longest if part.bulge else np.zeros(len(a), bool)
-        return of_bulge | part.bend.too_long(a, b) if part.bend.angle else of_bulge
-
-    split = split_edges(drawn.points, drawn.corners, too_long)
+    split = _split(drawn, part)
     points, corners, normals = split.points, split.corners, unit(split.values(drawn.normals))
     if part.bulge:
-        points = bulged(split.points, corners, faces[split.of], part.bulge)
+        faces = flat_faces(drawn.points, drawn.corners)[split.of]
+        points = bulged(split.points, corners, faces, part.bulge)
         normals = bulged_normals(normals, split.points, points, corners)
         part.surfaces.append((split.points[corners], (points - split.points)[corners]))
     if part.bend.angle:
