@@ -25,16 +25,20 @@ def skin(size: Float) -> float:
 def keypoint_states(
     scenes: Sequence[OneBody], own: int, caster: EmbreeCaster
 ) -> tuple[Float, tuple[KeypointState, ...]]:
-    """Return the pixels (N, 2), NaN where the lens sees none, and the states of the keypoints of the target of
-    `scenes[own]`."""
+    """Return the pixels (N, 2), NaN where the lens sees none or the part is missing, and the states of the keypoints
+    of the target of `scenes[own]`."""
     camera, points = scenes[own].camera, scenes[own].T_cam_body.points(scenes[own].target.keypoints)
-    uv = camera.project(points)
+    uv, shape = camera.project(points), scenes[own].target.shape
+    if shape:
+        uv[shape.keypoint_missing] = np.nan
     states = np.where(points[:, 2] > NEAR, KeypointState.OUTSIDE, KeypointState.BEHIND).astype(object)
     looked = np.flatnonzero(((uv >= 0) & (uv < (camera.width, camera.height))).all(1))
     if len(looked):
         hiding = _hiding(scenes, own, points[looked], caster)
         hidden = np.where(hiding == own, KeypointState.SELF_OCCLUDED, KeypointState.OCCLUDED)
         states[looked] = np.where(hiding < 0, KeypointState.VISIBLE, hidden)
+    if shape:
+        states[shape.keypoint_missing] = KeypointState.MISSING
     return uv, tuple(KeypointState(state) for state in states)
 
 

@@ -122,7 +122,7 @@ def described_target(body: Body) -> TargetEntry:
         path=target.path,
         size=target.mesh.size.tolist(),
         box=target.mesh.box.tolist(),
-        keypoints={name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)},
+        keypoints=dict(zip(target.keypoint_names, target.drawn_keypoints.tolist(), strict=True)),
     )
 
 

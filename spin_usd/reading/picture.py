@@ -295,8 +295,10 @@ class Picture:
     @cached_property
     def keypoint_pixels(self) -> Float:
         """The keypoints in the picture, (N, 2) float64 pixels x and y, hidden ones too; NaN where the lens sees
-        none."""
-        points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
+        none, and for missing ones."""
+        shaped = self.targets[0].shaped_keypoints
+        drawn = self.keypoints.points
+        points = (drawn if shaped is None else shaped) @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
         return frozen(self.camera.project(points))
 
     def heatmaps(self, size: tuple[int, int] = (192, 128), *, sigma: float = 2.0) -> NDArray[np.float32]:

@@ -38,7 +38,9 @@ class PicturedTarget:
             where the lens sees none.
         keypoints: (N, 2) pixels of its keypoints, hidden ones too; NaN where the lens sees none.
         keypoint_states: (N,) "visible", "self-occluded", "occluded" by another body, "outside" the frame, or "behind"
-            the camera.
+            the camera, or "missing" with its part.
+        shaped_keypoints: (N, 3) its keypoints in its own axes, metres, where its shape is not the model's; NaN for
+            missing ones; None where it is.
 
     In a part of a picture, by `crop` or `resize`, boxes and keypoints are in the part's pixels; truncated and the
     states are by its frame, box_visible is what that leaves of the whole picture's, and numbers of pixels are the
@@ -63,6 +65,7 @@ class PicturedTarget:
     box_3d: Float
     keypoints: Float
     keypoint_states: tuple[str, ...]
+    shaped_keypoints: Float | None = None
 
     @classmethod
     def of(cls, found: RecordedTarget) -> Self:
@@ -86,6 +89,7 @@ class PicturedTarget:
             box_3d=frozen([_numbers(corner, (2,)) for corner in found.box_3d.corners]),
             keypoints=frozen(np.array([(u, v) for u, v, _ in found.keypoints], np.float64).reshape(-1, 2)),
             keypoint_states=tuple(str(state) for _, _, state in found.keypoints),
+            shaped_keypoints=None if (points := found.true_keypoints) is None else frozen(points),
         )
 
     def seen_in(self, window: Window) -> Self:

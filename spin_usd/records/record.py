@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from pathlib import PurePosixPath
 from typing import Annotated, Any, Literal, Self, TypeAlias
 
+import numpy as np
 from msgspec import UNSET, Meta, UnsetType
 from msgspec.structs import asdict
 
+from spin_usd.basics.arrays import Float
 from spin_usd.basics.json_fields import (
     UTC_PATTERN,
     Count,
@@ -155,6 +157,33 @@ class RecordedMotion(JsonStruct, frozen=True, kw_only=True):
     angular_velocity: Annotated[Vector, Meta(description="Radians a second.")]
 
 
+class RecordedPartShape(JsonStruct, frozen=True, kw_only=True):
+    """A part that is not as the target's model has it; the parts below its prim follow it."""
+
+    name: str
+    path: Annotated[str, Meta(description="Its prim's.")]
+    T_body_drawn: Annotated[
+        list[Annotated[list[float], Meta(min_length=4, max_length=4)]],
+        Meta(
+            min_length=4,
+            max_length=4,
+            description="From its place in the model to its true one, in body axes, metres: rotation times scale, and "
+            "shift. It acts after the bulge and the bend.",
+        ),
+    ]
+    bend: Annotated[float, Meta(description="Angle between the directions of its start and its end, degrees.")]
+    bulge: Annotated[float, Meta(description="Height of the bulge of its broadest flat face, metres.")]
+    missing: bool
+
+
+class RecordedShapedKeypoint(JsonStruct, frozen=True, kw_only=True):
+    """A keypoint of a target that is not as its model has it."""
+
+    part: Annotated[str | None, Meta(description="Path of the part that it belongs to; null for the body itself.")]
+    drawn: Annotated[Vector, Meta(description="Its place in the model, body axes, metres.")]
+    true: Annotated[Vector | None, Meta(description="Its place in the picture, likewise; null if its part is missing.")]
+
+
 class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
     """A target in the picture."""
 
@@ -184,7 +213,7 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
                         description="visible: nothing stands before it · self-occluded, occluded: the first surface "
                         "before it is its own body's, or another's; its own surface less than 0.5 % of the longest "
                         "edge of the target's box before it does not hide it · outside: of the frame, or where the "
-                        "lens sees nothing · behind the camera."
+                        "lens sees nothing · behind the camera · missing: its part is missing, and u and v are null."
                     ),
                 ],
             ]
@@ -194,6 +223,21 @@ class RecordedTarget(JsonStruct, frozen=True, kw_only=True):
             "outside the lens's view, and its visibility."
         ),
     ]
+    shape: Annotated[
+        list[RecordedPartShape] | UnsetType,
+        Meta(description="The parts that are not as its model has them; absent if all are."),
+    ] = UNSET
+    shaped_keypoints: Annotated[
+        list[RecordedShapedKeypoint] | UnsetType,
+        Meta(description="Its keypoints in the model and in the picture, in the order of `keypoints`; likewise."),
+    ] = UNSET
+
+    @property
+    def true_keypoints(self) -> Float | None:
+        """The keypoints (K, 3) in body axes, metres, NaN for missing ones; None where they are the model's."""
+        if self.shaped_keypoints is UNSET:
+            return None
+        return np.array([each.true or [np.nan] * 3 for each in self.shaped_keypoints]).reshape(-1, 3)
 
 
 class RecordedSun(JsonStruct, frozen=True, kw_only=True):

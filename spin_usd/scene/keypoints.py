@@ -20,7 +20,8 @@ class KeypointState(StrEnum):
     """Visibility of a keypoint.
 
     visible: nothing stands between the camera and it · self-occluded, occluded: the first surface before it is its own
-    body's, or another body's · outside: it is outside the frame, or the lens's view · behind: it is behind the camera.
+    body's, or another body's · outside: it is outside the frame, or the lens's view · behind: it is behind the camera ·
+    missing: its part is missing.
 
     A surface of its own body less than 0.5 % of the longest edge of its box before the keypoint does not hide it, so
     that keypoints on a surface or a little below it are visible, and the tip of a thin rod is visible from all sides. A
@@ -32,3 +33,4 @@ class KeypointState(StrEnum):
     OCCLUDED = "occluded"
     OUTSIDE = "outside"
     BEHIND = "behind"
+    MISSING = "missing"

@@ -28,6 +28,39 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ChangedPart:
+    """A part that is not as the model has it."""
+
+    path: str
+    name: str
+    T_body_drawn: Float
+    """(4, 4) from its place in the model to its place here, body axes, metres: a rotation, a scale and a shift."""
+    bend_deg: float = 0.0
+    bulge: float = 0.0
+    """Height in metres."""
+    missing: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TargetShape:
+    """How a target's shape differs from its model's."""
+
+    parts: tuple[ChangedPart, ...]
+    drawn_keypoints: Float
+    """(K, 3) keypoints of the model, body axes, metres."""
+    keypoint_parts: tuple[str, ...]
+    """Path of the part that each keypoint belongs to; "" for none."""
+    keypoint_missing: NDArray[np.bool_]
+    """(K,) True for keypoints of missing parts."""
+
+    @property
+    def key(self) -> str:
+        """Digest of all that the record has of it."""
+        parts = [[p.path, p.name, digest(p.T_body_drawn), p.bend_deg, p.bulge, p.missing] for p in self.parts]
+        return digest(parts, self.drawn_keypoints, self.keypoint_parts, self.keypoint_missing.tolist())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Target:
     """The spacecraft: mesh, parts, materials, named keypoints (K, 3) in body axes, metres."""
 
@@ -38,6 +71,8 @@ class Target:
     materials: tuple[Material, ...]
     keypoint_names: tuple[str, ...] = ()
     keypoints: Float = field(default_factory=lambda: np.zeros((0, 3)))
+    shape: TargetShape | None = None
+    """None if it is as its model has it."""
 
     def __post_init__(self) -> None:
         if [p.id for p in self.parts] != list(range(1, len(self.parts) + 1)) or len(self.parts) > MAX_PARTS:
@@ -54,6 +89,11 @@ class Target:
         """True where a picture in colour may show more than one in grey."""
         colours = [material.diffuse_color for material in self.materials]
         return any(len(set(colour)) > 1 if isinstance(colour, tuple) else True for colour in colours)
+
+    @property
+    def drawn_keypoints(self) -> Float:
+        """(K, 3) keypoints of the model, body axes, metres."""
+        return self.shape.drawn_keypoints if self.shape else self.keypoints
 
     @property
     def part_materials(self) -> Mapping[int, tuple[str, ...]]:
@@ -73,7 +113,8 @@ class Target:
     def key(self) -> str:
         """Digest of all that labels and pictures of the target depend on."""
         rest = [self.parts, self.materials, self.keypoint_names, self.keypoints]
-        return digest(self.mesh.key, self.mesh.shading_key, content(rest))
+        changed = [self.shape.key] if self.shape else []
+        return digest(self.mesh.key, self.mesh.shading_key, content(rest), *changed)
 
     @cached_property
     def cut_out_key(self) -> str:

@@ -1,6 +1,6 @@
 """The record of a picture, made by its worker once the picture's files are written."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -28,12 +28,14 @@ from spin_usd.records.record import (
     RecordedLidar,
     RecordedLight,
     RecordedMotion,
+    RecordedPartShape,
     RecordedPixels,
     RecordedPose,
     RecordedRangeFinder,
     RecordedRender,
     RecordedRig,
     RecordedSeeds,
+    RecordedShapedKeypoint,
     RecordedSun,
     RecordedTarget,
     RecordedTones,
@@ -48,6 +50,7 @@ from spin_usd.scene.keypoints import KeypointState
 from spin_usd.scene.lidar import Lidar, RangeFinder
 from spin_usd.scene.light import DistantLight, DomeLight, Light, PointLight
 from spin_usd.scene.scene import Rig, Scene
+from spin_usd.scene.target import ChangedPart, Target, TargetShape
 
 OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on the Sun's direction."""
@@ -173,6 +176,7 @@ def _recorded_light(light: Light) -> RecordedLight:
 
 def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
     """Return the record's facts on a target."""
+    shape = body.target.shape
     return RecordedTarget(
         id=body.id,
         name=body.target.name,
@@ -188,7 +192,26 @@ def recorded_target(body: Body, facts: TargetFacts) -> RecordedTarget:
         ),
         box_3d=RecordedBox3d(box=facts.box.tolist(), corners=[_pixel_or_null(uv) for uv in facts.corners]),
         keypoints=[_keypoint(uv, state) for uv, state in zip(facts.keypoints, facts.states, strict=True)],
+        shape=[_part_shape(part) for part in shape.parts] if shape else UNSET,
+        shaped_keypoints=list(_shaped_keypoints(body.target, shape)) if shape else UNSET,
     )
+
+
+def _part_shape(part: ChangedPart) -> RecordedPartShape:
+    return RecordedPartShape(
+        name=part.name,
+        path=part.path,
+        T_body_drawn=part.T_body_drawn.tolist(),
+        bend=part.bend_deg,
+        bulge=part.bulge,
+        missing=part.missing,
+    )
+
+
+def _shaped_keypoints(target: Target, shape: TargetShape) -> Iterator[RecordedShapedKeypoint]:
+    points = zip(shape.keypoint_parts, shape.drawn_keypoints, target.keypoints, shape.keypoint_missing, strict=True)
+    for part, drawn, true, missing in points:
+        yield RecordedShapedKeypoint(part=part or None, drawn=drawn.tolist(), true=None if missing else true.tolist())
 
 
 def _motion(motion: BodyMotion | None) -> RecordedMotion | UnsetType:

@@ -20,7 +20,7 @@ from spin_usd.reading.description import DescribedTarget
 from spin_usd.reading.pictured_target import PicturedTarget
 from spin_usd.scene.mesh import BOX
 
-OUTSIDE = "outside"
+OUTSIDE, MISSING = "outside", "missing"
 RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
 RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
@@ -151,7 +151,8 @@ class RectifiedPicture(ExportedPicture):
 
     def _rectified(self, target: PicturedTarget, described: DescribedTarget) -> PicturedTarget:
         mask = self.mask(target.id)
-        keypoints = self._projected(target, described.keypoints.points)
+        shaped = target.shaped_keypoints
+        keypoints = self._projected(target, described.keypoints.points if shaped is None else shaped)
         size = (self.camera.width, self.camera.height)
         states = zip(target.keypoint_states, keypoints, strict=True)
         return replace(
@@ -160,9 +161,11 @@ class RectifiedPicture(ExportedPicture):
             box_amodal=frozen(np.full(4, np.nan)),
             pixels_visible=int(mask.sum()),
             pixels_amodal=int(self.amodal_mask(target.id).sum()),
-            box_3d=self._projected(target, np.where(BOX, described.box[1], described.box[0])),
+            box_3d=self._projected(target, np.where(BOX, target.box[1], target.box[0])),
             keypoints=keypoints,
-            keypoint_states=tuple(OUTSIDE if _left(pixel, size) else state for state, pixel in states),
+            keypoint_states=tuple(
+                OUTSIDE if _left(pixel, size) and state != MISSING else state for state, pixel in states
+            ),
         )
 
     def _projected(self, target: PicturedTarget, points: Float) -> Float:

@@ -111,7 +111,7 @@ class KeyMaker:
         return last.of((target,), lambda: digest([material.key for material in target.materials]))
 
     def _keypoints(self, target: Target) -> str:
-        return self._last[f"keypoints of {target.path}"].of((target,), lambda: digest(target.keypoints))
+        return self._last[f"keypoints of {target.path}"].of((target,), lambda: _keypoints_key(target))
 
     def _targets(self, scene: Scene) -> str:
         """Return the key of the record's data on the targets, except their names and data from pixels."""
@@ -184,3 +184,8 @@ def background_seed(scene: Scene, settings: RenderSettings) -> int:
 
 def _seed(*of: int | str) -> int:
     return int(digest(list(of))[:8], 16) & 0x7FFFFFFF
+
+
+def _keypoints_key(target: Target) -> str:
+    """Return the key of the keypoints, and of the shape's record if it is not as the model has it."""
+    return digest(target.keypoints, *([target.shape.key] if target.shape else []))

@@ -72,12 +72,12 @@ class EditedStage:
             under = open_stage(path, variant=augmentation, selections=edits.selections)
         self._layer = self.stage.GetSessionLayer()
         self._editor = Editor(base, under, frame)
-        for prim in self._editor.moved(edits):
-            self._editor.hold(prim, self._layer)
         changes = self._editor.changes(tuple(edits.values))
         fixed = [SampledValue(attribute=a, value=v) for change in changes for a, v in change.fixed]
         apis = tuple(api for change in changes for api in change.apis)
         write_values(self._layer, SampledValues(attributes=tuple(fixed), apis=apis))
+        for prim in self._editor.moved(edits):
+            self._editor.hold(prim, self._layer)
         self._write(frame, edits)
         self._reader = StageReader(
             path, variant=base.variant, stage=self.stage, after=base, numbering=base.numbering, check_images=False
@@ -143,7 +143,8 @@ class Editor:
         order = over.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
             over, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform
         )
-        order.default = [RESET, *(f"{name}{EDITED}" for name in PLACED)] if is_target else [f"{PART}{EDITED}"]
+        shape = [schema.SHAPE_OP] if schema.SHAPE_OP in (order.default or ()) else []  # of a part that is changed too
+        order.default = [RESET, *(f"{name}{EDITED}" for name in PLACED)] if is_target else [*shape, f"{PART}{EDITED}"]
         if is_target:
             over.SetInfo("apiSchemas", Sdf.TokenListOp.Create(deletedItems=[schema.MOTION_API]))
             for attribute in prim.GetAuthoredAttributes():

@@ -12,6 +12,7 @@ from spin_usd.stage.augment import camera, lights, materials, planet
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
 from spin_usd.stage.augment.material_variation import VARIATION, variation
 from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
+from spin_usd.stage.augment.part_shape import PART_PARAMETERS
 from spin_usd.stage.read import event_sensor as event_limits
 from spin_usd.stage.read import optics as optics_limits
 from spin_usd.stage.read import sensor as sensor_limits
@@ -216,8 +217,9 @@ NUMBERED: Mapping[str, Parameter] = {
         kind=DIRECTION,
     ),
     rf"sun\.[1-{lights.MAX_SUNS}]\.factor": _strength("sun.N.factor", "Factor on the irradiance of Sun N alone."),
+    **PART_PARAMETERS,
 }
-"""Parameters with a number N in their names, by patterns of those."""
+"""Parameters with a number N or the NAME of a part in their names, by patterns of those."""
 
 MATERIAL = re.compile(r"material\.([A-Za-z_]\w*|\*)\.([A-Za-z]+)(\.factor)?")
 VARIES = "Appearance of a material among those of its kind: each number from 0 to 1 selects another."

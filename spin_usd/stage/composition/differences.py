@@ -239,7 +239,7 @@ def _text(value: Any, *, single: bool) -> str:
             return _text((value.real, *value.imaginary), single=single)
     if not hasattr(value, "__len__"):
         return str(value)
-    first = ", ".join(_text(item, single=single) for item in list(value[:FIRST]))
-    if type(value).__module__.endswith("Gf") or isinstance(value, tuple):
+    if type(value).__module__.endswith("Gf") or isinstance(value, tuple):  # matrices have no slices
         return f"({', '.join(_text(item, single=single) for item in value)})"
+    first = ", ".join(_text(item, single=single) for item in list(value[:FIRST]))
     return f"[{first}]" if len(value) <= FIRST else f"[{first}, … {len(value)} in all]"

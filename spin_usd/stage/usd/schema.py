@@ -19,6 +19,7 @@ CAPTURE_API = "SpinCaptureAPI"
 MOTION_API = "SpinMotionAPI"
 TARGET_API = "SpinTargetAPI"
 KEYPOINTS_API = "SpinKeypointsAPI"
+SHAPE_API = "SpinShapeAPI"
 PLANET_API = "SpinPlanetAPI"
 STARS_API = "SpinStarsAPI"
 BACK_PLATE_API = "SpinBackPlateAPI"
@@ -34,6 +35,7 @@ APIS = (
     MOTION_API,
     TARGET_API,
     KEYPOINTS_API,
+    SHAPE_API,
     PLANET_API,
     STARS_API,
     BACK_PLATE_API,
@@ -134,6 +136,12 @@ TARGET_MERGED_PARTS = "spin:target:mergedParts"
 TARGET_KEEP_TRANSPARENT = "spin:target:keepTransparent"
 KEYPOINT_NAME = "primvars:keypointName"
 KEYPOINT_POSITIONS = "spin:keypoints:positions"
+KEYPOINT_PARTS = "spin:keypoints:parts"
+
+SHAPE_MISSING, SHAPE_BULGE, SHAPE_BEND = "spin:shape:missing", "spin:shape:bulge", "spin:shape:bend"
+SHAPE_BEND_FRAME, SHAPE_BEND_LENGTH = "spin:shape:bendFrame", "spin:shape:bendLength"
+SHAPE_OP = "xformOp:transform:shape"
+"""The operation, the first in its prim's order, that moves a part away from its place in the model."""
 
 PLANET_RADII = "spin:planet:radii"
 PLANET_ALBEDO = "spin:planet:albedo"

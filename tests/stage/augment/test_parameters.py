@@ -118,6 +118,7 @@ def Xform "World" (
 }
 """
 DIRECTION, ATTITUDE = (0.6, 0.0, -0.8), (0.5, 0.5, 0.5, 0.5)
+SHAPED = {"bodies.0.target.mesh.": None, "bodies.0.target.shape": None}
 # parameter: (its value in its own unit, what of the scene changes, and to what)
 CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sun.direction": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, 0.8)}),
@@ -196,6 +197,10 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "earth.visible": (False, {"environment.planets": None}),
     "material.Paint.roughness": (0.25, {"bodies.0.target.materials.0.roughness": 0.25}),
     "material.*.diffuseColor.factor": (0.5, {"bodies.0.target.materials.0.diffuse_color": (0.1, 0.2, 0.3)}),
+    "part.Box.axis": (list(DIRECTION), {}),
+    **dict.fromkeys(("part.Box.turn", "part.*.bent"), (9, SHAPED)),
+    **dict.fromkeys(("part.Box.shift.x", "part.Box.shift.y", "part.Box.shift.z"), (0.5, SHAPED)),
+    **dict.fromkeys(("part.Box.scale", "part.Box.bulged"), (0.5, SHAPED)),
     "/World/Camera.spin:sensor:fullWell": (7000, {"sensor.full_well": 7000}),
 }
 ROUNDED = 1e-8  # quaternions are written with nine digits

@@ -147,6 +147,7 @@ def test_a_variant_that_says_the_same_in_other_words_does_not_differ(make) -> No
         ("int[] numbers = [1, 2, 3, 4, 5, 7]", "numbers", "[at 5: 6, 6 in all]", "[at 5: 7, 6 in all]"),
         ("color3f[] c = [(1, 0, 0.1)]", "c", None, "[(1.0, 0.0, 0.1)]"),
         ("quatd q = (1, 0, 0, 0.5)", "q", None, "(1.0, 0.0, 0.0, 0.5)"),
+        ("matrix2d m = ((1, 0), (0, 2))", "m", None, "((1.0, 0.0), (0.0, 2.0))"),
     ],
 )
 def test_a_constant(found, text, name, before, after) -> None:

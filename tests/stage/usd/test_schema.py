@@ -42,7 +42,14 @@ SCHEMAS = {
         schema.TARGET_MERGED_PARTS,
         schema.TARGET_KEEP_TRANSPARENT,
     },
-    schema.KEYPOINTS_API: {schema.KEYPOINT_POSITIONS},
+    schema.KEYPOINTS_API: {schema.KEYPOINT_POSITIONS, schema.KEYPOINT_PARTS},
+    schema.SHAPE_API: {
+        schema.SHAPE_MISSING,
+        schema.SHAPE_BULGE,
+        schema.SHAPE_BEND,
+        schema.SHAPE_BEND_FRAME,
+        schema.SHAPE_BEND_LENGTH,
+    },
     schema.PLANET_API: {
         schema.PLANET_RADII,
         schema.PLANET_ALBEDO,

@@ -42,13 +42,16 @@ class CheckedTarget:
 
     @property
     def rigid(self) -> bool:
-        """Return whether its shape matches dataset.json, so that the keypoints there apply."""
-        return bool(np.array_equal(self.recorded.box_3d.box, self.described.box))
+        """Return whether its keypoints are known: its shape matches dataset.json, or its record has them."""
+        return self.recorded.true_keypoints is not None or bool(
+            np.array_equal(self.recorded.box_3d.box, self.described.box)
+        )
 
     @property
     def keypoints(self) -> Float:
-        """(N, 3) in its own axes, metres, as dataset.json has them."""
-        return np.reshape(list(self.described.keypoints.values()), (-1, 3))
+        """(N, 3) in its own axes, metres, as dataset.json has them, or its record; NaN for missing ones."""
+        drawn = np.reshape(list(self.described.keypoints.values()), (-1, 3))
+        return drawn if (true := self.recorded.true_keypoints) is None else true
 
     @property
     def dense_pose(self) -> tuple[Float, Float] | None:

@@ -18,7 +18,7 @@ AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's
 BORDER_PX = 1e-6  # within which either side of the frame's edge is right
 AROUND = 1  # pixels around a keypoint's own, whose depth is looked at
 MIN_HIDDEN = 3  # keypoints: fewer may be hidden by rods too thin for pixels to show
-UNSEEN = (KeypointState.OUTSIDE, KeypointState.BEHIND)
+UNSEEN = (KeypointState.OUTSIDE, KeypointState.BEHIND, KeypointState.MISSING)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
-from spin_usd.stage.usd.values import TEXTS, VECTORS, read
+from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, VECTORS, read
 from spin_usd.stage.usd.visibility import PROXIES
 
 
@@ -47,6 +47,19 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
     names, points = named_points(prim, time)
     matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
     return names, points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def keypoint_parts(target: Usd.Prim, count: int) -> tuple[str, ...]:
+    """Read the paths of the parts to which the `count` keypoints belong; "" for none. Raises StageError for another
+    number of them."""
+    prim = find_keypoints(target)
+    parts = read(prim.GetAttribute(schema.KEYPOINT_PARTS), DEFAULT_TIME, *TEXTS) if prim else None
+    if parts is None:
+        return ("",) * count
+    if len(parts) != count:
+        found = f"has {len(parts)} {schema.KEYPOINT_PARTS} for {count} keypoints"
+        raise StageError(found, where=target.GetPath(), do="augment the stage again")
+    return tuple(str(target.GetPath().AppendPath(part)) if part else "" for part in map(str, parts))
 
 
 def named_points(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...], Float]:

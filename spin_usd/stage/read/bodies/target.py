@@ -24,6 +24,7 @@ from spin_usd.stage.read.bodies.find_bodies import target_name
 from spin_usd.stage.read.bodies.gprim import GprimReader, MaterialUse, PlacedGprim
 from spin_usd.stage.read.bodies.keypoints import read_keypoints
 from spin_usd.stage.read.bodies.part_labels import Labels, labels_of_target
+from spin_usd.stage.read.bodies.part_shapes import PartShapes
 from spin_usd.stage.read.bodies.point_instancer import read_instances
 from spin_usd.stage.read.bodies.renderable import geometry_below, is_geometry, is_left_out
 from spin_usd.stage.read.shapes.triangles import Int, determinant
@@ -69,6 +70,7 @@ class TargetReader:
     _faces: int = 0
 
     def __post_init__(self) -> None:
+        self._shapes = PartShapes.of(self.prim, self.time)
         self._pieces = GprimReader(
             time=self.time,
             images=self.images,
@@ -88,8 +90,9 @@ class TargetReader:
                 do += ", or keep those of opacity 0 by spin:target:keepTransparent (author's --keep-transparent)"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
-        name = target_name(self.prim)
-        return replace(self._assembled(pieces, name, metres), keypoint_names=names, keypoints=keypoints * metres)
+        keypoints, shape = self._shapes.keypoints(keypoints, metres)
+        found = self._assembled(pieces, target_name(self.prim), metres)
+        return replace(found, keypoint_names=names, keypoints=keypoints * metres, shape=shape)
 
     def read_look(self, last: Target, uses: Iterable[MaterialUse]) -> Target | None:
         """Return `last`, which was read at another time, with its materials at this one, of the `uses` then; None where
@@ -174,12 +177,13 @@ class TargetReader:
     def _placed(self, piece: PlacedGprim, matrix: Float, prim: Usd.Prim) -> PlacedGprim:
         """Return `piece` with the pose and the light-link group that `prim` gives it."""
         determinant(matrix, prim.GetPath())
+        piece = self._shapes.deformed(replace(piece, matrix=matrix, where=prim.GetPath()), prim.GetPath())
         self._faces += len(piece.mesh.part)
         if self._faces > MAX_FACES:
             raise StageError(
                 f"brings its body to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
             )
-        return replace(piece, matrix=matrix, group=self.group_of(prim), where=prim.GetPath())
+        return replace(piece, group=self.group_of(prim))
 
 
 def _refuse_size(mesh: Mesh, prim: Usd.Prim) -> None:
