@@ -1,8 +1,9 @@
 """Reconstruct the shape of an exported unknown target by each baseline, and score it: `tools/shape/baselines --help`.
 
 hull: the visual hull of the masks, with poses. motion: COLMAP's structure from motion, without poses, with masks where
-they are given. fusion and points: controls that read the exact depth of the --dataset that was exported. A row is in
-tools/figures/shape/EXPORT-BASELINE.json, with its score as `spin-usd score --shape` returns it; shapes are in --out.
+they are given, laid on the truth by its cameras. fusion and points: controls that read the exact depth of the --dataset
+that was exported. A row is in tools/figures/shape/EXPORT-BASELINE.json, with its score as `spin-usd score --shape`
+returns it; shapes are in --out.
 """
 
 import argparse
@@ -55,9 +56,10 @@ def row_of(name: str, make: Callable[[], Path | None], export: Exported) -> dict
     row |= {"seconds": round(time.monotonic() - began, 1), "versions": {each: version(each) for each in PACKAGES}}
     if path is None:
         return row | {"fault": "no model"}
-    align = "similarity" if name == "motion" else None  # its axes and its size are its own
     try:
-        report = spin_usd.score(shape=path, truth=export.folder / "truth", align=align)
+        report = spin_usd.score(
+            shape=path, truth=export.folder / "truth", align="none"
+        )  # motion is laid by its cameras
     except SpinError as e:
         return row | {"fault": e.found}
     score = to_builtins(report)
